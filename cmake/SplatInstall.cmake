@@ -1,0 +1,39 @@
+# Install rules: header, library, pkg-config file, CMake package, and vkrun where it is built.
+# Included by the root CMakeLists.txt after all targets exist.
+
+include(CMakePackageConfigHelpers)
+include(GNUInstallDirs)
+
+set(SPLAT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Splat)
+set(SPLAT_PC_DIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# In the source tree the target has the same name as in an installed package.
+if(NOT TARGET splat::splat)
+  add_library(splat::splat ALIAS splat)
+endif()
+
+install(FILES ${PROJECT_SOURCE_DIR}/include/splat.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+
+# The prefix is found from the place of the file, so an installed folder can be moved.
+file(RELATIVE_PATH SPLAT_PC_PREFIX /${SPLAT_PC_DIR} /)
+string(REGEX REPLACE "/$" "" SPLAT_PC_PREFIX "${SPLAT_PC_PREFIX}")
+configure_file(${PROJECT_SOURCE_DIR}/cmake/splat.pc.in ${PROJECT_BINARY_DIR}/splat.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/splat.pc DESTINATION ${SPLAT_PC_DIR})
+
+configure_package_config_file(
+  ${PROJECT_SOURCE_DIR}/cmake/SplatConfig.cmake.in ${PROJECT_BINARY_DIR}/SplatConfig.cmake
+  INSTALL_DESTINATION ${SPLAT_CMAKE_DIR})
+# Before 1.0 a new minor version may break callers.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/SplatConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/SplatConfig.cmake ${PROJECT_BINARY_DIR}/SplatConfigVersion.cmake
+        DESTINATION ${SPLAT_CMAKE_DIR})
+install(EXPORT SplatTargets NAMESPACE splat:: DESTINATION ${SPLAT_CMAKE_DIR})
+
+if(TARGET vkrun)
+  file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(vkrun PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
+  install(TARGETS vkrun RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()

@@ -1,0 +1,34 @@
+# Flags and functions shared by all targets.
+
+# Warnings are errors; sanitizers and coverage as the options say.
+function(splat_compile_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Werror)
+  if(SPLAT_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${SPLAT_SANITIZE} -fno-omit-frame-pointer
+                                             -fno-sanitize-recover=all)
+    target_link_options(${target} PRIVATE -fsanitize=${SPLAT_SANITIZE})
+  endif()
+  if(SPLAT_COVERAGE)
+    target_compile_options(${target} PRIVATE --coverage)
+    target_link_options(${target} PRIVATE --coverage)
+  endif()
+endfunction()
+
+# splat_layer(<name> SOURCES <file>... USES <layer>...)
+#
+# One static library per folder of src/. A layer's headers are reached through a folder that holds
+# nothing but a link to them, so that `#include "vk/device.h"` does not compile in a layer that does
+# not use vk.
+function(splat_layer name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
+  set(view ${CMAKE_BINARY_DIR}/layers/${name})
+  file(MAKE_DIRECTORY ${view})
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/${name} ${view}/${name} SYMBOLIC)
+  list(TRANSFORM ARG_SOURCES PREPEND ${name}/)
+  add_library(splat_${name} STATIC ${ARG_SOURCES})
+  target_include_directories(splat_${name} PUBLIC ${view})
+  list(TRANSFORM ARG_USES PREPEND splat_)
+  target_link_libraries(splat_${name} PUBLIC ${ARG_USES})
+  target_compile_definitions(splat_${name} PUBLIC SPLAT_FAULT_POINTS=$<BOOL:${SPLAT_FAULT_POINTS}>)
+  splat_compile_options(splat_${name})
+endfunction()

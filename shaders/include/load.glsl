@@ -1,0 +1,19 @@
+// How fast kernels read arrays of vec4. A storage-buffer load costs lavapipe 8 guarded scalar
+// loads, a texel-buffer load a few vector instructions; GPUs prefer storage buffers. One source,
+// two modules: see splat_fast_shader in shaders/CMakeLists.txt.
+//
+//   QUADS(binding, name)    declares a readonly array of vec4
+//   LD4(name, i)            reads its i-th element
+
+#ifndef SPLAT_LOAD_GLSL
+#define SPLAT_LOAD_GLSL
+
+#if TEXEL_LOADS
+#define QUADS(slot, name) layout(set = 0, binding = slot) uniform samplerBuffer name
+#define LD4(name, i) texelFetch(name, int(i))
+#else
+#define QUADS(slot, name) layout(set = 0, binding = slot, std430) readonly buffer name##Buffer { vec4 name[]; }
+#define LD4(name, i) name[i]
+#endif
+
+#endif

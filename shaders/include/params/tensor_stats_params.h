@@ -1,0 +1,21 @@
+#ifndef SPLAT_TENSOR_STATS_PARAMS_H
+#define SPLAT_TENSOR_STATS_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct TensorStatsParams {
+    uint elements;
+    uint chunk;     // elements per workgroup
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(TensorStatsParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,24 @@
+// Sums over a workgroup of a power of two, in a fixed order: the same bits on every run.
+// Every invocation must call; all receive the sum.
+
+#ifndef SPLAT_REDUCE_GLSL
+#define SPLAT_REDUCE_GLSL
+
+shared vec4 reduce_scratch[gl_WorkGroupSize.x];
+
+vec4 workgroup_sum(vec4 value) {
+    const uint lane = gl_LocalInvocationID.x;
+    barrier();  // the scratch of the call before may still be read
+    reduce_scratch[lane] = value;
+    for (uint width = gl_WorkGroupSize.x / 2; width > 0; width /= 2) {
+        barrier();
+        if (lane < width) reduce_scratch[lane] += reduce_scratch[lane + width];
+    }
+    barrier();
+    return reduce_scratch[0];
+}
+
+float workgroup_sum(float value) { return workgroup_sum(vec4(value, 0, 0, 0)).x; }
+vec2 workgroup_sum(vec2 value) { return workgroup_sum(vec4(value, 0, 0)).xy; }
+
+#endif

@@ -1,0 +1,64 @@
+#version 460
+// y = gamma[c] * (x - mean[n,g]) * rstd[n,g] + beta[c], then optionally y = silu(y);  rstd =
+// 1/sqrt(var + eps), var biased.
+// Two passes over the group: mean, then the variance about it; the residual r of the mean corrects
+// both (mean += r, var -= r^2).
+// Terms are divided before they are summed, so that a finite variance never overflows on the way.
+// One workgroup computes one (n, g). Bindings: x, gamma, beta, y, mean [N,G], rstd [N,G]; x and y
+// as quads [C/4][N*P].
+#extension GL_GOOGLE_include_directive : require
+#include "params/group_norm_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Gamma { float gamma[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Beta { float beta[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Y { float y[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Mean { float mean_out[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer Rstd { float rstd_out[]; };
+layout(push_constant) uniform Push { GroupNormParams dims; };
+
+#include "reduce.glsl"
+#include "silu.glsl"
+
+uint place(uint c, uint p) { return ((c / 4) * dims.n * dims.p + gl_WorkGroupID.y * dims.p + p) * 4 + c % 4; }
+
+void main() {
+    const uint g = gl_WorkGroupID.x;
+    const uint n = gl_WorkGroupID.y;
+    const uint channels = dims.c / dims.groups;
+    const uint count = channels * dims.p;
+    const uint lane = gl_LocalInvocationID.x;
+    const uint step = gl_WorkGroupSize.x;
+    const uint first = g * channels;
+    const float per_count = 1.0 / float(count);
+    const float per_root = sqrt(per_count);
+
+    float sum = 0;
+    for (uint i = lane; i < count; i += step) sum += x[place(first + i / dims.p, i % dims.p)] * per_count;
+    const float guess = workgroup_sum(sum);
+
+    vec2 moments = vec2(0);
+    for (uint i = lane; i < count; i += step) {
+        const float d = x[place(first + i / dims.p, i % dims.p)] - guess;
+        moments += vec2(d * per_count, (d * per_root) * (d * per_root));
+    }
+    moments = workgroup_sum(moments);
+    const float mean = guess + moments.x;
+    const float rstd = 1.0 / sqrt(max(moments.y - moments.x * moments.x, 0.0) + dims.eps);
+
+    for (uint i = lane; i < count; i += step) {
+        const uint c = first + i / dims.p;
+        const uint at = place(c, i % dims.p);
+        const float t = gamma[c] * ((x[at] - mean) * rstd) + beta[c];
+        y[at] = dims.silu != 0 ? silu(t) : t;
+    }
+    if (lane == 0) {
+        mean_out[n * dims.groups + g] = mean;
+        rstd_out[n * dims.groups + g] = rstd;
+    }
+    // The last quad's missing channels are zero by convention.
+    if (g == dims.groups - 1)
+        for (uint c = dims.c; c % 4 != 0; ++c)
+            for (uint p = lane; p < dims.p; p += step) y[place(c, p)] = 0;
+}

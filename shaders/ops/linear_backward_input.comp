@@ -1,0 +1,29 @@
+#version 460
+// grad_x[r][k] = sum_o weight[o][k] * grad_y[r][o].
+// One invocation computes the four gradients of one quad of one row.
+// Bindings: weight [out,in] row-major, grad_y, grad_x; grad_y and grad_x as quads
+// [features/4][rows].
+#extension GL_GOOGLE_include_directive : require
+#include "params/linear_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(set = 0, binding = 0, std430) readonly buffer Weight { float weight[]; };
+layout(set = 0, binding = 1, std430) readonly buffer GradY { float grad_y[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+layout(push_constant) uniform Push { LinearParams dims; };
+
+#include "launch.glsl"
+
+void main() {
+    const uint i = invocation_index(dims.groups_x);
+    if (i >= (dims.in_features + 3) / 4 * dims.rows) return;
+    const uint row = i % dims.rows;
+    vec4 value = vec4(0);
+    for (uint lane = 0; lane < 4; ++lane) {
+        const uint k = 4 * (i / dims.rows) + lane;
+        if (k >= dims.in_features) break;
+        for (uint o = 0; o < dims.out_features; ++o)
+            value[lane] += weight[o * dims.in_features + k] * grad_y[((o / 4) * dims.rows + row) * 4 + o % 4];
+    }
+    grad_x[i] = value;
+}

@@ -1,0 +1,67 @@
+#version 460
+// grad_weight = grad_y^T x as register tiles: lane l of every 8 holds one quad of input features
+// and, from its own quad of output features, gives four of the 32 factors that constant shuffles
+// broadcast. Rows are summed in blocks of 64, then the blocks, as in linear_backward_weight.comp.
+// One subgroup of 8 lanes computes 32 by 32 weights.
+// Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], grad_weight [out,in] row-major.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "params/linear_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+QUADS(1, grad_y);
+layout(set = 0, binding = 2, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
+layout(push_constant) uniform Push { LinearParams dims; };
+
+const uint kBlock = 64;
+const uint kDepth = 4;  // rows per loop turn
+
+void main() {
+    const uint in_quads = (dims.in_features + 3) / 4;
+    const uint out_quads = (dims.out_features + 3) / 4;
+    const uint lane = gl_SubgroupInvocationID & 7u;
+    const uint tile = gl_WorkGroupID.x * (gl_WorkGroupSize.x / 8) + gl_LocalInvocationID.x / 8;
+    const uint in_quad = tile * 8 + lane;
+    const uint out_quad = gl_WorkGroupID.y * 8;
+    // Quads beyond the edge are computed from the last one and not stored: all lanes must take part
+    // in the shuffles.
+    const uint x_at = min(in_quad, in_quads - 1) * dims.rows;
+    const uint grad_at = min(out_quad + lane, out_quads - 1) * dims.rows;
+
+    vec4 totals[32];
+    [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] = vec4(0);
+    for (uint first = 0; first < dims.rows; first += kBlock) {
+        const uint last = min(first + kBlock, dims.rows);
+        vec4 sums[32];
+        [[unroll]] for (uint o = 0; o < 32; ++o) sums[o] = vec4(0);
+        for (uint r = first; r < last; r += kDepth) {
+            vec4 v[kDepth];
+            vec4 g[kDepth];
+            [[unroll]] for (uint u = 0; u < kDepth; ++u) {
+                const uint row = min(r + u, last - 1);
+                const vec4 value = LD4(x, x_at + row);
+                v[u] = r + u < last ? value : vec4(0);
+                g[u] = LD4(grad_y, grad_at + row);
+            }
+            [[unroll]] for (uint m = 0; m < 8; ++m)
+                [[unroll]] for (uint c = 0; c < 4; ++c)
+                    sums[4 * m + c] += (subgroupShuffle(g[0][c], m) * v[0] + subgroupShuffle(g[1][c], m) * v[1]) +
+                                       (subgroupShuffle(g[2][c], m) * v[2] + subgroupShuffle(g[3][c], m) * v[3]);
+        }
+        [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] += sums[o];
+    }
+
+    [[unroll]] for (uint o = 0; o < 32; ++o) {
+        if (4 * out_quad + o >= dims.out_features) break;
+        [[unroll]] for (uint c = 0; c < 4; ++c) {
+            const uint k = 4 * in_quad + c;
+            if (k >= dims.in_features) continue;
+            const uint at = (4 * out_quad + o) * dims.in_features + k;
+            grad_weight[at] = dims.accumulate != 0 ? grad_weight[at] + totals[o][c] : totals[o][c];
+        }
+    }
+}

@@ -1,0 +1,82 @@
+#version 460
+// y = x W^T + bias as a product of register tiles: the lanes of a subgroup run along the rows of x
+// (the columns of the quad layout), and lane l of every 8 also fetches row l of a block of 8 output
+// features, from where constant shuffles broadcast them. Four products are summed before they touch
+// the accumulator: faster, and the error of a sum of K/4 terms.
+// One invocation computes kColumns rows of x by 8 * kBlocks output features; subgroups of 8 lanes
+// or more.
+// Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
+// y quads [out/4][rows].
+// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "params/linear_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kColumns = 8;
+layout(constant_id = 11) const uint kBlocks = 2;
+QUADS(0, x);
+QUADS(1, weight);
+QUADS(2, bias);
+layout(set = 0, binding = 3, std430) writeonly buffer Y { vec4 y[]; };
+layout(push_constant) uniform Push { LinearParams dims; };
+
+const uint kDepth = 2;  // quads of k per loop turn
+
+float sums[kBlocks * 8 * kColumns];  // [block][feature of 8][column]
+
+void multiply(uint q, uint depth, uint quads, uint first_block, uint row_of_lane[kColumns]) {
+    vec4 v[kDepth * kColumns];
+    [[unroll]] for (uint u = 0; u < depth; ++u)
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) v[u * kColumns + a] = LD4(x, (q + u) * dims.rows + row_of_lane[a]);
+    [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
+        vec4 w[kDepth];
+        [[unroll]] for (uint u = 0; u < depth; ++u)
+            w[u] = LD4(weight, ((first_block + b) * quads + q + u) * 8 + (gl_SubgroupInvocationID & 7u));
+        [[unroll]] for (uint m = 0; m < 8; ++m)
+            [[unroll]] for (uint u = 0; u < depth; ++u) {
+                const vec4 s = vec4(subgroupShuffle(w[u].x, m), subgroupShuffle(w[u].y, m), subgroupShuffle(w[u].z, m),
+                                    subgroupShuffle(w[u].w, m));
+                [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                    const vec4 value = v[u * kColumns + a];
+                    sums[(b * 8 + m) * kColumns + a] += (s.x * value.x + s.y * value.y) + (s.z * value.z + s.w * value.w);
+                }
+            }
+    }
+}
+
+void main() {
+    const uint quads = (dims.in_features + 3) / 4;
+    const uint out_quads = (dims.out_features + 3) / 4;
+    const uint first_row = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
+    const uint first_block = gl_WorkGroupID.y * kBlocks;
+
+    [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
+    // Lanes beyond the last row compute it again and store nothing: all lanes must take part in the
+    // shuffles.
+    uint row_of_lane[kColumns];
+    [[unroll]] for (uint a = 0; a < kColumns; ++a)
+        row_of_lane[a] = min(first_row + a * gl_WorkGroupSize.x, dims.rows - 1);
+
+    uint q = 0;
+    for (; q + kDepth <= quads; q += kDepth) multiply(q, kDepth, quads, first_block, row_of_lane);
+    for (; q < quads; ++q) multiply(q, 1, quads, first_block, row_of_lane);
+
+    [[unroll]] for (uint half_block = 0; half_block < 2 * kBlocks; ++half_block) {
+        const uint quad = 2 * first_block + half_block;
+        if (quad >= out_quads) break;
+        // Beyond out_features the weights are zero, what stands behind the bias may be anything.
+        const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_features));
+        const vec4 shift = dims.has_bias != 0 ? mix(vec4(0), LD4(bias, quad), inside) : vec4(0);
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+            const uint row = first_row + a * gl_WorkGroupSize.x;
+            const uint at = half_block * 4 * kColumns + a;
+            if (row < dims.rows)
+                y[quad * dims.rows + row] =
+                    vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
+        }
+    }
+}

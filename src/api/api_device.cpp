@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cstring>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "core/environment.h"
+
+using namespace splat;
+
+namespace {
+
+static_assert(static_cast<int>(vk::DeviceKind::kDiscrete) == SPLAT_DEVICE_KIND_DISCRETE);
+static_assert(static_cast<int>(vk::DeviceKind::kOther) == SPLAT_DEVICE_KIND_OTHER);
+static_assert(static_cast<int>(vk::Kernels::kGpu) == SPLAT_KERNELS_GPU);
+static_assert(static_cast<int>(vk::DeviceSelect::kByKind) == SPLAT_SELECT_BY_KIND);
+
+template <std::size_t N>
+void copy_text(char (&to)[N], const std::string& from) {
+    const std::size_t length = std::min(from.size(), N - 1);
+    std::memcpy(to, from.data(), length);
+    to[length] = '\0';
+}
+
+splat_device_info info_of(const vk::DeviceInfo& device) {
+    splat_device_info info{};
+    info.index = device.index;
+    info.kind = static_cast<splat_device_kind>(device.kind);
+    info.usable = device.usable() ? 1 : 0;
+    info.vendor_id = device.vendor_id;
+    info.device_id = device.device_id;
+    info.vulkan_version = device.vulkan_version;
+    info.driver_version = device.driver_version;
+    std::copy(device.uuid.begin(), device.uuid.end(), info.uuid);
+    info.heap_bytes = device.limits.heap_bytes;
+    info.max_allocation_bytes = device.limits.max_allocation_bytes;
+    info.max_storage_buffer_bytes = device.limits.max_storage_buffer_bytes;
+    info.max_workgroup_invocations = device.limits.max_group_invocations;
+    info.shared_memory_bytes = device.limits.shared_memory_bytes;
+    info.subgroup_size = device.limits.subgroup_size;
+    const auto flag = [](bool set, std::uint32_t bit) { return set ? bit : 0U; };
+    info.features = flag(device.limits.timestamp_ns > 0, SPLAT_FEATURE_TIMESTAMPS) |
+                    flag(device.features.subgroup_shuffle, SPLAT_FEATURE_SUBGROUP_SHUFFLE) |
+                    flag(device.features.subgroup_arithmetic, SPLAT_FEATURE_SUBGROUP_ARITHMETIC) |
+                    flag(device.features.int64, SPLAT_FEATURE_INT64) |
+                    flag(device.features.unified_memory, SPLAT_FEATURE_UNIFIED_MEMORY);
+    info.kernels = static_cast<splat_kernels>(device.kernels);
+    copy_text(info.name, device.name);
+    copy_text(info.driver, device.driver);
+    copy_text(info.reason, device.reason);
+    return info;
+}
+
+Status check_range(const char* field, std::int32_t value, std::int32_t most) {
+    if (value >= 0 && value <= most) return {};
+    return error(Code::kInvalidArgument, "splat_device_desc.%s is %d, expected 0 to %d", field,
+                 value, most);
+}
+
+Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
+    SPLAT_TRY(check_range("select", desc.select, SPLAT_SELECT_BY_KIND));
+    SPLAT_TRY(check_range("kind", desc.kind, SPLAT_DEVICE_KIND_DISCRETE));
+    SPLAT_TRY(check_range("kernels", desc.kernels, SPLAT_KERNELS_GPU));
+    if (desc.select == SPLAT_SELECT_BY_KIND && desc.kind == 0)
+        return error(Code::kInvalidArgument,
+                     "splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
+    vk::ContextDesc context;
+    context.device.select = static_cast<vk::DeviceSelect>(desc.select);
+    context.device.index = desc.index;
+    context.device.kind = static_cast<vk::DeviceKind>(desc.kind);
+    std::copy(std::begin(desc.uuid), std::end(desc.uuid), context.device.uuid.begin());
+    context.device.kernels = static_cast<vk::Kernels>(desc.kernels);
+    const auto forced = environment("SPLAT_VALIDATION");
+    context.device.validation =
+        (desc.flags & SPLAT_DEVICE_VALIDATION) != 0 || (forced && *forced != "0");
+    context.memory.budget_bytes = desc.max_device_bytes;
+    context.timeout_ns = desc.timeout_ns;
+    context.cache_folder =
+        desc.cache_folder != nullptr ? desc.cache_folder : user_cache_folder().value_or("");
+    context.profile = (desc.flags & SPLAT_DEVICE_PROFILE) != 0;
+    return context;
+}
+
+splat_result give_profile(splat_device device, char* buffer, size_t capacity, size_t* needed,
+                          std::string (vk::Profile::*text)(const std::string&) const) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
+        vk::Context& context = *object->context;
+        const std::lock_guard lock(context.mutex);
+        if (context.profile() == nullptr)
+            return error(
+                Code::kInvalidState,
+                "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
+        const std::string profile = (context.profile()->*text)(context.device().info().name);
+        given = api::give_text(profile.c_str(), profile.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result != SPLAT_OK ? result : given;
+}
+
+}  // namespace
+
+splat_result splat_device_count(uint32_t* count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(count, "count"));
+        SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
+        *count = static_cast<uint32_t>(instance->physical_devices().size());
+        return {};
+    });
+}
+
+splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::check_info(info, "splat_device_info", sizeof(splat_device_info)));
+        SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
+        SPLAT_ASSIGN(const auto devices, vk::describe_devices(*instance));
+        if (index >= devices.size())
+            return error(Code::kInvalidArgument, "index is %u, but there are %zu devices", index,
+                         devices.size());
+        api::give(info_of(devices[index]), info);
+        return {};
+    });
+}
+
+splat_result splat_device_create(const splat_device_desc* desc, splat_device* device) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(device, "device"));
+        splat_device_desc complete{};
+        complete.struct_size = sizeof complete;
+        if (desc != nullptr) {
+            SPLAT_TRY(api::check_desc(desc, "splat_device_desc", sizeof(splat_device_desc),
+                                      SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
+            complete = *desc;
+        }
+        SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
+        auto object = std::make_shared<api::DeviceObject>();
+        SPLAT_ASSIGN(object->context, vk::Context::create(wanted));
+        *device = api::Devices::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_device_destroy(splat_device device) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
+        if (object == nullptr) return {};
+        // Now rather than with the last child: a finaliser may never run.
+        const std::lock_guard lock(object->context->mutex);
+        object->context->pipelines().save();
+        return {};
+    });
+}
+
+splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::check_info(info, "splat_device_info", sizeof(splat_device_info)));
+        splat_device_info filled = info_of(object->context->device().info());
+        filled.kernels = static_cast<splat_kernels>(object->context->device().kernels());
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_device_get_memory(splat_device device, splat_memory_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::check_info(info, "splat_memory_info", sizeof(splat_memory_info)));
+        const std::lock_guard lock(object->context->mutex);
+        const vk::MemoryUse use = object->context->memory().use();
+        api::give({.struct_size = 0,
+                   .allocations = use.allocations,
+                   .used_bytes = use.used,
+                   .live_bytes = use.live,
+                   .peak_bytes = use.peak,
+                   .budget_bytes = use.budget},
+                  info);
+        return {};
+    });
+}
+
+splat_result splat_device_profile_json(splat_device device, char* buffer, size_t capacity,
+                                       size_t* needed) {
+    return give_profile(device, buffer, capacity, needed, &vk::Profile::json);
+}
+
+splat_result splat_device_profile_table(splat_device device, char* buffer, size_t capacity,
+                                        size_t* needed) {
+    return give_profile(device, buffer, capacity, needed, &vk::Profile::table);
+}
+
+splat_result splat_device_profile_reset(splat_device device) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
+        const std::lock_guard lock(object->context->mutex);
+        if (object->context->profile() == nullptr)
+            return error(
+                Code::kInvalidState,
+                "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
+        object->context->profile()->reset();
+        return {};
+    });
+}

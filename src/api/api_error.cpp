@@ -1,0 +1,107 @@
+#include <cstring>
+#include <string>
+
+#include "api/api_guard.h"
+#include "core/log.h"
+
+namespace splat::api {
+namespace {
+
+constexpr const char* kOutOfMemory = "host memory ran out; free some and repeat the call";
+
+/// The thread's last error. Text that finds no memory is replaced by the constant above.
+struct LastError {
+    std::string text;
+    bool out_of_memory = false;
+};
+
+LastError& last_error() {
+    thread_local LastError instance;
+    return instance;
+}
+
+const char* last_text() {
+    const LastError& last = last_error();
+    return last.out_of_memory ? kOutOfMemory : last.text.c_str();
+}
+
+}  // namespace
+
+splat_result fail(const Status& status) noexcept {
+    try {
+        last_error().text = status.message();
+        last_error().out_of_memory = false;
+    } catch (...) {
+        last_error().out_of_memory = true;
+    }
+    log(LogLevel::kDebug, last_text());
+    return static_cast<splat_result>(status.code());
+}
+
+splat_result fail_out_of_memory() noexcept {
+    last_error().out_of_memory = true;
+    return SPLAT_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+Status require(const void* pointer, const char* argument) {
+    if (pointer != nullptr) return {};
+    return error(Code::kInvalidArgument, "%s is NULL", argument);
+}
+
+splat_result give_text(const char* text, std::size_t length, char* buffer, std::size_t capacity,
+                       std::size_t* needed) {
+    if (needed != nullptr) *needed = length + 1;
+    if (buffer == nullptr || capacity == 0) return SPLAT_INCOMPLETE;
+    const std::size_t copied = length < capacity ? length : capacity - 1;
+    std::memcpy(buffer, text, copied);
+    buffer[copied] = '\0';
+    return copied == length ? SPLAT_OK : SPLAT_INCOMPLETE;
+}
+
+}  // namespace splat::api
+
+using splat::Code;
+namespace api = splat::api;
+
+static_assert(static_cast<splat_result>(Code::kIncomplete) == SPLAT_INCOMPLETE);
+static_assert(static_cast<splat_result>(Code::kInvalidArgument) == SPLAT_ERROR_INVALID_ARGUMENT);
+static_assert(static_cast<splat_result>(Code::kInvalidHandle) == SPLAT_ERROR_INVALID_HANDLE);
+static_assert(static_cast<splat_result>(Code::kInvalidState) == SPLAT_ERROR_INVALID_STATE);
+static_assert(static_cast<splat_result>(Code::kShape) == SPLAT_ERROR_SHAPE_MISMATCH);
+static_assert(static_cast<splat_result>(Code::kUnsupported) == SPLAT_ERROR_UNSUPPORTED);
+static_assert(static_cast<splat_result>(Code::kNoDevice) == SPLAT_ERROR_NO_DEVICE);
+static_assert(static_cast<splat_result>(Code::kOutOfHostMemory) == SPLAT_ERROR_OUT_OF_HOST_MEMORY);
+static_assert(static_cast<splat_result>(Code::kOutOfDeviceMemory) ==
+              SPLAT_ERROR_OUT_OF_DEVICE_MEMORY);
+static_assert(static_cast<splat_result>(Code::kTimeout) == SPLAT_ERROR_TIMEOUT);
+static_assert(static_cast<splat_result>(Code::kDeviceLost) == SPLAT_ERROR_DEVICE_LOST);
+static_assert(static_cast<splat_result>(Code::kInternal) == SPLAT_ERROR_INTERNAL);
+
+const char* splat_result_name(splat_result code) {
+    return splat::code_name(static_cast<Code>(code));
+}
+
+const char* splat_result_sentence(splat_result code) {
+    return splat::code_sentence(static_cast<Code>(code));
+}
+
+const char* splat_last_error_message(void) {
+    return api::last_text();
+}
+
+splat_result splat_last_error_copy(char* buffer, size_t capacity, size_t* needed) {
+    const char* text = api::last_text();
+    return api::give_text(text, std::strlen(text), buffer, capacity, needed);
+}
+
+splat_result splat_log_set_callback(splat_log_callback callback, void* user,
+                                    splat_log_level min_level) {
+    return api::guarded([&]() -> splat::Status {
+        if (min_level < 0 || min_level > SPLAT_LOG_ERROR)
+            return splat::error(Code::kInvalidArgument, "min_level is %d, expected 0 to %d",
+                                min_level, SPLAT_LOG_ERROR);
+        const int level = min_level == 0 ? SPLAT_LOG_WARNING : min_level;
+        splat::set_log_sink(callback, user, static_cast<splat::LogLevel>(level));
+        return {};
+    });
+}

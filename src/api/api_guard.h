@@ -1,0 +1,71 @@
+#pragma once
+
+#include <new>
+
+#include "core/status.h"
+#include "splat.h"
+
+namespace splat::api {
+
+/// Keep the text as the calling thread's last error and return the code.
+splat_result fail(const Status& status) noexcept;
+
+/// The same for a failed allocation; needs no memory.
+splat_result fail_out_of_memory() noexcept;
+
+/// Run the body of an entry point: nothing leaves it but a splat_result.
+template <class Body>
+splat_result guarded(Body&& body) noexcept {
+    try {
+        const Status status = body();
+        return status.ok() ? SPLAT_OK : fail(status);
+    } catch (const std::bad_alloc&) {
+        return fail_out_of_memory();
+    } catch (const std::exception& e) {
+        return fail(error(Code::kInternal, "unexpected exception: %s", e.what()));
+    }
+}
+
+/// Errors: kInvalidArgument, naming `argument`.
+Status require(const void* pointer, const char* argument);
+
+/// Check what every *_desc starts with. `known_flags` are the bits that mean something.
+template <class Desc>
+Status check_desc(const Desc* desc, const char* type, std::size_t first_version_size,
+                  std::uint32_t known_flags) {
+    if (desc == nullptr) return error(Code::kInvalidArgument, "desc is NULL, expected a %s", type);
+    if (desc->struct_size < first_version_size)
+        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
+                     type, desc->struct_size, type, sizeof(Desc));
+    if ((desc->flags & ~known_flags) != 0)
+        return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
+                     desc->flags & ~known_flags);
+    if (desc->next != nullptr)
+        return error(Code::kInvalidArgument,
+                     "%s.next is not NULL: this version knows no extensions", type);
+    return {};
+}
+
+/// Check the struct_size of an *_info that the caller wants filled.
+template <class Info>
+Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
+    if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
+    if (info->struct_size < first_version_size)
+        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
+                     type, info->struct_size, type, sizeof(Info));
+    return {};
+}
+
+/// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays.
+template <class Info>
+void give(const Info& filled, Info* info) {
+    const std::uint32_t size = info->struct_size;
+    __builtin_memcpy(info, &filled, size < sizeof(Info) ? size : sizeof(Info));
+    info->struct_size = size;
+}
+
+/// Copy text with its NUL; SPLAT_INCOMPLETE if it was cut.
+splat_result give_text(const char* text, std::size_t length, char* buffer, std::size_t capacity,
+                       std::size_t* needed);
+
+}  // namespace splat::api

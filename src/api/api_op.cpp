@@ -1,0 +1,163 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "nn/op_table.h"
+
+using namespace splat;
+
+namespace {
+
+using TensorPointer = std::shared_ptr<api::TensorObject>;
+
+/// Collects the tensors of a splat_op_desc, checked one by one.
+class TensorList {
+  public:
+    TensorList(const char* op, const vk::Context& context) : op_(op), context_(context) {}
+
+    /// Errors: kInvalidHandle, kInvalidArgument (NULL where required, dtype, other device).
+    Status add(splat_tensor tensor, const char* prefix, const char* name, bool optional,
+               std::vector<vk::BufferView>& views) {
+        if (tensor == nullptr && optional) {
+            views.emplace_back();
+            return {};
+        }
+        const std::string argument = format("%s: tensor '%s%s'", op_, prefix, name);
+        SPLAT_ASSIGN(TensorPointer object, api::Tensors::find(tensor, argument.c_str()));
+        if (object->context.get() != &context_)
+            return error(Code::kInvalidArgument, "%s is on another device than the operator",
+                         argument.c_str());
+        if (object->dtype != SPLAT_DTYPE_F32)
+            return error(Code::kInvalidArgument, "%s has dtype %d, expected SPLAT_DTYPE_F32",
+                         argument.c_str(), object->dtype);
+        views.push_back(object->view);
+        tensors.push_back(std::move(object));
+        return {};
+    }
+
+    std::vector<TensorPointer> tensors;
+
+  private:
+    const char* op_;
+    const vk::Context& context_;
+};
+
+Status check_counts(const nn::OpRow& row, const splat_op_desc& desc) {
+    if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
+        return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
+                     row.name, desc.input_count, row.inputs.size());
+    if (desc.output_count != row.outputs.size() || desc.outputs == nullptr)
+        return error(Code::kInvalidArgument, "%s: output_count is %u, expected %zu tensors",
+                     row.name, desc.output_count, row.outputs.size());
+    if ((desc.grad_outputs == nullptr) != (desc.grad_inputs == nullptr))
+        return error(Code::kInvalidArgument,
+                     "%s: grad_outputs and grad_inputs must be given together", row.name);
+    return {};
+}
+
+Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_op_desc* desc) {
+    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_TRY(api::check_desc(desc, "splat_op_desc", sizeof(splat_op_desc), SPLAT_OP_ACCUMULATE));
+    SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
+    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc->type));
+    SPLAT_TRY(check_counts(*row, *desc));
+    Json attributes = Json::object();
+    if (desc->attributes != nullptr) {
+        SPLAT_ASSIGN(attributes, parse_json(desc->attributes, "splat_op_desc.attributes"));
+    }
+
+    TensorList list(row->name, *owner->context);
+    nn::OpInstance::Tensors tensors;
+    tensors.accumulate = (desc->flags & SPLAT_OP_ACCUMULATE) != 0;
+    for (std::size_t i = 0; i < row->inputs.size(); ++i) {
+        const nn::Port& port = row->inputs[i];
+        SPLAT_TRY(list.add(desc->inputs[i], "", port.name, port.optional, tensors.inputs));
+        if (desc->grad_inputs != nullptr)
+            SPLAT_TRY(
+                list.add(desc->grad_inputs[i], "grad_", port.name, true, tensors.grad_inputs));
+    }
+    for (std::size_t i = 0; i < row->outputs.size(); ++i) {
+        const nn::Port& port = row->outputs[i];
+        SPLAT_TRY(list.add(desc->outputs[i], "", port.name, false, tensors.outputs));
+        if (desc->grad_outputs != nullptr)
+            SPLAT_TRY(
+                list.add(desc->grad_outputs[i], "grad_", port.name, false, tensors.grad_outputs));
+    }
+    auto object = std::make_shared<api::OpObject>();
+    object->context = owner->context;
+    object->tensors = std::move(list.tensors);
+    const std::lock_guard lock(object->context->mutex);
+    SPLAT_ASSIGN(object->op, nn::OpInstance::create(*object->context, *row, attributes, tensors));
+    return object;
+}
+
+splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Ops::find(op, "op"));
+        const std::lock_guard lock(object->context->mutex);
+        for (const TensorPointer& tensor : object->tensors)
+            if (tensor->mapped != 0)
+                return error(Code::kInvalidState,
+                             "tensor '%s' is mapped; call splat_tensor_unmap first",
+                             tensor->name.c_str());
+        return ((*object->op).*pass)();
+    });
+}
+
+std::string make_list() {
+    Json list = Json::array();
+    for (const nn::OpRow& row : nn::op_table()) {
+        Json inputs = Json::array();
+        for (const nn::Port& port : row.inputs)
+            inputs.push_back(std::string(port.name) + (port.optional ? "?" : ""));
+        Json outputs = Json::array();
+        for (const nn::Port& port : row.outputs) outputs.push_back(port.name);
+        Json attributes = Json::array();
+        for (const nn::Attribute& attribute : row.attributes)
+            attributes.push_back({{"name", attribute.name},
+                                  {"type", attribute.type},
+                                  {"default", Json::parse(attribute.fallback)},
+                                  {"about", attribute.about}});
+        list.push_back({{"name", row.name},
+                        {"equation", row.equation},
+                        {"inputs", inputs},
+                        {"outputs", outputs},
+                        {"saved", std::vector<std::string>(row.saved.begin(), row.saved.end())},
+                        {"attributes", attributes}});
+    }
+    return list.dump(2);
+}
+
+}  // namespace
+
+splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        const std::string list = make_list();
+        given = api::give_text(list.c_str(), list.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result != SPLAT_OK ? result : given;
+}
+
+splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(op, "op"));
+        SPLAT_ASSIGN(std::shared_ptr<api::OpObject> object, create(device, desc));
+        *op = api::Ops::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_op_forward(splat_op op) {
+    return run(op, &nn::OpInstance::forward);
+}
+
+splat_result splat_op_backward(splat_op op) {
+    return run(op, &nn::OpInstance::backward);
+}
+
+splat_result splat_op_destroy(splat_op op) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Ops::remove(op, "op"));
+        return {};
+    });
+}

@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cstring>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "api/strides.h"
+#include "ops/tensor_stats.h"
+
+using namespace splat;
+
+namespace {
+
+using TensorPointer = std::shared_ptr<api::TensorObject>;
+
+Status not_mapped(const api::TensorObject& tensor) {
+    if (tensor.mapped == 0) return {};
+    return error(Code::kInvalidState, "tensor '%s' is mapped; call splat_tensor_unmap first",
+                 tensor.name.c_str());
+}
+
+Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
+    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_TRY(api::check_desc(desc, "splat_tensor_desc", sizeof(splat_tensor_desc), 0));
+    if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
+        return error(Code::kInvalidArgument, "splat_tensor_desc.dtype is %d, expected 0 to %d",
+                     desc->dtype, SPLAT_DTYPE_U32);
+    if (desc->rank > SPLAT_MAX_RANK)
+        return error(Code::kInvalidArgument, "splat_tensor_desc.rank is %u, expected at most %d",
+                     desc->rank, SPLAT_MAX_RANK);
+    auto tensor = std::make_shared<api::TensorObject>();
+    tensor->context = owner->context;
+    tensor->name = desc->name != nullptr ? desc->name : "unnamed";
+    tensor->dtype = desc->dtype == 0 ? SPLAT_DTYPE_F32 : desc->dtype;
+    SPLAT_ASSIGN(const Shape shape,
+                 Shape::create({desc->dims, desc->rank}, "tensor '" + tensor->name + "'"));
+
+    vk::Context& context = *tensor->context;
+    const std::lock_guard lock(context.mutex);
+    const std::uint64_t bytes = vk::quad_bytes(shape.elements());
+    const std::uint64_t most = context.device().info().limits.max_storage_buffer_bytes;
+    if (bytes > most)
+        return error(Code::kUnsupported,
+                     "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
+                     "split it along an outer "
+                     "dimension",
+                     tensor->name.c_str(), shape.text().c_str(),
+                     static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(most));
+    SPLAT_ASSIGN(tensor->buffer, context.memory().allocate(bytes, vk::MemoryKind::kDevice,
+                                                           "tensor '" + tensor->name + "'"));
+    tensor->view = tensor->buffer.view(shape);
+    SPLAT_TRY(context.fill(tensor->view, 0));
+    return tensor;
+}
+
+Status write(api::TensorObject& tensor, const void* data, std::size_t bytes,
+             const std::int64_t* strides) {
+    SPLAT_TRY(api::require(data, "data"));
+    SPLAT_ASSIGN(const api::HostLayout layout,
+                 api::host_layout(tensor.view.shape, strides, bytes, false));
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    SPLAT_TRY(not_mapped(tensor));
+    if (layout.contiguous) return context.write(tensor.view, data, tensor.bytes());
+    std::vector<std::byte> contiguous(tensor.bytes());
+    api::gather(tensor.view.shape, layout, static_cast<const std::byte*>(data), contiguous.data());
+    return context.write(tensor.view, contiguous.data(), contiguous.size());
+}
+
+Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std::int64_t* strides) {
+    SPLAT_TRY(api::require(data, "data"));
+    SPLAT_ASSIGN(const api::HostLayout layout,
+                 api::host_layout(tensor.view.shape, strides, bytes, true));
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    SPLAT_TRY(not_mapped(tensor));
+    // A mapped tensor is copied in one step that cannot fail half-way; a staged one goes through a
+    // copy of our own first.
+    if (layout.contiguous && vk::Memory::host(tensor.view) != nullptr)
+        return context.read(tensor.view, data, tensor.bytes());
+    std::vector<std::byte> contiguous(tensor.bytes());
+    SPLAT_TRY(context.read(tensor.view, contiguous.data(), contiguous.size()));
+    if (layout.contiguous)
+        std::memcpy(data, contiguous.data(), contiguous.size());
+    else
+        api::scatter(tensor.view.shape, layout, contiguous.data(), static_cast<std::byte*>(data));
+    return {};
+}
+
+Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::size_t* bytes) {
+    SPLAT_TRY(api::require(pointer, "pointer"));
+    if (access < SPLAT_ACCESS_READ || access > SPLAT_ACCESS_READ_WRITE)
+        return error(Code::kInvalidArgument, "access is %d, expected %d to %d", access,
+                     SPLAT_ACCESS_READ, SPLAT_ACCESS_READ_WRITE);
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    SPLAT_TRY(not_mapped(tensor));
+    void* host = vk::Memory::host(tensor.view);
+    if (host != nullptr) {
+        SPLAT_TRY(context.settle());
+        SPLAT_TRY(context.memory().invalidate(tensor.view));
+    } else {
+        std::vector<std::byte> copy(tensor.bytes());
+        if (access != SPLAT_ACCESS_WRITE)
+            SPLAT_TRY(context.read(tensor.view, copy.data(), copy.size()));
+        tensor.mapped_copy = std::move(copy);
+        host = tensor.mapped_copy.data();
+    }
+    tensor.mapped = access;
+    *pointer = host;
+    if (bytes != nullptr) *bytes = tensor.bytes();
+    return {};
+}
+
+Status unmap(api::TensorObject& tensor) {
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    if (tensor.mapped == 0)
+        return error(Code::kInvalidState, "tensor '%s' is not mapped", tensor.name.c_str());
+    if (tensor.mapped != SPLAT_ACCESS_READ) {
+        if (vk::Memory::host(tensor.view) != nullptr)
+            SPLAT_TRY(context.memory().flush(tensor.view));
+        else
+            SPLAT_TRY(
+                context.write(tensor.view, tensor.mapped_copy.data(), tensor.mapped_copy.size()));
+    }
+    tensor.mapped = 0;
+    tensor.mapped_copy = {};
+    return {};
+}
+
+Result<ops::TensorStats> measure(api::TensorObject& tensor) {
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    SPLAT_TRY(not_mapped(tensor));
+    if (tensor.dtype != SPLAT_DTYPE_F32)
+        return error(Code::kInvalidArgument, "tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32",
+                     tensor.name.c_str(), tensor.dtype);
+    const std::uint64_t elements = tensor.view.shape.elements();
+    const std::uint64_t bytes = ops::tensor_stats_partial_bytes(elements);
+    SPLAT_ASSIGN(const vk::Buffer partial,
+                 context.memory().allocate(bytes, vk::MemoryKind::kDevice, "tensor statistics"));
+    vk::Recorder recorder(context);
+    SPLAT_TRY(ops::tensor_stats(recorder, elements, tensor.view, partial.range()));
+    SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+    SPLAT_TRY(context.run(list));
+    std::vector<std::uint32_t> words(bytes / 4);
+    SPLAT_TRY(context.read(partial.range(), words.data(), bytes));
+    return ops::tensor_stats_merge(words);
+}
+
+}  // namespace
+
+splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
+                                 splat_tensor* tensor) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(tensor, "tensor"));
+        SPLAT_ASSIGN(TensorPointer object, create(device, desc));
+        *tensor = api::Tensors::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
+                                    const void* data, size_t bytes, const int64_t* strides,
+                                    splat_tensor* tensor) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(tensor, "tensor"));
+        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_ASSIGN(TensorPointer object, create(device, desc));
+        SPLAT_TRY(write(*object, data, bytes, strides));
+        *tensor = api::Tensors::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
+                                const int64_t* strides) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        return write(*object, data, bytes, strides);
+    });
+}
+
+splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
+                               const int64_t* strides) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        return read(*object, data, bytes, strides);
+    });
+}
+
+splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
+                              size_t* bytes) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        return map(*object, access, pointer, bytes);
+    });
+}
+
+splat_result splat_tensor_unmap(splat_tensor tensor) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        return unmap(*object);
+    });
+}
+
+splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        SPLAT_TRY(api::check_info(info, "splat_tensor_info", sizeof(splat_tensor_info)));
+        splat_tensor_info filled{};
+        const Shape& shape = object->view.shape;
+        filled.dtype = object->dtype;
+        filled.rank = shape.rank();
+        {
+            const std::lock_guard lock(object->context->mutex);
+            filled.mapped = object->mapped != 0 ? 1 : 0;
+        }
+        for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) filled.dims[axis] = shape[axis];
+        filled.elements = shape.elements();
+        filled.bytes = object->bytes();
+        std::memcpy(filled.name, object->name.data(),
+                    std::min(object->name.size(), sizeof filled.name - 1));
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        SPLAT_TRY(api::check_info(stats, "splat_tensor_stats", sizeof(splat_tensor_stats)));
+        SPLAT_ASSIGN(const ops::TensorStats measured, measure(*object));
+        splat_tensor_stats filled{};
+        filled.nan_count = measured.nan_count;
+        filled.inf_count = measured.inf_count;
+        filled.min = measured.min;
+        filled.max = measured.max;
+        filled.mean = measured.mean;
+        api::give(filled, stats);
+        return {};
+    });
+}
+
+splat_result splat_tensor_destroy(splat_tensor tensor) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::remove(tensor, "tensor"));
+        return {};
+    });
+}

@@ -1,0 +1,31 @@
+#include "core/environment.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace splat {
+
+std::optional<std::string> environment(const char* name) {
+    const char* value = std::getenv(name);
+    if (value == nullptr || *value == '\0') return std::nullopt;
+    return std::string(value);
+}
+
+Result<double> environment_positive(const char* name, double fallback) {
+    const auto text = environment(name);
+    if (!text) return fallback;
+    char* end = nullptr;
+    const double value = std::strtod(text->c_str(), &end);
+    if (*end != '\0' || !std::isfinite(value) || value <= 0)
+        return error(Code::kInvalidArgument,
+                     "environment variable %s is '%s', expected a number > 0", name, text->c_str());
+    return value;
+}
+
+std::optional<std::string> user_cache_folder() {
+    if (const auto cache = environment("XDG_CACHE_HOME")) return *cache + "/libsplat";
+    if (const auto home = environment("HOME")) return *home + "/.cache/libsplat";
+    return std::nullopt;
+}
+
+}  // namespace splat

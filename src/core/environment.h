@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/status.h"
+
+namespace splat {
+
+/// Value of an environment variable, or nothing if it is unset or empty.
+std::optional<std::string> environment(const char* name);
+
+/// A number > 0 from an environment variable, or `fallback` if it is unset. Errors:
+/// kInvalidArgument, names the variable.
+Result<double> environment_positive(const char* name, double fallback);
+
+/// `$XDG_CACHE_HOME/libsplat`, else `$HOME/.cache/libsplat`, else nothing.
+std::optional<std::string> user_cache_folder();
+
+}  // namespace splat

@@ -1,0 +1,163 @@
+#include "nn/op_instance.h"
+
+#include <algorithm>
+
+#include "ops/quads.h"
+
+namespace splat::nn {
+namespace {
+
+using vk::BufferView;
+
+bool present(const BufferView& view) {
+    return view.block != nullptr;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<OpInstance>> OpInstance::create(vk::Context& context, const OpRow& row,
+                                                       const Json& attributes,
+                                                       const Tensors& tensors) {
+    std::unique_ptr<OpInstance> op(new OpInstance(context, row));
+    SPLAT_ASSIGN(const Json complete, complete_attributes(row, attributes));
+    std::vector<Shape> shapes;
+    for (const BufferView& input : tensors.inputs) {
+        if (present(input) && input.shape.rank() == 0)  // to a plan, rank 0 means absent
+            return error(Code::kShape, "%s: input %zu is a scalar, expected at least one dimension",
+                         row.name, shapes.size());
+        shapes.push_back(input.shape);
+    }
+    const vk::Recorder recorder(context);
+    SPLAT_ASSIGN(const OpPlan plan, row.plan(recorder, complete, shapes));
+    SPLAT_TRY(op->check_shapes(plan, tensors));
+    SPLAT_TRY(op->allocate(plan, tensors));
+    SPLAT_TRY(op->record(complete, tensors));
+    return op;
+}
+
+Status OpInstance::check_shapes(const OpPlan& plan, const Tensors& tensors) const {
+    const auto check = [this](const char* prefix, const char* name, const Shape& got,
+                              const Shape& expected) -> Status {
+        if (got == expected) return {};
+        return error(Code::kShape, "%s: tensor '%s%s' has shape %s, expected %s", row_.name, prefix,
+                     name, got.text().c_str(), expected.text().c_str());
+    };
+    for (std::size_t i = 0; i < row_.outputs.size(); ++i) {
+        SPLAT_TRY(check("", row_.outputs[i].name, tensors.outputs[i].shape, plan.outputs[i]));
+        if (!tensors.grad_outputs.empty())
+            SPLAT_TRY(check("grad_", row_.outputs[i].name, tensors.grad_outputs[i].shape,
+                            plan.outputs[i]));
+    }
+    for (std::size_t i = 0; i < tensors.grad_inputs.size(); ++i)
+        if (present(tensors.grad_inputs[i]))
+            SPLAT_TRY(check("grad_", row_.inputs[i].name, tensors.grad_inputs[i].shape,
+                            tensors.inputs[i].shape));
+    return {};
+}
+
+Result<BufferView> OpInstance::scratch(const Shape& shape, Layout layout) {
+    std::uint64_t bytes = vk::quad_bytes(shape.elements());
+    if (layout == Layout::kQuads) {
+        SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(shape));
+        bytes = dims.bytes();
+    }
+    SPLAT_ASSIGN(vk::Buffer buffer,
+                 context_.memory().allocate(bytes, vk::MemoryKind::kDevice, row_.name));
+    buffers_.push_back(std::move(buffer));
+    BufferView view = buffers_.back().range();
+    view.shape = shape;
+    return view;
+}
+
+/// The tensor itself if the operator takes it as it is, else scratch in the operator's layout.
+Result<BufferView> OpInstance::on_device(const BufferView& tensor, Layout layout) {
+    if (layout == Layout::kRowMajor) return tensor;
+    return scratch(tensor.shape, layout);
+}
+
+Status OpInstance::allocate(const OpPlan& plan, const Tensors& tensors) {
+    for (std::size_t i = 0; i < row_.inputs.size(); ++i) {
+        BufferView view;
+        if (present(tensors.inputs[i])) {
+            SPLAT_ASSIGN(view, on_device(tensors.inputs[i], row_.inputs[i].layout));
+        }
+        views_.inputs.push_back(view);
+    }
+    for (std::size_t i = 0; i < row_.outputs.size(); ++i) {
+        SPLAT_ASSIGN(const BufferView view, on_device(tensors.outputs[i], row_.outputs[i].layout));
+        views_.outputs.push_back(view);
+    }
+    for (const Shape& shape : plan.saved) {
+        SPLAT_ASSIGN(const BufferView view, scratch(shape, Layout::kRowMajor));
+        views_.saved.push_back(view);
+    }
+    std::uint64_t workspace = plan.forward_workspace;
+    if (!tensors.grad_outputs.empty()) {
+        workspace = std::max(workspace, plan.backward_workspace);
+        for (std::size_t i = 0; i < row_.outputs.size(); ++i) {
+            SPLAT_ASSIGN(const BufferView view,
+                         on_device(tensors.grad_outputs[i], row_.outputs[i].layout));
+            views_.grad_outputs.push_back(view);
+        }
+        for (std::size_t i = 0; i < row_.inputs.size(); ++i) {
+            BufferView view;
+            const bool wanted = present(tensors.grad_inputs[i]);
+            if (wanted && row_.inputs[i].layout == Layout::kRowMajor) {
+                view = tensors.grad_inputs[i];
+            } else if (present(tensors.inputs[i])) {
+                SPLAT_ASSIGN(view, scratch(tensors.inputs[i].shape, row_.inputs[i].layout));
+            }
+            views_.grad_inputs.push_back(view);
+        }
+    }
+    if (workspace > 0) {
+        SPLAT_ASSIGN(vk::Buffer buffer,
+                     context_.memory().allocate(workspace, vk::MemoryKind::kDevice, row_.name));
+        views_.workspace = buffer.range();
+        buffers_.push_back(std::move(buffer));
+    }
+    views_.accumulate = tensors.accumulate;
+    return {};
+}
+
+Status OpInstance::record(const Json& attributes, const Tensors& tensors) {
+    vk::Recorder recorder(context_);
+    for (std::size_t i = 0; i < row_.inputs.size(); ++i)
+        if (row_.inputs[i].layout == Layout::kQuads && present(tensors.inputs[i]))
+            SPLAT_TRY(ops::quads_pack(recorder, tensors.inputs[i], views_.inputs[i]));
+    SPLAT_TRY(row_.forward(recorder, attributes, views_));
+    for (std::size_t i = 0; i < row_.outputs.size(); ++i)
+        if (row_.outputs[i].layout == Layout::kQuads)
+            SPLAT_TRY(ops::quads_unpack(recorder, views_.outputs[i], tensors.outputs[i]));
+    SPLAT_ASSIGN(forward_, recorder.finish());
+    if (tensors.grad_outputs.empty()) return {};
+
+    for (std::size_t i = 0; i < row_.outputs.size(); ++i)
+        if (row_.outputs[i].layout == Layout::kQuads)
+            SPLAT_TRY(ops::quads_pack(recorder, tensors.grad_outputs[i], views_.grad_outputs[i]));
+    SPLAT_TRY(row_.backward(recorder, attributes, views_));
+    for (std::size_t i = 0; i < row_.inputs.size(); ++i)
+        if (row_.inputs[i].layout == Layout::kQuads && present(tensors.grad_inputs[i]))
+            SPLAT_TRY(ops::quads_unpack(recorder, views_.grad_inputs[i], tensors.grad_inputs[i]));
+    SPLAT_ASSIGN(backward_, recorder.finish());
+    return {};
+}
+
+Status OpInstance::forward() {
+    SPLAT_TRY(context_.run(forward_));
+    ran_ = true;
+    return {};
+}
+
+Status OpInstance::backward() {
+    if (backward_.empty())
+        return error(Code::kInvalidState,
+                     "%s: backward was called, but the operator was made without grad_outputs",
+                     row_.name);
+    if (!ran_)
+        return error(Code::kInvalidState, "%s: backward was called before the first forward",
+                     row_.name);
+    return context_.run(backward_);
+}
+
+}  // namespace splat::nn

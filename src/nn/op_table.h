@@ -1,0 +1,76 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/json.h"
+#include "vk/recorder.h"
+
+namespace splat::nn {
+
+/// How an operator's tensor lies on the device.
+enum class Layout : int {
+    kQuads,     ///< activation [N, C, ...] as quads, see ops/quads.h
+    kRowMajor,  ///< parameter or statistic, row-major and padded to whole quads
+};
+
+struct Port {
+    const char* name;
+    Layout layout = Layout::kQuads;
+    bool optional = false;
+};
+
+struct Attribute {
+    const char* name;
+    const char* type;      ///< "integer", "number" or "boolean"
+    const char* fallback;  ///< JSON text of the default
+    const char* about;
+};
+
+/// What an operator's outputs and workspaces look like for given inputs.
+struct OpPlan {
+    std::vector<Shape> outputs;
+    std::vector<Shape> saved;              ///< computed by forward, read by backward; row-major
+    std::uint64_t forward_workspace = 0;   ///< bytes
+    std::uint64_t backward_workspace = 0;  ///< bytes
+};
+
+/// The tensors of one call, in the order of the row's ports. A view without a buffer is an absent
+/// optional tensor.
+struct OpViews {
+    std::vector<vk::BufferView> inputs;
+    std::vector<vk::BufferView> outputs;
+    std::vector<vk::BufferView> saved;
+    std::vector<vk::BufferView> grad_outputs;
+    std::vector<vk::BufferView> grad_inputs;  ///< all present, except of absent inputs
+    vk::BufferView workspace;
+    bool accumulate = false;  ///< gradients of row-major inputs are added to what is there
+};
+
+/// One differentiable operator. Attributes have been checked against the row and completed with
+/// defaults.
+struct OpRow {
+    const char* name;
+    const char* equation;
+    std::span<const Port> inputs;
+    std::span<const Port> outputs;
+    std::span<const char* const> saved;
+    std::span<const Attribute> attributes;
+    Result<OpPlan> (*plan)(const vk::Recorder&, const Json& attributes,
+                           std::span<const Shape> inputs);
+    Status (*forward)(vk::Recorder&, const Json& attributes, const OpViews&);
+    Status (*backward)(vk::Recorder&, const Json& attributes, const OpViews&);
+};
+
+/// All operators, by name.
+std::span<const OpRow> op_table();
+
+/// Errors: kInvalidArgument, listing the names there are.
+Result<const OpRow*> find_op(std::string_view name);
+
+/// Check `given` against the row (unknown name, wrong type) and fill in the defaults. Errors:
+/// kInvalidArgument.
+Result<Json> complete_attributes(const OpRow& row, const Json& given);
+
+}  // namespace splat::nn

@@ -1,0 +1,207 @@
+#include "ops/linear.h"
+
+#include "core/checked_math.h"
+#include "core/shape.h"
+#include "ops/launch.h"
+#include "params/linear_params.h"
+
+namespace splat::ops {
+namespace {
+
+using vk::Kernels;
+
+/// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image)
+/// would leave it idle.
+struct Tile {
+    std::uint32_t columns;
+    std::uint32_t blocks;
+};
+constexpr std::uint32_t kColumnsId = 10;
+constexpr std::uint32_t kBlocksId = 11;
+
+Tile tile_for(std::uint32_t rows) {
+    return rows >= 64 ? Tile{8, 2} : rows >= 16 ? Tile{2, 2} : Tile{1, 2};
+}
+
+params::LinearParams params_of(const LinearDesc& desc) {
+    return {desc.rows, desc.in_features, desc.out_features, desc.bias ? 1U : 0U, 0, 0, 0};
+}
+
+double count(std::uint32_t a, std::uint32_t b) {
+    return static_cast<double>(a) * b;
+}
+
+vk::Work product_work(const LinearDesc& desc) {
+    return {
+        .flops = 2.0 * count(desc.rows, desc.in_features) * desc.out_features,
+        .bytes = 4.0 * (count(desc.rows, desc.in_features) + count(desc.rows, desc.out_features) +
+                        count(desc.in_features, desc.out_features))};
+}
+
+/// The fast product; backward_input is the same with the roles of in and out exchanged.
+Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
+                const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
+                const vk::BufferView& y) {
+    const bool cpu = recorder.kernels() == Kernels::kCpu;
+    const Tile tile = tile_for(desc.rows);
+    // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
+    // filled.
+    const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    const vk::Groups groups{
+        static_cast<std::uint32_t>(ceil_div(desc.rows, std::uint64_t{size} * tile.columns)),
+        static_cast<std::uint32_t>(ceil_div(desc.out_features, 8 * tile.blocks)), 1};
+    return recorder.dispatch({
+        .op = op,
+        .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
+        .constants = {{kWorkgroupSizeId, size},
+                      {kColumnsId, tile.columns},
+                      {kBlocksId, tile.blocks}},
+        .push = params_of(desc),
+        .accesses = {vk::read(x), vk::read(weight), vk::read(bias), vk::write(y)},
+        .groups = groups,
+        .work = product_work(desc),
+    });
+}
+
+}  // namespace
+
+Status linear_check(const LinearDesc& desc) {
+    const std::uint64_t rows = desc.rows;
+    const std::uint64_t in = round_up(desc.in_features, 16);
+    const std::uint64_t out = round_up(desc.out_features, 16);
+    if (rows * in > kMaxElements || rows * out > kMaxElements || in * out > kMaxElements)
+        return error(Code::kUnsupported,
+                     "linear: %u rows, %u -> %u features: an operand has 2^31 elements or more",
+                     desc.rows, desc.in_features, desc.out_features);
+    return {};
+}
+
+std::uint64_t linear_packed_bytes(const vk::Recorder& recorder, const LinearDesc& desc,
+                                  bool transposed) {
+    if (recorder.kernels() == Kernels::kPlain) return 0;
+    const std::uint64_t in = transposed ? desc.out_features : desc.in_features;
+    const std::uint64_t out = transposed ? desc.in_features : desc.out_features;
+    return round_up(in, 4) * round_up(out, 16) * 4;
+}
+
+Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
+                          const vk::BufferView& weight, const vk::BufferView& packed,
+                          bool transposed) {
+    SPLAT_TRY(linear_check(desc));
+    const std::uint64_t bytes = linear_packed_bytes(recorder, desc, transposed);
+    if (bytes == 0) return {};
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = groups_for(recorder.device(), bytes / 16, size);
+    params::LinearParams params = params_of(desc);
+    if (transposed) std::swap(params.in_features, params.out_features);
+    params.transposed = transposed ? 1 : 0;
+    params.groups_x = groups[0];
+    return recorder.dispatch({
+        .op = "linear_pack_weight",
+        .shader = "linear_pack_weight",
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params,
+        .accesses = {vk::read(weight), vk::write(packed)},
+        .groups = groups,
+        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(bytes)},
+    });
+}
+
+Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::BufferView& x,
+                      const vk::BufferView& weight, const vk::BufferView& bias,
+                      const vk::BufferView& y) {
+    SPLAT_TRY(linear_check(desc));
+    if (recorder.kernels() != Kernels::kPlain)
+        return multiply(recorder, "linear_forward", desc, x, weight, bias, y);
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups =
+        groups_for(recorder.device(), ceil_div(desc.out_features, 4) * desc.rows, size);
+    params::LinearParams params = params_of(desc);
+    params.groups_x = groups[0];
+    return recorder.dispatch({
+        .op = "linear_forward",
+        .shader = "linear_forward",
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params,
+        .accesses = {vk::read(x), vk::read(weight), vk::read(bias), vk::write(y)},
+        .groups = groups,
+        .work = product_work(desc),
+    });
+}
+
+Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
+                             const vk::BufferView& weight, const vk::BufferView& grad_y,
+                             const vk::BufferView& grad_x) {
+    SPLAT_TRY(linear_check(desc));
+    if (recorder.kernels() != Kernels::kPlain) {
+        const LinearDesc transposed{desc.rows, desc.out_features, desc.in_features, false};
+        return multiply(recorder, "linear_backward_input", transposed, grad_y, weight, weight,
+                        grad_x);
+    }
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups =
+        groups_for(recorder.device(), ceil_div(desc.in_features, 4) * desc.rows, size);
+    params::LinearParams params = params_of(desc);
+    params.groups_x = groups[0];
+    return recorder.dispatch({
+        .op = "linear_backward_input",
+        .shader = "linear_backward_input",
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params,
+        .accesses = {vk::read(weight), vk::read(grad_y), vk::write(grad_x)},
+        .groups = groups,
+        .work = product_work(desc),
+    });
+}
+
+Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
+                              const vk::BufferView& x, const vk::BufferView& grad_y,
+                              const vk::BufferView& grad_weight, bool accumulate) {
+    SPLAT_TRY(linear_check(desc));
+    const Kernels kernels = recorder.kernels();
+    params::LinearParams params = params_of(desc);
+    params.accumulate = accumulate ? 1 : 0;
+    std::uint32_t size = workgroup_size(recorder.device(), 64);
+    vk::Groups groups =
+        groups_for(recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
+    if (kernels != Kernels::kPlain) {
+        size = kernels == Kernels::kCpu ? 8 : size;
+        const std::uint32_t in_tile = 32 * (size / 8);  // each 8 lanes take 32 input features
+        groups = {(desc.in_features + in_tile - 1) / in_tile, (desc.out_features + 31) / 32, 1};
+    }
+    params.groups_x = groups[0];
+    return recorder.dispatch({
+        .op = "linear_backward_weight",
+        .shader = kernels == Kernels::kPlain ? "linear_backward_weight"
+                  : kernels == Kernels::kCpu ? "linear_backward_weight_cpu"
+                                             : "linear_backward_weight_gpu",
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params,
+        .accesses = {vk::read(x), vk::read(grad_y), vk::read_write(grad_weight)},
+        .groups = groups,
+        .work = product_work(desc),
+    });
+}
+
+Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
+                            const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
+                            bool accumulate) {
+    SPLAT_TRY(linear_check(desc));
+    const Kernels kernels = recorder.kernels();
+    params::LinearParams params = params_of(desc);
+    params.accumulate = accumulate ? 1 : 0;
+    const double elements = count(desc.rows, desc.out_features);
+    return recorder.dispatch({
+        .op = "linear_backward_bias",
+        .shader = kernels == Kernels::kPlain ? "linear_backward_bias"
+                  : kernels == Kernels::kCpu ? "linear_backward_bias_cpu"
+                                             : "linear_backward_bias_gpu",
+        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .push = params,
+        .accesses = {vk::read(grad_y), vk::read_write(grad_bias)},
+        .groups = {(desc.out_features + 3) / 4, 1, 1},
+        .work = {.flops = elements, .bytes = 4.0 * elements},
+    });
+}
+
+}  // namespace splat::ops

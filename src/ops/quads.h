@@ -1,0 +1,37 @@
+#pragma once
+
+#include "vk/recorder.h"
+
+namespace splat::ops {
+
+/// The layout of activations on the device: quads of 4 channels, [ceil(C/4)][N*P], P pixels per
+/// image; the channels beyond C in the last quad are zero. So concatenation along channels and the
+/// columns of a matrix product are contiguous, for any batch.
+///
+/// A tensor [N, C, ...] keeps its logical shape in BufferView::shape; rank 2 [rows, features] is N
+/// = rows, P = 1.
+struct QuadDims {
+    std::uint32_t n = 1;
+    std::uint32_t c = 1;
+    std::uint32_t p = 1;
+
+    [[nodiscard]] std::uint64_t quads() const { return (std::uint64_t{c} + 3) / 4 * n * p; }
+    [[nodiscard]] std::uint64_t bytes() const { return quads() * 16; }
+};
+
+/// Errors: kShape for rank < 2.
+Result<QuadDims> quad_dims(const Shape& shape);
+
+/// Row-major to quads, and back.
+///
+/// x, y         the same logical shape [N, C, ...] float32; one row-major, the other quads; no
+///              aliasing
+/// Errors       kShape for rank < 2, kUnsupported beyond the device's binding limits; nothing is
+///              recorded on error
+/// Precision    exact
+/// Determinism  bit-exact for any thread count
+/// Source       src/ops/README.md, "Layout"
+Status quads_pack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
+Status quads_unpack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
+
+}  // namespace splat::ops

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "vk/buffer.h"
+#include "vk/pipeline.h"
+
+namespace splat::vk {
+
+enum class Use : int { kRead, kWrite, kReadWrite };
+
+constexpr bool writes(Use use) {
+    return use != Use::kRead;
+}
+
+/// One buffer range that a command touches.
+struct Access {
+    BufferView view;
+    Use use = Use::kRead;
+};
+
+inline Access read(const BufferView& view) {
+    return {view, Use::kRead};
+}
+inline Access write(const BufferView& view) {
+    return {view, Use::kWrite};
+}
+inline Access read_write(const BufferView& view) {
+    return {view, Use::kReadWrite};
+}
+
+/// Push constants of one dispatch: a struct of shaders/include/params.
+class PushData {
+  public:
+    PushData() = default;
+    template <class Params>
+    PushData(const Params& params) : bytes_(sizeof(Params)) {
+        static_assert(std::is_trivially_copyable_v<Params> && sizeof(Params) <= kMaxBytes);
+        std::memcpy(data_.data(), &params, sizeof(Params));
+    }
+    [[nodiscard]] std::uint32_t bytes() const { return bytes_; }
+    [[nodiscard]] const std::byte* data() const { return data_.data(); }
+
+    static constexpr std::uint32_t kMaxBytes =
+        128;  ///< the least maxPushConstantsSize Vulkan allows
+
+  private:
+    std::array<std::byte, kMaxBytes> data_{};
+    std::uint32_t bytes_ = 0;
+};
+
+/// Arithmetic and traffic of one dispatch, as the operator counts them: for profiles and for
+/// splitting long work.
+struct Work {
+    double flops = 0;
+    double bytes = 0;
+};
+
+using Groups = std::array<std::uint32_t, 3>;
+
+/// One dispatch as an operator states it.
+struct Dispatch {
+    const char* op = "";      ///< profile label: the operator's function, "group_norm_forward"
+    const char* shader = "";  ///< name in the shader table
+    std::vector<SpecConstant> constants;
+    PushData push;
+    std::vector<Access> accesses;  ///< in the order of the shader's bindings
+    Groups groups{1, 1, 1};
+    Work work;
+    bool may_alias =
+        false;  ///< declared aliasing: an input and an output may be the same range (not merely overlap)
+};
+
+/// What a command list consists of.
+enum class CommandKind : int { kDispatch, kFill, kCopy, kBarrier, kToHost };
+
+struct Command {
+    CommandKind kind = CommandKind::kBarrier;
+    std::string op;
+    std::vector<Access> accesses;  ///< for an indirect dispatch the last one is the group counts
+    const Pipeline* pipeline = nullptr;
+    const char* shader = "";
+    PushData push;
+    Groups base{0, 0, 0};
+    Groups groups{1, 1, 1};
+    bool indirect = false;
+    std::uint32_t fill_word = 0;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    Work work;
+    std::size_t dispatch =
+        0;  ///< which call of Recorder::dispatch; the parts of a split one share it
+    std::uint32_t part =
+        0;  ///< of a split dispatch: parts after the first need no barrier against their own kind
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,292 @@
+#include "vk/command_list.h"
+
+#include <algorithm>
+
+#include "core/fault.h"
+#include "vk/command_list_objects.h"
+#include "vk/context.h"
+
+namespace splat::vk {
+namespace {
+
+constexpr VkFormat kTexelFormat = VK_FORMAT_R32G32B32A32_SFLOAT;
+
+VkMemoryBarrier memory_barrier(VkAccessFlags from, VkAccessFlags to) {
+    VkMemoryBarrier barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+    barrier.srcAccessMask = from;
+    barrier.dstAccessMask = to;
+    return barrier;
+}
+
+}  // namespace
+
+CommandList::Objects::~Objects() {
+    if (device == nullptr) return;
+    const VkDevice handle = device->handle();
+    for (const VkBufferView view : texel_views)
+        device->vk.vkDestroyBufferView(handle, view, nullptr);
+    if (queries != VK_NULL_HANDLE) device->vk.vkDestroyQueryPool(handle, queries, nullptr);
+    if (fence != VK_NULL_HANDLE) device->vk.vkDestroyFence(handle, fence, nullptr);
+    if (descriptors != VK_NULL_HANDLE)
+        device->vk.vkDestroyDescriptorPool(handle, descriptors, nullptr);
+    if (command_pool != VK_NULL_HANDLE)
+        device->vk.vkDestroyCommandPool(handle, command_pool, nullptr);
+}
+
+Status CommandList::Objects::make_sets() {
+    std::uint32_t sets = 0;
+    std::uint32_t storage = 0;
+    std::uint32_t texel = 0;
+    for (const Command& command : commands) {
+        if (command.kind != CommandKind::kDispatch || command.part > 0) continue;
+        ++sets;
+        for (const ShaderBinding& binding : command.pipeline->interface.bindings)
+            ++(binding.type == DescriptorType::kStorageBuffer ? storage : texel);
+    }
+    if (sets == 0) return {};
+    std::vector<VkDescriptorPoolSize> sizes;
+    if (storage > 0) sizes.push_back({VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, storage});
+    if (texel > 0) sizes.push_back({VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, texel});
+    VkDescriptorPoolCreateInfo pool{};
+    pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    pool.maxSets = sets;
+    pool.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
+    pool.pPoolSizes = sizes.data();
+    SPLAT_TRY(device->check(
+        SPLAT_FAULT("vk.create_descriptor_pool")
+            ? VK_ERROR_FRAGMENTED_POOL
+            : device->vk.vkCreateDescriptorPool(device->handle(), &pool, nullptr, &descriptors),
+        "vkCreateDescriptorPool"));
+    for (Command& command : commands) {
+        if (command.kind != CommandKind::kDispatch) continue;
+        if (command.part > 0) {
+            command.set = (&command - 1)->set;
+        } else {
+            SPLAT_TRY(make_set(command));
+        }
+    }
+    return {};
+}
+
+Status CommandList::Objects::make_set(Command& command) {
+    VkDescriptorSetAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+    allocate.descriptorPool = descriptors;
+    allocate.descriptorSetCount = 1;
+    allocate.pSetLayouts = &command.pipeline->set_layout;
+    SPLAT_TRY(device->check(
+        device->vk.vkAllocateDescriptorSets(device->handle(), &allocate, &command.set),
+        "vkAllocateDescriptorSets"));
+    const auto& bindings = command.pipeline->interface.bindings;
+    std::vector<VkDescriptorBufferInfo> ranges(bindings.size());
+    std::vector<VkWriteDescriptorSet> sets(bindings.size());
+    texel_views.reserve(texel_views.size() + bindings.size());
+    for (std::size_t i = 0; i < bindings.size(); ++i) {
+        const BufferView& view = command.accesses[i].view;
+        sets[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+        sets[i].dstSet = command.set;
+        sets[i].dstBinding = bindings[i].binding;
+        sets[i].descriptorCount = 1;
+        if (bindings[i].type == DescriptorType::kStorageBuffer) {
+            ranges[i] = {view.buffer, view.offset, view.bytes};
+            sets[i].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+            sets[i].pBufferInfo = &ranges[i];
+            continue;
+        }
+        VkBufferViewCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+        info.buffer = view.buffer;
+        info.format = kTexelFormat;
+        info.offset = view.offset;
+        info.range = view.bytes;
+        VkBufferView texels = VK_NULL_HANDLE;
+        SPLAT_TRY(
+            device->check(device->vk.vkCreateBufferView(device->handle(), &info, nullptr, &texels),
+                          "vkCreateBufferView"));
+        texel_views.push_back(texels);
+        sets[i].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+        sets[i].pTexelBufferView = &texel_views.back();
+    }
+    device->vk.vkUpdateDescriptorSets(device->handle(), static_cast<std::uint32_t>(sets.size()),
+                                      sets.data(), 0, nullptr);
+    return {};
+}
+
+/// Cut the list so that the estimated time of each piece stays within one submit's.
+void CommandList::Objects::cut(const DeviceInfo& info, Kernels kernels) {
+    const double most = submit_seconds(info);
+    double seconds = 0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        const double cost = estimated_seconds(info, kernels, commands[i].work);
+        if (i > first && seconds + cost > most) {
+            segments.push_back({first, i});
+            first = i;
+            seconds = 0;
+        }
+        seconds += cost;
+    }
+    if (first < commands.size()) segments.push_back({first, commands.size()});
+}
+
+Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
+    VkCommandPoolCreateInfo pool{};
+    pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+    pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
+    pool.queueFamilyIndex = queue_family;
+    SPLAT_TRY(device->check(
+        SPLAT_FAULT("vk.create_command_pool")
+            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+            : device->vk.vkCreateCommandPool(device->handle(), &pool, nullptr, &command_pool),
+        "vkCreateCommandPool"));
+    buffers.resize(segments.size());
+    VkCommandBufferAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+    allocate.commandPool = command_pool;
+    allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+    allocate.commandBufferCount = static_cast<std::uint32_t>(buffers.size());
+    SPLAT_TRY(device->check(
+        device->vk.vkAllocateCommandBuffers(device->handle(), &allocate, buffers.data()),
+        "vkAllocateCommandBuffers"));
+    VkFenceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    return device->check(SPLAT_FAULT("vk.create_fence")
+                             ? VK_ERROR_OUT_OF_HOST_MEMORY
+                             : device->vk.vkCreateFence(device->handle(), &info, nullptr, &fence),
+                         "vkCreateFence");
+}
+
+Status CommandList::Objects::make_queries() {
+    VkQueryPoolCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
+    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    info.queryCount = static_cast<std::uint32_t>(2 * commands.size());
+    return device->check(device->vk.vkCreateQueryPool(device->handle(), &info, nullptr, &queries),
+                         "vkCreateQueryPool");
+}
+
+Status CommandList::Objects::encode() {
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        VkCommandBufferBeginInfo begin{};
+        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+        SPLAT_TRY(device->check(device->vk.vkBeginCommandBuffer(buffers[i], &begin),
+                                "vkBeginCommandBuffer"));
+        for (std::size_t c = segments[i].first; c < segments[i].last; ++c) encode(buffers[i], c);
+        SPLAT_TRY(device->check(device->vk.vkEndCommandBuffer(buffers[i]), "vkEndCommandBuffer"));
+    }
+    encoded = true;
+    return {};
+}
+
+void CommandList::Objects::encode(VkCommandBuffer to, std::size_t index) {
+    const Command& command = commands[index];
+    const VolkDeviceTable& vk = device->vk;
+    const bool timed = queries != VK_NULL_HANDLE && command.kind != CommandKind::kBarrier &&
+                       command.kind != CommandKind::kToHost;
+    const auto query = static_cast<std::uint32_t>(2 * index);
+    if (timed) {
+        vk.vkCmdResetQueryPool(to, queries, query, 2);
+        vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries, query);
+    }
+    switch (command.kind) {
+        case CommandKind::kDispatch:
+            encode_dispatch(to, command);
+            break;
+        case CommandKind::kFill: {
+            const BufferView& view = command.accesses[0].view;
+            vk.vkCmdFillBuffer(to, view.buffer, view.offset, view.bytes, command.fill_word);
+            break;
+        }
+        case CommandKind::kCopy: {
+            const BufferView& from = command.accesses[0].view;
+            const BufferView& target = command.accesses[1].view;
+            const VkBufferCopy region{from.offset, target.offset, from.bytes};
+            vk.vkCmdCopyBuffer(to, from.buffer, target.buffer, 1, &region);
+            break;
+        }
+        case CommandKind::kBarrier: {
+            const VkPipelineStageFlags work =
+                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+            const VkMemoryBarrier barrier =
+                memory_barrier(VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
+                               VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                                   VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                                   VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
+            vk.vkCmdPipelineBarrier(to, work, work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT, 0, 1,
+                                    &barrier, 0, nullptr, 0, nullptr);
+            break;
+        }
+        case CommandKind::kToHost: {
+            const VkMemoryBarrier barrier = memory_barrier(
+                VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_HOST_READ_BIT);
+            vk.vkCmdPipelineBarrier(
+                to, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+                VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+            break;
+        }
+    }
+    if (timed) vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries, query + 1);
+}
+
+void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& command) {
+    const VolkDeviceTable& vk = device->vk;
+    const Pipeline& pipeline = *command.pipeline;
+    vk.vkCmdBindPipeline(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.pipeline);
+    vk.vkCmdBindDescriptorSets(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout, 0, 1,
+                               &command.set, 0, nullptr);
+    if (command.push.bytes() > 0)
+        vk.vkCmdPushConstants(to, pipeline.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                              command.push.bytes(), command.push.data());
+    if (command.indirect) {
+        const BufferView& counts = command.accesses.back().view;
+        vk.vkCmdDispatchIndirect(to, counts.buffer, counts.offset);
+    } else {
+        vk.vkCmdDispatchBase(to, command.base[0], command.base[1], command.base[2],
+                             command.groups[0], command.groups[1], command.groups[2]);
+    }
+}
+
+Result<CommandList> CommandList::create(Context& context, std::vector<Command> commands) {
+    CommandList list;
+    if (commands.empty()) return list;
+    Device& device = context.device();
+    SPLAT_TRY(device.alive());
+    list.objects_ = std::make_shared<Objects>();
+    Objects& objects = *list.objects_;
+    objects.device = &device;
+    objects.commands = std::move(commands);
+    SPLAT_TRY(objects.make_sets());
+    objects.cut(device.info(), device.kernels());
+    SPLAT_TRY(objects.make_command_buffers(device.info().queue_family));
+    if (context.profile() != nullptr && device.info().limits.timestamp_ns > 0)
+        SPLAT_TRY(objects.make_queries());
+    return list;
+}
+
+Status CommandList::set_push_data(std::size_t dispatch, const PushData& push) {
+    SPLAT_ASSERT(objects_ != nullptr);
+    bool found = false;
+    for (Command& command : objects_->commands) {
+        if (command.kind != CommandKind::kDispatch || command.dispatch != dispatch) continue;
+        if (command.push.bytes() != push.bytes())
+            return error(Code::kInternal, "%s: %u bytes of push constants, expected %u",
+                         command.op.c_str(), push.bytes(), command.push.bytes());
+        command.push = push;
+        found = true;
+    }
+    objects_->encoded = false;
+    return found ? Status{}
+                 : error(Code::kInternal, "the command list has no dispatch %zu", dispatch);
+}
+
+const std::vector<Command>& CommandList::commands() const {
+    static const std::vector<Command> none;
+    return objects_ == nullptr ? none : objects_->commands;
+}
+
+std::size_t CommandList::submit_count() const {
+    return objects_ == nullptr ? 0 : objects_->segments.size();
+}
+
+}  // namespace splat::vk

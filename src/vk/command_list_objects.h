@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "vk/command_list.h"
+
+namespace splat::vk {
+
+/// The Vulkan objects of one command list; private to command_list.cpp and submit.cpp.
+struct CommandList::Objects {
+    struct Segment {  ///< commands [first, last) of one submit
+        std::size_t first;
+        std::size_t last;
+    };
+
+    Objects() = default;
+    ~Objects();
+    Objects(const Objects&) = delete;
+    Objects& operator=(const Objects&) = delete;
+
+    Status make_sets();
+    Status make_set(Command& command);
+    void cut(const DeviceInfo& info, Kernels kernels);
+    Status make_command_buffers(std::uint32_t queue_family);
+    Status make_queries();
+    Status encode();
+    void encode(VkCommandBuffer to, std::size_t index);
+    void encode_dispatch(VkCommandBuffer to, const Command& command);
+
+    Device* device = nullptr;
+    std::vector<Command> commands;
+    std::vector<Segment> segments;
+    std::vector<VkBufferView> texel_views;
+    VkDescriptorPool descriptors = VK_NULL_HANDLE;
+    VkCommandPool command_pool = VK_NULL_HANDLE;
+    std::vector<VkCommandBuffer> buffers;  ///< one per segment
+    VkFence fence = VK_NULL_HANDLE;
+    VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every command; null without profile
+    bool encoded = false;
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,102 @@
+#include "vk/context.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/environment.h"
+
+namespace splat::vk {
+namespace {
+
+constexpr double kDefaultTimeoutNs = 60e9;
+/// Piece of a staged transfer: large enough to hide the submit, small enough to keep the staging
+/// block small.
+constexpr std::uint64_t kStagingBytes = std::uint64_t{8} << 20;
+
+Result<std::uint64_t> timeout_of(const ContextDesc& desc) {
+    SPLAT_ASSIGN(const double scale, environment_positive("SPLAT_TIMEOUT_SCALE", 1.0));
+    const double wanted =
+        desc.timeout_ns != 0 ? static_cast<double>(desc.timeout_ns) : kDefaultTimeoutNs;
+    return static_cast<std::uint64_t>(std::clamp(wanted * scale, 1.0, 9e18));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
+    SPLAT_ASSIGN(const std::uint64_t timeout_ns, timeout_of(desc));
+    std::shared_ptr<Context> context(new Context);
+    SPLAT_ASSIGN(context->device_, Device::create(desc.device));
+    Device& device = *context->device_;
+    context->memory_ = std::make_unique<Memory>(device, desc.memory);
+    context->pipelines_ = std::make_unique<Pipelines>(device, desc.cache_folder);
+    context->queue_ = std::make_unique<Queue>(device, *context->memory_, timeout_ns);
+    context->profile_enabled_ = desc.profile;
+    return context;
+}
+
+Context::~Context() {
+    // The queue first: it waits for what is still running. Then pipelines and memory, the device
+    // last.
+    queue_.reset();
+    pipelines_.reset();
+    memory_.reset();
+}
+
+Status Context::transfer(const BufferView& view, std::byte* to, const std::byte* from,
+                         std::uint64_t bytes) {
+    SPLAT_ASSIGN(const Buffer staging, memory_->allocate(std::min(bytes, kStagingBytes),
+                                                         MemoryKind::kStaging, "staging buffer"));
+    for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
+        const std::uint64_t piece = std::min(kStagingBytes, bytes - done);
+        BufferView stage = staging.range();
+        stage.bytes = quad_bytes((piece + 3) / 4);
+        BufferView part = view;
+        part.offset += done;
+        part.bytes = stage.bytes;
+        Recorder recorder(*this);
+        if (from != nullptr) {
+            std::memcpy(Memory::host(stage), from + done, piece);
+            std::memset(Memory::host(stage) + piece, 0, stage.bytes - piece);
+            SPLAT_TRY(memory_->flush(stage));
+            SPLAT_TRY(recorder.copy(stage, part));
+        } else {
+            SPLAT_TRY(recorder.copy(part, stage));
+        }
+        SPLAT_ASSIGN(CommandList list, recorder.finish());
+        SPLAT_TRY(run(list));
+        if (to == nullptr) continue;
+        SPLAT_TRY(memory_->invalidate(stage));
+        std::memcpy(to + done, Memory::host(stage), piece);
+    }
+    return {};
+}
+
+Status Context::write(const BufferView& view, const void* data, std::uint64_t bytes) {
+    SPLAT_ASSERT(bytes <= view.bytes);
+    SPLAT_TRY(device_->alive());
+    SPLAT_TRY(queue_->settle());
+    std::byte* host = Memory::host(view);
+    if (host == nullptr) return transfer(view, nullptr, static_cast<const std::byte*>(data), bytes);
+    std::memcpy(host, data, bytes);
+    return memory_->flush(view);
+}
+
+Status Context::read(const BufferView& view, void* data, std::uint64_t bytes) {
+    SPLAT_ASSERT(bytes <= view.bytes);
+    SPLAT_TRY(device_->alive());
+    SPLAT_TRY(queue_->settle());
+    std::byte* host = Memory::host(view);
+    if (host == nullptr) return transfer(view, static_cast<std::byte*>(data), nullptr, bytes);
+    SPLAT_TRY(memory_->invalidate(view));
+    std::memcpy(data, host, bytes);
+    return {};
+}
+
+Status Context::fill(const BufferView& view, std::uint32_t word) {
+    Recorder recorder(*this);
+    SPLAT_TRY(recorder.fill(view, word));
+    SPLAT_ASSIGN(CommandList list, recorder.finish());
+    return run(list);
+}
+
+}  // namespace splat::vk

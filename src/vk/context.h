@@ -1,0 +1,64 @@
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include "vk/recorder.h"
+#include "vk/submit.h"
+
+namespace splat::vk {
+
+struct ContextDesc {
+    DeviceDesc device;
+    MemoryDesc memory;
+    std::uint64_t timeout_ns = 0;  ///< 0 = 60 s; multiplied by SPLAT_TIMEOUT_SCALE
+    std::string cache_folder;      ///< "" = no pipeline cache file
+    bool profile = false;
+};
+
+/// An open device with its memory, pipelines, queue and profile.
+///
+/// Not thread-safe by itself: whoever shares it locks `mutex` around each use, as src/api does.
+class Context {
+  public:
+    static Result<std::shared_ptr<Context>> create(const ContextDesc& desc);
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    [[nodiscard]] Device& device() { return *device_; }
+    [[nodiscard]] Memory& memory() { return *memory_; }
+    [[nodiscard]] Pipelines& pipelines() { return *pipelines_; }
+    [[nodiscard]] Profile* profile() { return profile_enabled_ ? &profile_ : nullptr; }
+
+    /// Run a recorded list and add its times to the profile.
+    Status run(CommandList& list) { return queue_->run(list, profile()); }
+
+    /// Wait for a list that timed out before, if there is one.
+    Status settle() { return queue_->settle(); }
+
+    /// Copy between host memory and a view, through staging buffers where the view is not mapped.
+    /// `bytes` <= view.bytes.
+    /// Errors: those of Queue::run and Memory::allocate.
+    Status write(const BufferView& view, const void* data, std::uint64_t bytes);
+    Status read(const BufferView& view, void* data, std::uint64_t bytes);
+
+    /// Fill a view with a 32-bit word, on the device.
+    Status fill(const BufferView& view, std::uint32_t word);
+
+    std::mutex mutex;
+
+  private:
+    Context() = default;
+    Status transfer(const BufferView& view, std::byte* to, const std::byte* from,
+                    std::uint64_t bytes);
+
+    std::unique_ptr<Device> device_;
+    std::unique_ptr<Memory> memory_;
+    std::unique_ptr<Pipelines> pipelines_;
+    std::unique_ptr<Queue> queue_;
+    Profile profile_;
+    bool profile_enabled_ = false;
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,347 @@
+#include "vk/device.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/environment.h"
+#include "core/fault.h"
+#include "core/log.h"
+
+namespace splat::vk {
+namespace {
+
+DeviceKind kind_of(VkPhysicalDeviceType type) {
+    switch (type) {
+        case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+            return DeviceKind::kDiscrete;
+        case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+            return DeviceKind::kIntegrated;
+        case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+            return DeviceKind::kVirtual;
+        case VK_PHYSICAL_DEVICE_TYPE_CPU:
+            return DeviceKind::kCpu;
+        default:
+            return DeviceKind::kOther;
+    }
+}
+
+/// The compute family without graphics if there is one: it runs beside a desktop's drawing.
+std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families) {
+    std::optional<std::uint32_t> found;
+    for (std::uint32_t i = 0; i < families.size(); ++i) {
+        if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
+        if ((families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) return i;
+        if (!found) found = i;
+    }
+    return found;
+}
+
+void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& info) {
+    for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i)
+        if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
+            info.limits.heap_bytes = std::max(info.limits.heap_bytes, memory.memoryHeaps[i].size);
+    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+        const VkMemoryPropertyFlags both =
+            VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+        const VkMemoryType& type = memory.memoryTypes[i];
+        // A resizable BAR is host-visible too, but slow to read: only a device without memory of
+        // its own is unified.
+        if ((type.propertyFlags & both) == both && info.kind != DeviceKind::kDiscrete)
+            info.features.unified_memory = true;
+    }
+}
+
+/// Fast kernels read 8 lanes through constant shuffles (shaders/include/tile.glsl), so they need
+/// subgroups of 8 or more.
+Kernels best_kernels(const DeviceInfo& info) {
+    if (info.limits.subgroup_size < 8 || !info.features.subgroup_shuffle) return Kernels::kPlain;
+    return info.kind == DeviceKind::kCpu ? Kernels::kCpu : Kernels::kGpu;
+}
+
+std::string why_unusable(const DeviceInfo& info, bool has_queue) {
+    if (info.vulkan_version < VK_API_VERSION_1_2)
+        return format("Vulkan %u.%u, libsplat needs 1.2 or later",
+                      VK_API_VERSION_MAJOR(info.vulkan_version),
+                      VK_API_VERSION_MINOR(info.vulkan_version));
+    if (!has_queue) return "no queue family with compute";
+    return "";
+}
+
+DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::uint32_t index) {
+    VkPhysicalDeviceVulkan12Properties p12{};
+    p12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
+    VkPhysicalDeviceVulkan11Properties p11{};
+    p11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
+    p11.pNext = &p12;
+    VkPhysicalDeviceProperties2 properties{};
+    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+    properties.pNext = &p11;
+    instance.get_properties2(physical, &properties);
+    VkPhysicalDeviceFeatures2 features{};
+    features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+    instance.get_features2(physical, &features);
+
+    const VkPhysicalDeviceProperties& core = properties.properties;
+    DeviceInfo info;
+    info.index = index;
+    info.kind = kind_of(core.deviceType);
+    info.name = core.deviceName;
+    info.driver = std::string(p12.driverName) + " " + p12.driverInfo;
+    info.vendor_id = core.vendorID;
+    info.device_id = core.deviceID;
+    info.vulkan_version = core.apiVersion;
+    info.driver_version = core.driverVersion;
+    std::copy_n(p11.deviceUUID, VK_UUID_SIZE, info.uuid.begin());
+    std::copy_n(core.pipelineCacheUUID, VK_UUID_SIZE, info.cache_uuid.begin());
+
+    DeviceLimits& limits = info.limits;
+    limits.max_storage_buffer_bytes = core.limits.maxStorageBufferRange;
+    limits.max_texel_elements = core.limits.maxTexelBufferElements;
+    limits.max_allocation_bytes = p11.maxMemoryAllocationSize;
+    limits.offset_alignment = std::max({core.limits.minStorageBufferOffsetAlignment,
+                                        core.limits.minTexelBufferOffsetAlignment,
+                                        core.limits.nonCoherentAtomSize, VkDeviceSize{16}});
+    std::copy_n(core.limits.maxComputeWorkGroupCount, 3, limits.max_groups.begin());
+    std::copy_n(core.limits.maxComputeWorkGroupSize, 3, limits.max_group_size.begin());
+    limits.max_group_invocations = core.limits.maxComputeWorkGroupInvocations;
+    limits.shared_memory_bytes = core.limits.maxComputeSharedMemorySize;
+    limits.push_constant_bytes = core.limits.maxPushConstantsSize;
+    limits.subgroup_size = p11.subgroupSize;
+
+    const bool compute_subgroups = (p11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
+    const auto has_operations = [&](VkSubgroupFeatureFlags wanted) {
+        return compute_subgroups && (p11.subgroupSupportedOperations & wanted) == wanted;
+    };
+    info.features.subgroup_shuffle = has_operations(VK_SUBGROUP_FEATURE_SHUFFLE_BIT);
+    info.features.subgroup_arithmetic = has_operations(VK_SUBGROUP_FEATURE_ARITHMETIC_BIT);
+    info.features.int64 = features.features.shaderInt64 == VK_TRUE;
+
+    VkPhysicalDeviceMemoryProperties memory{};
+    instance.get_memory_properties(physical, &memory);
+    read_memory(memory, info);
+
+    std::uint32_t count = 0;
+    instance.get_queue_families(physical, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    instance.get_queue_families(physical, &count, families.data());
+    const auto family = compute_family(families);
+    info.queue_family = family.value_or(0);
+    if (family && families[*family].timestampValidBits > 0)
+        limits.timestamp_ns = static_cast<double>(core.limits.timestampPeriod);
+    info.reason = why_unusable(info, family.has_value());
+    info.kernels = best_kernels(info);
+    return info;
+}
+
+std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid) {
+    std::string text;
+    for (const std::uint8_t byte : uuid) text += format("%02x", byte);
+    return text;
+}
+
+std::string wish_text(const DeviceDesc& desc) {
+    switch (desc.select) {
+        case DeviceSelect::kByIndex:
+            return format("with index %u", desc.index);
+        case DeviceSelect::kByUuid:
+            return "with UUID " + uuid_text(desc.uuid);
+        case DeviceSelect::kByKind:
+            return std::string("of kind ") + device_kind_name(desc.kind);
+        case DeviceSelect::kBest:
+            break;
+    }
+    return "that is usable";
+}
+
+bool fits(const DeviceDesc& desc, const DeviceInfo& info) {
+    switch (desc.select) {
+        case DeviceSelect::kByIndex:
+            return info.index == desc.index;
+        case DeviceSelect::kByUuid:
+            return info.uuid == desc.uuid;
+        case DeviceSelect::kByKind:
+            return info.kind == desc.kind;
+        case DeviceSelect::kBest:
+            break;
+    }
+    return info.usable();
+}
+
+Result<std::uint32_t> select_device(const DeviceDesc& desc, const std::vector<DeviceInfo>& infos) {
+    const DeviceInfo* best = nullptr;
+    for (const DeviceInfo& info : infos)
+        if (fits(desc, info) && (best == nullptr || info.kind > best->kind)) best = &info;
+    if (best != nullptr && best->usable()) return best->index;
+    if (best != nullptr)
+        return error(Code::kUnsupported, "device %u (%s) is not usable: %s", best->index,
+                     best->name.c_str(), best->reason.c_str());
+    std::string list;
+    for (const DeviceInfo& info : infos)
+        list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
+                       device_kind_name(info.kind),
+                       info.usable() ? "" : ", not usable: ", info.reason.c_str());
+    return error(Code::kNoDevice, "no Vulkan device %s; found: %s", wish_text(desc).c_str(),
+                 list.empty()
+                     ? "none (on Debian `apt-get install mesa-vulkan-drivers` gives a software one)"
+                     : list.c_str());
+}
+
+Result<Kernels> kernels_from_environment(Kernels fallback) {
+    const auto text = environment("SPLAT_KERNELS");
+    if (!text || *text == "auto") return fallback;
+    for (const Kernels k : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu})
+        if (*text == kernels_name(k)) return k;
+    return error(Code::kInvalidArgument,
+                 "environment variable SPLAT_KERNELS is '%s', expected auto, plain, cpu or gpu",
+                 text->c_str());
+}
+
+}  // namespace
+
+const char* kernels_name(Kernels kernels) {
+    switch (kernels) {
+        case Kernels::kAuto:
+            return "auto";
+        case Kernels::kPlain:
+            return "plain";
+        case Kernels::kCpu:
+            return "cpu";
+        case Kernels::kGpu:
+            return "gpu";
+    }
+    return "unknown";
+}
+
+const char* device_kind_name(DeviceKind kind) {
+    switch (kind) {
+        case DeviceKind::kDiscrete:
+            return "discrete";
+        case DeviceKind::kIntegrated:
+            return "integrated";
+        case DeviceKind::kVirtual:
+            return "virtual";
+        case DeviceKind::kCpu:
+            return "cpu";
+        case DeviceKind::kOther:
+            return "other";
+    }
+    return "unknown";
+}
+
+Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {
+    std::vector<DeviceInfo> infos;
+    for (const VkPhysicalDevice physical : instance.physical_devices())
+        infos.push_back(describe(instance, physical, static_cast<std::uint32_t>(infos.size())));
+    return infos;
+}
+
+Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
+    std::unique_ptr<Device> device(new Device);
+    SPLAT_ASSIGN(device->instance_, Instance::get(desc.validation));
+    SPLAT_ASSIGN(std::vector<DeviceInfo> infos, describe_devices(*device->instance_));
+    SPLAT_ASSIGN(const std::uint32_t index, select_device(desc, infos));
+    device->info_ = infos[index];
+    device->physical_ = device->instance_->physical_devices()[index];
+    if (desc.fake) {
+        desc.fake(device->info_);
+        device->info_.kernels = best_kernels(device->info_);
+    }
+    SPLAT_TRY(device->choose_kernels(desc.kernels));
+    SPLAT_TRY(device->open());
+    log(LogLevel::kInfo, format("device %u: %s (%s, %s), %s kernels", index,
+                                device->info_.name.c_str(), device_kind_name(device->info_.kind),
+                                device->info_.driver.c_str(), kernels_name(device->kernels_)));
+    return device;
+}
+
+Status Device::choose_kernels(Kernels wish) {
+    SPLAT_ASSIGN(kernels_, kernels_from_environment(wish));
+    if (kernels_ == Kernels::kAuto) kernels_ = info_.kernels;
+    if (kernels_ != Kernels::kPlain && info_.kernels == Kernels::kPlain)
+        return error(Code::kUnsupported,
+                     "device %u (%s) has subgroups of %u lanes%s; %s kernels need 8 or more with "
+                     "shuffle: use plain ones",
+                     info_.index, info_.name.c_str(), info_.limits.subgroup_size,
+                     info_.features.subgroup_shuffle ? "" : " without shuffle",
+                     kernels_name(kernels_));
+    return {};
+}
+
+Status Device::open() {
+    const float priority = 1.0F;
+    VkDeviceQueueCreateInfo queue{};
+    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+    queue.queueFamilyIndex = info_.queue_family;
+    queue.queueCount = 1;
+    queue.pQueuePriorities = &priority;
+
+    // Robustness stays off: every shader guards its own accesses. The store features serve
+    // GPU-assisted validation alone.
+    VkPhysicalDeviceFeatures2 available{};
+    available.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+    instance_->get_features2(physical_, &available);
+    VkPhysicalDeviceFeatures2 wanted{};
+    wanted.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+    wanted.features.shaderInt64 = info_.features.int64 ? VK_TRUE : VK_FALSE;
+    if (instance_->validation()) {
+        wanted.features.fragmentStoresAndAtomics = available.features.fragmentStoresAndAtomics;
+        wanted.features.vertexPipelineStoresAndAtomics =
+            available.features.vertexPipelineStoresAndAtomics;
+    }
+    VkDeviceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    info.pNext = &wanted;
+    info.queueCreateInfoCount = 1;
+    info.pQueueCreateInfos = &queue;
+    const VkResult result = SPLAT_FAULT("vk.create_device")
+                                ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+                                : instance_->create_device(physical_, &info, nullptr, &device_);
+    SPLAT_TRY(check(result, "vkCreateDevice"));
+    volkLoadDeviceTable(&vk, device_);
+    vk.vkGetDeviceQueue(device_, info_.queue_family, 0, &queue_);
+    instance_->get_memory_properties(physical_, &memory_);
+    return {};
+}
+
+Status Device::check(VkResult result, const char* call) {
+    if (result >= VK_SUCCESS) return {};
+    if (result == VK_ERROR_DEVICE_LOST) lost_.store(true, std::memory_order_relaxed);
+    switch (result) {
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return error(Code::kOutOfHostMemory, "%s: the driver found no host memory", call);
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+        case VK_ERROR_OUT_OF_POOL_MEMORY:
+        case VK_ERROR_FRAGMENTED_POOL:
+        case VK_ERROR_TOO_MANY_OBJECTS:
+        case VK_ERROR_MEMORY_MAP_FAILED:
+            return error(Code::kOutOfDeviceMemory,
+                         "%s failed with %s: free tensors or use smaller ones", call,
+                         result_name(result));
+        case VK_ERROR_DEVICE_LOST:
+            return error(Code::kDeviceLost,
+                         "%s: device %u (%s) was lost; destroy it and create it anew", call,
+                         info_.index, info_.name.c_str());
+        case VK_ERROR_FEATURE_NOT_PRESENT:
+        case VK_ERROR_EXTENSION_NOT_PRESENT:
+            return error(Code::kUnsupported, "%s failed with %s on device %u (%s)", call,
+                         result_name(result), info_.index, info_.name.c_str());
+        default:
+            return error(Code::kInternal, "%s failed with %s (%d) on device %u (%s)", call,
+                         result_name(result), static_cast<int>(result), info_.index,
+                         info_.name.c_str());
+    }
+}
+
+Status Device::alive() const {
+    if (!lost_.load(std::memory_order_relaxed)) return {};
+    return error(Code::kDeviceLost,
+                 "device %u (%s) was lost in an earlier call; destroy it and create it anew",
+                 info_.index, info_.name.c_str());
+}
+
+Device::~Device() {
+    if (device_ != VK_NULL_HANDLE && vk.vkDestroyDevice != nullptr)
+        vk.vkDestroyDevice(device_, nullptr);
+}
+
+}  // namespace splat::vk

@@ -1,0 +1,233 @@
+#include "vk/instance.h"
+
+#include <cstring>
+#include <mutex>
+
+#include "core/fault.h"
+#include "core/log.h"
+
+namespace splat::vk {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+std::mutex g_mutex;
+std::weak_ptr<Instance> g_instances[2];  // without and with validation
+std::atomic<std::uint64_t> g_messages{0};
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                          VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
+    g_messages.fetch_add(1, std::memory_order_relaxed);
+    try {
+        const bool is_error = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+        log(is_error ? LogLevel::kError : LogLevel::kWarning,
+            std::string("[validation] ") + data->pMessage);
+    } catch (...) {  // no memory for the text; the count stands
+    }
+    return VK_FALSE;
+}
+
+VkDebugUtilsMessengerCreateInfoEXT messenger_info() {
+    VkDebugUtilsMessengerCreateInfoEXT info{};
+    info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
+                       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
+    info.pfnUserCallback = on_message;
+    return info;
+}
+
+bool has_validation_layer() {
+    std::uint32_t count = 0;
+    if (vkEnumerateInstanceLayerProperties(&count, nullptr) != VK_SUCCESS) return false;
+    std::vector<VkLayerProperties> layers(count);
+    if (vkEnumerateInstanceLayerProperties(&count, layers.data()) < VK_SUCCESS) return false;
+    for (const VkLayerProperties& layer : layers)
+        if (std::strcmp(layer.layerName, kValidationLayer) == 0) return true;
+    return false;
+}
+
+Status load_loader() {
+    static const VkResult result = volkInitialize();
+    if (result == VK_SUCCESS && !SPLAT_FAULT("vk.loader")) return {};
+    return error(Code::kNoDevice,
+                 "no Vulkan loader found (libvulkan.so.1): install it and a driver, on Debian "
+                 "`apt-get install libvulkan1 mesa-vulkan-drivers`");
+}
+
+}  // namespace
+
+std::uint64_t validation_messages() {
+    return g_messages.load(std::memory_order_relaxed);
+}
+
+const char* result_name(VkResult result) {
+    switch (result) {
+        case VK_SUCCESS:
+            return "VK_SUCCESS";
+        case VK_NOT_READY:
+            return "VK_NOT_READY";
+        case VK_TIMEOUT:
+            return "VK_TIMEOUT";
+        case VK_INCOMPLETE:
+            return "VK_INCOMPLETE";
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return "VK_ERROR_OUT_OF_HOST_MEMORY";
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
+        case VK_ERROR_INITIALIZATION_FAILED:
+            return "VK_ERROR_INITIALIZATION_FAILED";
+        case VK_ERROR_DEVICE_LOST:
+            return "VK_ERROR_DEVICE_LOST";
+        case VK_ERROR_MEMORY_MAP_FAILED:
+            return "VK_ERROR_MEMORY_MAP_FAILED";
+        case VK_ERROR_LAYER_NOT_PRESENT:
+            return "VK_ERROR_LAYER_NOT_PRESENT";
+        case VK_ERROR_EXTENSION_NOT_PRESENT:
+            return "VK_ERROR_EXTENSION_NOT_PRESENT";
+        case VK_ERROR_FEATURE_NOT_PRESENT:
+            return "VK_ERROR_FEATURE_NOT_PRESENT";
+        case VK_ERROR_INCOMPATIBLE_DRIVER:
+            return "VK_ERROR_INCOMPATIBLE_DRIVER";
+        case VK_ERROR_TOO_MANY_OBJECTS:
+            return "VK_ERROR_TOO_MANY_OBJECTS";
+        case VK_ERROR_OUT_OF_POOL_MEMORY:
+            return "VK_ERROR_OUT_OF_POOL_MEMORY";
+        case VK_ERROR_FRAGMENTED_POOL:
+            return "VK_ERROR_FRAGMENTED_POOL";
+        default:
+            return "an unexpected VkResult";
+    }
+}
+
+Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
+    const std::lock_guard lock(g_mutex);
+    std::weak_ptr<Instance>& slot = g_instances[validation ? 1 : 0];
+    if (auto living = slot.lock()) return living;
+    SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
+    slot = instance;
+    return instance;
+}
+
+Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
+    SPLAT_TRY(load_loader());
+    if (validation && !has_validation_layer())
+        return error(
+            Code::kUnsupported,
+            "validation was asked for, but the layer %s is not installed: on Debian `apt-get "
+            "install "
+            "vulkan-validationlayers`, or clear SPLAT_DEVICE_VALIDATION and SPLAT_VALIDATION",
+            kValidationLayer);
+
+    VkApplicationInfo application{};
+    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+    application.pEngineName = "libsplat";
+    application.apiVersion = VK_API_VERSION_1_2;
+
+    // GPU-assisted validation reserves a descriptor set of its own, so that every set number below
+    // it stays ours.
+    const VkValidationFeatureEnableEXT enables[] = {
+        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
+        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT,
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
+    };
+    VkDebugUtilsMessengerCreateInfoEXT messenger = messenger_info();
+    VkValidationFeaturesEXT features{};
+    features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+    features.pNext = &messenger;
+    features.enabledValidationFeatureCount = static_cast<std::uint32_t>(std::size(enables));
+    features.pEnabledValidationFeatures = enables;
+    const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+
+    VkInstanceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+    info.pApplicationInfo = &application;
+    if (validation) {
+        info.pNext = &features;
+        info.enabledLayerCount = 1;
+        info.ppEnabledLayerNames = &kValidationLayer;
+        info.enabledExtensionCount = 1;
+        info.ppEnabledExtensionNames = extensions;
+    }
+    std::shared_ptr<Instance> instance(new Instance);
+    instance->validation_ = validation;
+    const VkResult result = SPLAT_FAULT("vk.create_instance")
+                                ? VK_ERROR_OUT_OF_HOST_MEMORY
+                                : vkCreateInstance(&info, nullptr, &instance->instance_);
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        return error(Code::kOutOfHostMemory, "vkCreateInstance: out of host memory");
+    if (result != VK_SUCCESS)
+        return error(
+            Code::kNoDevice,
+            "vkCreateInstance failed with %s: no usable Vulkan driver; on Debian `apt-get install "
+            "mesa-vulkan-drivers` gives a software one",
+            result_name(result));
+    SPLAT_TRY(instance->load_functions());
+    if (validation) SPLAT_TRY(instance->create_messenger());
+    SPLAT_TRY(instance->enumerate());
+    return instance;
+}
+
+Status Instance::load_functions() {
+    // Gives volkLoadDeviceTable its vkGetDeviceProcAddr: a loader function, the same for every
+    // instance.
+    volkLoadInstanceOnly(instance_);
+    const auto load = [this](const char* name) { return vkGetInstanceProcAddr(instance_, name); };
+    destroy_instance_ = reinterpret_cast<PFN_vkDestroyInstance>(load("vkDestroyInstance"));
+    get_properties2 = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(
+        load("vkGetPhysicalDeviceProperties2"));
+    get_features2 =
+        reinterpret_cast<PFN_vkGetPhysicalDeviceFeatures2>(load("vkGetPhysicalDeviceFeatures2"));
+    get_memory_properties = reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties>(
+        load("vkGetPhysicalDeviceMemoryProperties"));
+    get_queue_families = reinterpret_cast<PFN_vkGetPhysicalDeviceQueueFamilyProperties>(
+        load("vkGetPhysicalDeviceQueueFamilyProperties"));
+    create_device = reinterpret_cast<PFN_vkCreateDevice>(load("vkCreateDevice"));
+    if (destroy_instance_ == nullptr || get_properties2 == nullptr || get_features2 == nullptr ||
+        get_memory_properties == nullptr || get_queue_families == nullptr ||
+        create_device == nullptr)
+        return error(Code::kNoDevice,
+                     "the Vulkan loader is older than 1.1; install libvulkan1 1.2 or later");
+    return {};
+}
+
+Status Instance::create_messenger() {
+    const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
+    destroy_messenger_ = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+    const VkDebugUtilsMessengerCreateInfoEXT info = messenger_info();
+    if (create == nullptr || destroy_messenger_ == nullptr ||
+        create(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
+        return error(Code::kUnsupported,
+                     "validation was asked for, but VK_EXT_debug_utils gives no messenger");
+    return {};
+}
+
+Status Instance::enumerate() {
+    const auto enumerate = reinterpret_cast<PFN_vkEnumeratePhysicalDevices>(
+        vkGetInstanceProcAddr(instance_, "vkEnumeratePhysicalDevices"));
+    std::uint32_t count = 0;
+    VkResult result = enumerate(instance_, &count, nullptr);
+    if (result == VK_SUCCESS && count > 0) {
+        devices_.resize(count);
+        result = enumerate(instance_, &count, devices_.data());
+        devices_.resize(count);
+    }
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        return error(Code::kOutOfHostMemory, "vkEnumeratePhysicalDevices: out of host memory");
+    if (result != VK_SUCCESS && result != VK_INCOMPLETE && result != VK_ERROR_INITIALIZATION_FAILED)
+        return error(Code::kNoDevice, "vkEnumeratePhysicalDevices failed with %s",
+                     result_name(result));
+    return {};
+}
+
+Instance::~Instance() {
+    if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(instance_, messenger_, nullptr);
+    if (instance_ != VK_NULL_HANDLE && destroy_instance_ != nullptr)
+        destroy_instance_(instance_, nullptr);
+}
+
+}  // namespace splat::vk

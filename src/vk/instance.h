@@ -1,0 +1,59 @@
+#pragma once
+
+#include <volk.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat::vk {
+
+/// One VkInstance, shared by all devices with the same wish for validation.
+///
+/// Holds its own function pointers: volk's globals are used only to reach the loader.
+class Instance {
+  public:
+    /// The living instance or a new one. Errors: kNoDevice without loader or driver, kUnsupported
+    /// if validation is asked for and the Khronos layer is absent, kOutOfHostMemory. Thread-safe.
+    static Result<std::shared_ptr<Instance>> get(bool validation);
+
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    [[nodiscard]] VkInstance handle() const { return instance_; }
+    [[nodiscard]] bool validation() const { return validation_; }
+    [[nodiscard]] const std::vector<VkPhysicalDevice>& physical_devices() const { return devices_; }
+
+    PFN_vkGetPhysicalDeviceProperties2 get_properties2 = nullptr;
+    PFN_vkGetPhysicalDeviceFeatures2 get_features2 = nullptr;
+    PFN_vkGetPhysicalDeviceMemoryProperties get_memory_properties = nullptr;
+    PFN_vkGetPhysicalDeviceQueueFamilyProperties get_queue_families = nullptr;
+    PFN_vkCreateDevice create_device = nullptr;
+
+  private:
+    Instance() = default;
+    static Result<std::shared_ptr<Instance>> create(bool validation);
+    Status load_functions();
+    Status create_messenger();
+    Status enumerate();
+
+    VkInstance instance_ = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    bool validation_ = false;
+    std::vector<VkPhysicalDevice> devices_;
+    PFN_vkDestroyInstance destroy_instance_ = nullptr;
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
+};
+
+/// Warnings and errors of the validation layer in this process so far; each also went to the log.
+std::uint64_t validation_messages();
+
+/// "VK_ERROR_DEVICE_LOST" and so on.
+const char* result_name(VkResult result);
+
+}  // namespace splat::vk

@@ -1,0 +1,315 @@
+#include "vk/memory.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/checked_math.h"
+#include "core/fault.h"
+
+namespace splat::vk {
+namespace {
+
+constexpr std::uint32_t kGuardWord = 0x5AFE5AFEU;
+constexpr std::uint64_t kGuardBytes = 64;
+
+std::uint64_t default_budget(const DeviceInfo& info) {
+    if (info.kind != DeviceKind::kCpu) return info.limits.heap_bytes;
+    const long pages = sysconf(_SC_PHYS_PAGES);
+    const long page_bytes = sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || page_bytes <= 0) return info.limits.heap_bytes;
+    return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page_bytes) / 4 * 3;
+}
+
+constexpr VkBufferUsageFlags kUsage =
+    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
+    VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+    VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {
+    for (std::uint64_t i = 0; i + 4 <= bytes; i += 4) std::memcpy(at + i, &word, 4);
+}
+
+}  // namespace
+
+Buffer::~Buffer() {
+    if (memory_ != nullptr) memory_->release(range_);
+}
+
+BufferView Buffer::view(const Shape& shape) const {
+    BufferView view = range_;
+    view.shape = shape;
+    view.bytes = quad_bytes(shape.elements());
+    SPLAT_ASSERT(view.bytes <= range_.bytes);
+    return view;
+}
+
+Memory::Memory(Device& device, const MemoryDesc& desc)
+    : device_(device),
+      desc_(desc),
+      // 64 also keeps every allocation on a cache line of its own.
+      alignment_(std::max<std::uint64_t>(device.info().limits.offset_alignment, 64)),
+      guard_bytes_(desc.guard ? round_up(kGuardBytes, alignment_) : 0) {
+    use_.budget = desc.budget_bytes != 0 ? desc.budget_bytes : default_budget(device.info());
+}
+
+Memory::~Memory() {
+    for (const auto& block : blocks_) destroy(*block);
+}
+
+MemoryUse Memory::use() const {
+    return use_;
+}
+
+std::optional<std::uint32_t> Memory::memory_type(std::uint32_t allowed, MemoryKind kind) const {
+    const VkPhysicalDeviceMemoryProperties& memory = device_.memory_properties();
+    const VkMemoryPropertyFlags visible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+    VkMemoryPropertyFlags wishes[3] = {visible | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, visible,
+                                       visible};
+    if (kind == MemoryKind::kDevice) {
+        const VkMemoryPropertyFlags local = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+        const bool unified = device_.info().features.unified_memory;
+        wishes[0] = unified ? local | visible | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : local;
+        wishes[1] = unified ? local | visible : local;
+        wishes[2] = local;
+    }
+    for (const VkMemoryPropertyFlags wish : wishes)
+        for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i)
+            if ((allowed >> i & 1U) != 0 && (memory.memoryTypes[i].propertyFlags & wish) == wish)
+                return i;
+    return std::nullopt;
+}
+
+Status Memory::make_block(Block& block, std::uint64_t bytes) {
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.size = bytes;
+    info.usage = kUsage;
+    SPLAT_TRY(device_.check(
+        SPLAT_FAULT("vk.create_buffer")
+            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+            : device_.vk.vkCreateBuffer(device_.handle(), &info, nullptr, &block.buffer),
+        "vkCreateBuffer"));
+    VkMemoryRequirements needs{};
+    device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
+    const auto type = memory_type(needs.memoryTypeBits, block.kind);
+    if (!type)
+        return error(Code::kUnsupported,
+                     "the device has no memory type for storage buffers that the host can see");
+
+    VkMemoryAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+    allocate.allocationSize = needs.size;
+    allocate.memoryTypeIndex = *type;
+    SPLAT_TRY(device_.check(
+        SPLAT_FAULT("vk.allocate_memory")
+            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+            : device_.vk.vkAllocateMemory(device_.handle(), &allocate, nullptr, &block.memory),
+        "vkAllocateMemory"));
+    SPLAT_TRY(device_.check(
+        device_.vk.vkBindBufferMemory(device_.handle(), block.buffer, block.memory, 0),
+        "vkBindBufferMemory"));
+    const VkMemoryPropertyFlags flags =
+        device_.memory_properties().memoryTypes[*type].propertyFlags;
+    const bool map = block.kind == MemoryKind::kStaging ||
+                     ((flags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0 &&
+                      device_.info().features.unified_memory && !desc_.hide_host);
+    if (map) {
+        void* host = nullptr;
+        SPLAT_TRY(device_.check(SPLAT_FAULT("vk.map_memory")
+                                    ? VK_ERROR_MEMORY_MAP_FAILED
+                                    : device_.vk.vkMapMemory(device_.handle(), block.memory, 0,
+                                                             VK_WHOLE_SIZE, 0, &host),
+                                "vkMapMemory"));
+        block.host = static_cast<std::byte*>(host);
+    }
+    block.coherent = (flags & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) != 0 && !desc_.hide_host;
+    block.bytes = bytes;
+    return {};
+}
+
+Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
+    const std::uint64_t limit = device_.info().limits.max_allocation_bytes;
+    if (bytes > limit)
+        return error(Code::kUnsupported,
+                     "%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
+                     static_cast<int>(name.size()), name.data(),
+                     static_cast<unsigned long long>(bytes), device_.info().index,
+                     device_.info().name.c_str(), static_cast<unsigned long long>(limit));
+    if (use_.used > use_.budget || bytes > use_.budget - use_.used)
+        return error(Code::kOutOfDeviceMemory,
+                     "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
+                     "tensors or raise "
+                     "max_device_bytes",
+                     static_cast<int>(name.size()), name.data(),
+                     static_cast<unsigned long long>(bytes),
+                     static_cast<unsigned long long>(use_.used),
+                     static_cast<unsigned long long>(use_.budget));
+    // Whole blocks while they fit in the budget, so that small tensors share one.
+    std::uint64_t size = std::min(std::max(bytes, desc_.block_bytes), limit);
+    if (size > use_.budget - use_.used) size = bytes;
+
+    blocks_.reserve(blocks_.size() + 1);
+    auto block = std::make_unique<Block>();
+    block->kind = kind;
+    block->free.emplace(0, size);
+    Status status = make_block(*block, size);
+    if (!status.ok()) {
+        destroy(*block);
+        return status;
+    }
+    use_.used += size;
+    use_.peak = std::max(use_.peak, use_.used);
+    ++use_.allocations;
+    blocks_.push_back(std::move(block));
+    return blocks_.back().get();
+}
+
+std::optional<std::uint64_t> Memory::take(Block& block, std::uint64_t bytes) {
+    for (auto hole = block.free.begin(); hole != block.free.end(); ++hole) {
+        if (hole->second < bytes) continue;
+        const auto [offset, size] = *hole;
+        block.live.emplace(offset, bytes);  // the only step that can throw comes first
+        if (size == bytes) {
+            block.free.erase(hole);
+        } else {
+            auto node = block.free.extract(hole);
+            node.key() = offset + bytes;
+            node.mapped() = size - bytes;
+            block.free.insert(std::move(node));
+        }
+        return offset;
+    }
+    return std::nullopt;
+}
+
+void Memory::prepare(const Block& block, std::uint64_t offset, std::uint64_t bytes) const {
+    if (block.host == nullptr) return;
+    if (desc_.poison) fill_words(block.host + offset, bytes, *desc_.poison);
+    if (guard_bytes_ == 0) return;
+    fill_words(block.host + offset, guard_bytes_, kGuardWord);
+    fill_words(block.host + offset + bytes - guard_bytes_, guard_bytes_, kGuardWord);
+}
+
+Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
+    SPLAT_ASSERT(bytes > 0);
+    SPLAT_TRY(device_.alive());
+    const std::uint64_t payload = round_up(bytes, 16);
+    const std::uint64_t total = round_up(payload + 2 * guard_bytes_, alignment_);
+    Block* block = nullptr;
+    std::optional<std::uint64_t> offset;
+    for (const auto& candidate : blocks_) {
+        if (candidate->kind != kind) continue;
+        offset = take(*candidate, total);
+        block = candidate.get();
+        if (offset) break;
+    }
+    if (!offset) {
+        SPLAT_ASSIGN(block, add_block(total, kind, name));
+        offset = take(*block, total);
+    }
+    use_.live += total;
+    prepare(*block, *offset, total);
+    BufferView range;
+    range.block = block;
+    range.buffer = block->buffer;
+    range.offset = *offset + guard_bytes_;
+    range.bytes = payload;
+    return Buffer(this, range);
+}
+
+void Memory::release(const BufferView& view) noexcept {
+    Block& block = *view.block;
+    auto node = block.live.extract(view.offset - guard_bytes_);
+    SPLAT_ASSERT(!node.empty());
+    const std::uint64_t offset = node.key();
+    const std::uint64_t bytes = node.mapped();
+    use_.live -= bytes;
+    if (defer_) {  // not reused while the device may still touch it: neither free nor live until the context closes
+        return;
+    }
+    // Reusing the node keeps this free of allocation, hence noexcept.
+    auto next = block.free.insert(std::move(node)).position;
+    if (const auto after = std::next(next);
+        after != block.free.end() && offset + next->second == after->first) {
+        next->second += after->second;
+        block.free.erase(after);
+    }
+    if (next != block.free.begin()) {
+        const auto before = std::prev(next);
+        if (before->first + before->second == offset) {
+            before->second += next->second;
+            block.free.erase(next);
+        }
+    }
+    if (block.live.empty() && block.free.size() == 1 && block.free.begin()->second == block.bytes) {
+        const auto at = std::find_if(blocks_.begin(), blocks_.end(),
+                                     [&](const auto& b) { return b.get() == &block; });
+        use_.used -= block.bytes;
+        --use_.allocations;
+        destroy(block);
+        blocks_.erase(at);
+    }
+}
+
+void Memory::destroy(Block& block) noexcept {
+    if (block.buffer != VK_NULL_HANDLE)
+        device_.vk.vkDestroyBuffer(device_.handle(), block.buffer, nullptr);
+    if (block.memory != VK_NULL_HANDLE)
+        device_.vk.vkFreeMemory(device_.handle(), block.memory, nullptr);
+    block.buffer = VK_NULL_HANDLE;
+    block.memory = VK_NULL_HANDLE;
+}
+
+std::byte* Memory::host(const BufferView& view) {
+    return view.block->host == nullptr ? nullptr : view.block->host + view.offset;
+}
+
+VkMappedMemoryRange Memory::mapped_range(const BufferView& view) const {
+    VkMappedMemoryRange range{};
+    range.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE;
+    range.memory = view.block->memory;
+    range.offset = view.offset / alignment_ * alignment_;
+    const std::uint64_t end = round_up(view.end(), alignment_);
+    range.size = end >= view.block->bytes ? VK_WHOLE_SIZE : end - range.offset;
+    return range;
+}
+
+Status Memory::flush(const BufferView& view) {
+    if (view.block->coherent) return {};
+    const VkMappedMemoryRange range = mapped_range(view);
+    return device_.check(device_.vk.vkFlushMappedMemoryRanges(device_.handle(), 1, &range),
+                         "vkFlushMappedMemoryRanges");
+}
+
+Status Memory::invalidate(const BufferView& view) {
+    if (view.block->coherent) return {};
+    const VkMappedMemoryRange range = mapped_range(view);
+    return device_.check(device_.vk.vkInvalidateMappedMemoryRanges(device_.handle(), 1, &range),
+                         "vkInvalidateMappedMemoryRanges");
+}
+
+void Memory::defer_frees(bool defer) {
+    defer_ = defer;
+}
+
+Status Memory::check_guards() const {
+    if (guard_bytes_ == 0) return {};
+    for (const auto& block : blocks_) {
+        if (block->host == nullptr) continue;
+        for (const auto& [offset, bytes] : block->live)
+            for (const std::uint64_t side : {offset, offset + bytes - guard_bytes_})
+                for (std::uint64_t i = 0; i < guard_bytes_; i += 4) {
+                    std::uint32_t word = 0;
+                    std::memcpy(&word, block->host + side + i, 4);
+                    if (word != kGuardWord)
+                        return error(Code::kInternal,
+                                     "guard word at byte %llu of a block was overwritten with %08x",
+                                     static_cast<unsigned long long>(side + i), word);
+                }
+    }
+    return {};
+}
+
+}  // namespace splat::vk

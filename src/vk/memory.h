@@ -1,0 +1,103 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "vk/buffer.h"
+
+namespace splat::vk {
+
+enum class MemoryKind : int {
+    kDevice = 0,   ///< fastest for shaders; host-visible only on unified memory
+    kStaging = 1,  ///< host-visible, cached if there is such a type; for transfers
+};
+inline constexpr std::size_t kMemoryKinds = 2;
+
+/// One VkDeviceMemory and the VkBuffer that covers it.
+struct Block {
+    MemoryKind kind = MemoryKind::kDevice;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    VkBuffer buffer = VK_NULL_HANDLE;
+    std::uint64_t bytes = 0;
+    std::byte* host = nullptr;  ///< whole block mapped, or nullptr
+    bool coherent = true;
+    std::map<std::uint64_t, std::uint64_t> free;  ///< offset → bytes, coalesced
+    std::map<std::uint64_t, std::uint64_t>
+        live;  ///< offset → bytes of every allocation (guards included)
+};
+
+struct MemoryDesc {
+    std::uint64_t budget_bytes =
+        0;  ///< 0 = heap; on CPU devices 3/4 of physical memory (their heap size is fictional)
+    std::uint64_t block_bytes = std::uint64_t{32} << 20;
+    bool guard = false;  ///< 64 guard bytes on both sides of every mapped allocation
+    bool hide_host =
+        false;  ///< tests: pretend that device memory is not host-visible and nothing is coherent
+    std::optional<std::uint32_t> poison;  ///< tests: word that fills every fresh allocation
+};
+
+struct MemoryUse {
+    std::uint32_t allocations = 0;  ///< live VkDeviceMemory objects
+    std::uint64_t used = 0;         ///< bytes held from the driver
+    std::uint64_t live = 0;         ///< bytes of living buffers
+    std::uint64_t peak = 0;         ///< highest `used`
+    std::uint64_t budget = 0;
+};
+
+/// Sub-allocates buffers from blocks of driver memory, within a budget that it enforces itself.
+///
+/// First fit in offset order; an empty block goes back to the driver. Not thread-safe: the
+/// Context's mutex guards it.
+class Memory {
+  public:
+    Memory(Device& device, const MemoryDesc& desc);
+    ~Memory();
+    Memory(const Memory&) = delete;
+    Memory& operator=(const Memory&) = delete;
+
+    /// `bytes` > 0, rounded up to whole quads. Contents are undefined. Errors: kUnsupported beyond
+    /// maxMemoryAllocationSize, kOutOfDeviceMemory beyond the budget or what the driver gives;
+    /// `name` appears in the message.
+    Result<Buffer> allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name);
+
+    [[nodiscard]] MemoryUse use() const;
+
+    /// Host address of a view, or nullptr if its memory is not mapped.
+    static std::byte* host(const BufferView& view);
+
+    /// Make host writes visible to the device, or device writes to the host, where memory is not
+    /// coherent.
+    Status flush(const BufferView& view);
+    Status invalidate(const BufferView& view);
+
+    /// While true, freed ranges are kept aside, because the device may still be using them.
+    void defer_frees(bool defer);
+
+    /// kInternal, naming the offset, if a guard word was overwritten. Always ok without guards.
+    [[nodiscard]] Status check_guards() const;
+
+  private:
+    friend class Buffer;
+    void release(const BufferView& view) noexcept;
+    Result<Block*> add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name);
+    std::optional<std::uint64_t> take(Block& block, std::uint64_t bytes);
+    [[nodiscard]] std::optional<std::uint32_t> memory_type(std::uint32_t allowed,
+                                                           MemoryKind kind) const;
+    Status make_block(Block& block, std::uint64_t bytes);
+    void destroy(Block& block) noexcept;
+    [[nodiscard]] VkMappedMemoryRange mapped_range(const BufferView& view) const;
+    void prepare(const Block& block, std::uint64_t offset, std::uint64_t bytes) const;
+
+    Device& device_;
+    MemoryDesc desc_;
+    std::uint64_t alignment_;
+    std::uint64_t guard_bytes_;
+    MemoryUse use_;
+    std::vector<std::unique_ptr<Block>> blocks_;
+    bool defer_ = false;
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,182 @@
+#include "vk/pipeline.h"
+
+#include "core/fault.h"
+#include "core/log.h"
+#include "vk/pipeline_cache_file.h"
+#include "vk/shaders.h"
+
+namespace splat::vk {
+namespace {
+
+VkDescriptorType vulkan_type(DescriptorType type) {
+    return type == DescriptorType::kStorageBuffer ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
+                                                  : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+}
+
+/// A VkShaderModule for the length of one pipeline's making.
+class ScopedModule {
+  public:
+    explicit ScopedModule(Device& device) : device_(device) {}
+    ~ScopedModule() {
+        if (module != VK_NULL_HANDLE)
+            device_.vk.vkDestroyShaderModule(device_.handle(), module, nullptr);
+    }
+    ScopedModule(const ScopedModule&) = delete;
+    ScopedModule& operator=(const ScopedModule&) = delete;
+
+    VkShaderModule module = VK_NULL_HANDLE;
+
+  private:
+    Device& device_;
+};
+
+}  // namespace
+
+Pipelines::Pipelines(Device& device, std::string cache_folder) : device_(device) {
+    if (!cache_folder.empty()) file_ = pipeline_cache_path(cache_folder, device.info());
+    open_cache();
+}
+
+void Pipelines::open_cache() {
+    std::vector<std::byte> data;
+    if (!file_.empty())
+        if (auto stored = read_pipeline_cache(file_, device_.info())) data = std::move(*stored);
+    VkPipelineCacheCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+    info.initialDataSize = data.size();
+    info.pInitialData = data.data();
+    loaded_ = !data.empty();
+    if (device_.vk.vkCreatePipelineCache(device_.handle(), &info, nullptr, &cache_) != VK_SUCCESS) {
+        loaded_ = false;
+        cache_ = VK_NULL_HANDLE;  // pipelines are then made without one
+    }
+}
+
+Result<const Pipeline*> Pipelines::get(const char* shader,
+                                       const std::vector<SpecConstant>& constants) {
+    Key key{shader, constants};
+    if (const auto found = pipelines_.find(key); found != pipelines_.end()) return &found->second;
+    const auto entry = pipelines_.emplace(std::move(key), Pipeline{}).first;
+    struct Undo {  // a half-made pipeline leaves no trace, also when memory runs out
+        Pipelines* owner;
+        decltype(entry) at;
+        ~Undo() {
+            if (owner == nullptr) return;
+            owner->destroy(at->second);
+            owner->pipelines_.erase(at);
+        }
+    } undo{this, entry};
+    SPLAT_TRY(make(entry->second, shader, constants));
+    undo.owner = nullptr;
+    dirty_ = true;
+    return &entry->second;
+}
+
+void Pipelines::destroy(Pipeline& pipeline) noexcept {
+    device_.vk.vkDestroyPipeline(device_.handle(), pipeline.pipeline, nullptr);
+    device_.vk.vkDestroyPipelineLayout(device_.handle(), pipeline.layout, nullptr);
+    device_.vk.vkDestroyDescriptorSetLayout(device_.handle(), pipeline.set_layout, nullptr);
+}
+
+Status Pipelines::make_layouts(Pipeline& pipeline) {
+    std::vector<VkDescriptorSetLayoutBinding> bindings;
+    for (const ShaderBinding& binding : pipeline.interface.bindings) {
+        VkDescriptorSetLayoutBinding layout{};
+        layout.binding = binding.binding;
+        layout.descriptorType = vulkan_type(binding.type);
+        layout.descriptorCount = 1;
+        layout.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT;
+        bindings.push_back(layout);
+    }
+    VkDescriptorSetLayoutCreateInfo set{};
+    set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    set.bindingCount = static_cast<std::uint32_t>(bindings.size());
+    set.pBindings = bindings.data();
+    SPLAT_TRY(device_.check(device_.vk.vkCreateDescriptorSetLayout(device_.handle(), &set, nullptr,
+                                                                   &pipeline.set_layout),
+                            "vkCreateDescriptorSetLayout"));
+
+    const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, pipeline.interface.push_bytes};
+    VkPipelineLayoutCreateInfo layout{};
+    layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    layout.setLayoutCount = 1;
+    layout.pSetLayouts = &pipeline.set_layout;
+    layout.pushConstantRangeCount = push.size > 0 ? 1 : 0;
+    layout.pPushConstantRanges = &push;
+    return device_.check(
+        device_.vk.vkCreatePipelineLayout(device_.handle(), &layout, nullptr, &pipeline.layout),
+        "vkCreatePipelineLayout");
+}
+
+Status Pipelines::make(Pipeline& pipeline, const char* shader,
+                       const std::vector<SpecConstant>& constants) {
+    const ShaderModule* embedded = find_shader(shader);
+    if (embedded == nullptr)
+        return error(Code::kInternal, "no shader named '%s' is built in", shader);
+    SPLAT_ASSIGN(pipeline.interface, reflect(embedded->words));
+    SPLAT_TRY(make_layouts(pipeline));
+
+    ScopedModule module(device_);
+    VkShaderModuleCreateInfo code{};
+    code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+    code.codeSize = embedded->words.size_bytes();
+    code.pCode = embedded->words.data();
+    SPLAT_TRY(device_.check(
+        device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module.module),
+        "vkCreateShaderModule"));
+
+    std::vector<VkSpecializationMapEntry> entries;
+    for (std::size_t i = 0; i < constants.size(); ++i)
+        entries.push_back(
+            {constants[i].id,
+             static_cast<std::uint32_t>(i * sizeof(SpecConstant) + offsetof(SpecConstant, value)),
+             4});
+    const VkSpecializationInfo specialization{
+        static_cast<std::uint32_t>(entries.size()), entries.data(),
+        constants.size() * sizeof(SpecConstant), constants.data()};
+    VkComputePipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+    info.flags =
+        VK_PIPELINE_CREATE_DISPATCH_BASE;  // long dispatches are split by base group, see recorder.h
+    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    info.stage.module = module.module;
+    info.stage.pName = "main";
+    info.stage.pSpecializationInfo = &specialization;
+    info.layout = pipeline.layout;
+    const VkResult result =
+        SPLAT_FAULT("vk.create_pipeline")
+            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+            : device_.vk.vkCreateComputePipelines(device_.handle(), cache_, 1, &info, nullptr,
+                                                  &pipeline.pipeline);
+    return device_.check(result, "vkCreateComputePipelines");
+}
+
+void Pipelines::save() noexcept {
+    if (!dirty_ || file_.empty() || cache_ == VK_NULL_HANDLE) return;
+    try {
+        std::size_t bytes = 0;
+        if (device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, nullptr) !=
+            VK_SUCCESS)
+            return;
+        std::vector<std::byte> data(bytes);
+        if (device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, data.data()) !=
+            VK_SUCCESS)
+            return;
+        data.resize(bytes);
+        if (write_pipeline_cache(file_, device_.info(), data))
+            dirty_ = false;
+        else
+            log(LogLevel::kDebug, "the pipeline cache " + file_ + " could not be written");
+    } catch (...) {
+    }
+}
+
+Pipelines::~Pipelines() {
+    save();
+    for (auto& [key, pipeline] : pipelines_) destroy(pipeline);
+    if (cache_ != VK_NULL_HANDLE)
+        device_.vk.vkDestroyPipelineCache(device_.handle(), cache_, nullptr);
+}
+
+}  // namespace splat::vk

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vk/device.h"
+#include "vk/spirv.h"
+
+namespace splat::vk {
+
+/// Value of one specialisation constant; floats go in by their bits.
+struct SpecConstant {
+    std::uint32_t id;
+    std::uint32_t value;
+    auto operator<=>(const SpecConstant&) const = default;
+};
+
+struct Pipeline {
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+    ShaderInterface interface;
+};
+
+/// Compute pipelines by shader name and specialisation, made on first use and kept until the end.
+///
+/// A cache file of the driver's compiled form, one per device and driver, makes the next process
+/// faster. A file that is corrupt or of another driver is ignored and replaced; not being able to
+/// read or write it is never an error.
+class Pipelines {
+  public:
+    /// `cache_folder` "" = no file.
+    Pipelines(Device& device, std::string cache_folder);
+    ~Pipelines();
+    Pipelines(const Pipelines&) = delete;
+    Pipelines& operator=(const Pipelines&) = delete;
+
+    /// Errors: kInternal for an unknown shader, and the driver's. The pointer lives as long as this
+    /// object.
+    Result<const Pipeline*> get(const char* shader, const std::vector<SpecConstant>& constants);
+
+    /// Write the cache file if anything was added.
+    void save() noexcept;
+
+    [[nodiscard]] const std::string& cache_file() const { return file_; }
+    [[nodiscard]] bool cache_file_was_used() const { return loaded_; }
+
+  private:
+    struct Key {
+        std::string shader;
+        std::vector<SpecConstant> constants;
+        auto operator<=>(const Key&) const = default;
+    };
+    Status make(Pipeline& pipeline, const char* shader, const std::vector<SpecConstant>& constants);
+    Status make_layouts(Pipeline& pipeline);
+    void destroy(Pipeline& pipeline) noexcept;
+    void open_cache();
+
+    Device& device_;
+    std::string file_;
+    VkPipelineCache cache_ = VK_NULL_HANDLE;
+    bool loaded_ = false;
+    bool dirty_ = false;
+    std::map<Key, Pipeline> pipelines_;
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,223 @@
+#include "vk/recorder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/checked_math.h"
+#include "vk/context.h"
+#include "vk/hazard.h"
+
+namespace splat::vk {
+namespace {
+
+/// Cautious rates, in operations and bytes per second: the slowest kernels of each class measured a
+/// few times this.
+struct Rates {
+    double flops;
+    double bytes;
+};
+
+Rates rates(const DeviceInfo& info, Kernels kernels) {
+    if (info.kind != DeviceKind::kCpu) return {2e11, 2e10};
+    return kernels == Kernels::kPlain ? Rates{5e8, 5e8} : Rates{1e10, 1e9};
+}
+
+bool overlaps_partly(const BufferView& a, const BufferView& b) {
+    return a.overlaps(b) && !a.same_range(b);
+}
+
+}  // namespace
+
+// A desktop's watchdog ends a submit of a few seconds; shorter ones also keep a shared machine
+// responsive.
+double submit_seconds(const DeviceInfo& info) {
+    return info.kind == DeviceKind::kCpu ? 0.25 : 0.1;
+}
+
+double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work) {
+    const Rates rate = rates(info, kernels);
+    return std::max(work.flops / rate.flops, work.bytes / rate.bytes);
+}
+
+const DeviceInfo& Recorder::device() const {
+    return context_.device().info();
+}
+Kernels Recorder::kernels() const {
+    return context_.device().kernels();
+}
+
+Status Recorder::check_declarations(const Dispatch& dispatch,
+                                    const ShaderInterface& interface) const {
+    if (dispatch.accesses.size() != interface.bindings.size())
+        return error(Code::kInternal, "%s: %zu accesses declared, shader %s has %zu bindings",
+                     dispatch.op, dispatch.accesses.size(), dispatch.shader,
+                     interface.bindings.size());
+    if (dispatch.push.bytes() != interface.push_bytes)
+        return error(Code::kInternal, "%s: %u bytes of push constants, shader %s has %u",
+                     dispatch.op, dispatch.push.bytes(), dispatch.shader, interface.push_bytes);
+    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i) {
+        const ShaderBinding& binding = interface.bindings[i];
+        const Use use = dispatch.accesses[i].use;
+        if (binding.writes != writes(use) || binding.reads != (use != Use::kWrite))
+            return error(
+                Code::kInternal,
+                "%s: binding %zu of shader %s is declared otherwise there (reads %d, writes %d)",
+                dispatch.op, i, dispatch.shader, binding.reads, binding.writes);
+    }
+    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            const Access& a = dispatch.accesses[i];
+            const Access& b = dispatch.accesses[j];
+            if (!a.view.overlaps(b.view) || (!writes(a.use) && !writes(b.use))) continue;
+            if (!dispatch.may_alias || overlaps_partly(a.view, b.view))
+                return error(Code::kInternal,
+                             "%s: bindings %zu and %zu of shader %s alias and one is written",
+                             dispatch.op, j, i, dispatch.shader);
+        }
+    return {};
+}
+
+Status Recorder::check_limits(const Dispatch& dispatch, const ShaderInterface& interface) const {
+    const DeviceLimits& limits = device().limits;
+    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i) {
+        const BufferView& view = dispatch.accesses[i].view;
+        SPLAT_ASSERT(view.buffer != VK_NULL_HANDLE && view.bytes > 0 &&
+                     view.offset % limits.offset_alignment == 0);
+        const bool texel = interface.bindings[i].type == DescriptorType::kUniformTexelBuffer;
+        const std::uint64_t most =
+            texel ? limits.max_texel_elements * 16 : limits.max_storage_buffer_bytes;
+        if (view.bytes > most)
+            return error(
+                Code::kUnsupported,
+                "%s: a tensor %s of %llu bytes, but one binding takes at most %llu; split it",
+                dispatch.op, view.shape.text().c_str(), static_cast<unsigned long long>(view.bytes),
+                static_cast<unsigned long long>(most));
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (dispatch.groups[axis] == 0 || dispatch.groups[axis] > limits.max_groups[axis])
+            return error(Code::kUnsupported, "%s: %u workgroups on axis %zu, expected 1 to %u",
+                         dispatch.op, dispatch.groups[axis], axis, limits.max_groups[axis]);
+    return {};
+}
+
+Status Recorder::dispatch(const Dispatch& dispatch) {
+    SPLAT_ASSIGN(const Pipeline* pipeline,
+                 context_.pipelines().get(dispatch.shader, dispatch.constants));
+    SPLAT_TRY(check_declarations(dispatch, pipeline->interface));
+    SPLAT_TRY(check_limits(dispatch, pipeline->interface));
+
+    Command command;
+    command.kind = CommandKind::kDispatch;
+    command.op = dispatch.op;
+    command.shader = dispatch.shader;
+    command.accesses = dispatch.accesses;
+    command.pipeline = pipeline;
+    command.push = dispatch.push;
+    command.work = dispatch.work;
+    command.dispatch = dispatches_++;
+
+    const auto axis = static_cast<std::size_t>(
+        std::max_element(dispatch.groups.begin(), dispatch.groups.end()) - dispatch.groups.begin());
+    const double seconds = estimated_seconds(device(), kernels(), dispatch.work);
+    const double wanted = std::ceil(seconds / submit_seconds(device()));
+    const std::uint32_t extent = dispatch.groups[axis];
+    const auto parts =
+        pipeline->interface.uses_num_workgroups
+            ? 1U
+            : static_cast<std::uint32_t>(std::clamp(wanted, 1.0, static_cast<double>(extent)));
+    for (std::uint32_t part = 0; part < parts; ++part) {
+        const auto from = static_cast<std::uint32_t>(std::uint64_t{extent} * part / parts);
+        const auto to = static_cast<std::uint32_t>(std::uint64_t{extent} * (part + 1) / parts);
+        command.part = part;
+        command.base = {0, 0, 0};
+        command.base[axis] = from;
+        command.groups = dispatch.groups;
+        command.groups[axis] = to - from;
+        const double share = static_cast<double>(to - from) / extent;
+        command.work = {dispatch.work.flops * share, dispatch.work.bytes * share};
+        SPLAT_TRY(add(command));
+    }
+    return {};
+}
+
+Status Recorder::dispatch_indirect(const Dispatch& dispatch, const BufferView& counts) {
+    SPLAT_ASSIGN(const Pipeline* pipeline,
+                 context_.pipelines().get(dispatch.shader, dispatch.constants));
+    SPLAT_TRY(check_declarations(dispatch, pipeline->interface));
+    SPLAT_TRY(check_limits(dispatch, pipeline->interface));
+    SPLAT_ASSERT(counts.bytes >= 12 && counts.offset % 4 == 0);
+    Command command;
+    command.kind = CommandKind::kDispatch;
+    command.op = dispatch.op;
+    command.shader = dispatch.shader;
+    command.accesses = dispatch.accesses;
+    command.accesses.push_back(read(counts));
+    command.pipeline = pipeline;
+    command.push = dispatch.push;
+    command.work = dispatch.work;
+    command.dispatch = dispatches_++;
+    command.indirect = true;
+    return add(std::move(command));
+}
+
+Status Recorder::fill(const BufferView& view, std::uint32_t word) {
+    SPLAT_ASSERT(view.offset % 4 == 0 && view.bytes % 4 == 0);
+    Command command;
+    command.kind = CommandKind::kFill;
+    command.op = "fill";
+    command.accesses = {write(view)};
+    command.fill_word = word;
+    command.work.bytes = static_cast<double>(view.bytes);
+    return add(std::move(command));
+}
+
+Status Recorder::copy(const BufferView& from, const BufferView& to) {
+    SPLAT_ASSERT(from.bytes == to.bytes);
+    if (from.overlaps(to)) return error(Code::kInternal, "copy: source and destination overlap");
+    Command command;
+    command.kind = CommandKind::kCopy;
+    command.op = "copy";
+    command.accesses = {read(from), write(to)};
+    command.work.bytes = 2.0 * static_cast<double>(from.bytes);
+    return add(std::move(command));
+}
+
+bool Recorder::conflicts(const Command& command) const {
+    for (const Access& next : command.accesses)
+        for (const Access& before : pending_)
+            if ((writes(next.use) || writes(before.use)) && next.view.overlaps(before.view))
+                return true;
+    return false;
+}
+
+void Recorder::barrier() {
+    commands_.emplace_back();
+    commands_.back().op = "barrier";
+    pending_.clear();
+}
+
+Status Recorder::add(Command command) {
+    if (commands_.empty()) barrier();  // against the list that ran before
+    if (command.part == 0 && !omit_barriers && conflicts(command)) barrier();
+    if (command.part == 0)
+        pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());
+    commands_.push_back(std::move(command));
+    return {};
+}
+
+Result<CommandList> Recorder::finish() {
+    Command to_host;
+    to_host.kind = CommandKind::kToHost;
+    to_host.op = "to_host";
+    if (!commands_.empty()) commands_.push_back(std::move(to_host));
+    std::vector<Command> commands = std::move(commands_);
+    commands_.clear();
+    pending_.clear();
+    dispatches_ = 0;
+#ifndef NDEBUG
+    if (!omit_barriers) SPLAT_TRY(check_hazards(commands));
+#endif
+    return CommandList::create(context_, std::move(commands));
+}
+
+}  // namespace splat::vk

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+
+#include "vk/command.h"
+#include "vk/command_list.h"
+#include "vk/memory.h"
+
+namespace splat::vk {
+
+class Context;
+
+/// Collects commands with declared reads and writes and turns them into a command list.
+///
+/// Barriers are derived: a command that conflicts (byte ranges overlap, one of the two writes) with
+/// one recorded since the last barrier gets a barrier before it. No memory is allocated on the
+/// device while recording; operators take workspaces as views.
+///
+/// A dispatch whose estimated time exceeds what one submit may take is split along its longest axis
+/// of groups (so shaders must not use gl_NumWorkGroups), and the list is cut into several submits.
+class Recorder {
+  public:
+    explicit Recorder(Context& context) : context_(context) {}
+
+    /// Errors: kInternal if the declarations differ from the shader's (count, readonly, writeonly,
+    /// push bytes) or ranges alias without may_alias; kUnsupported if a view exceeds the binding
+    /// limits or the groups exceed the device's.
+    Status dispatch(const Dispatch& dispatch);
+
+    /// The same with the group counts (3 x uint32) read from `counts` on the device; never split.
+    Status dispatch_indirect(const Dispatch& dispatch, const BufferView& counts);
+
+    Status fill(const BufferView& view, std::uint32_t word);
+    Status copy(const BufferView& from, const BufferView& to);
+
+    /// Record the list's end and build it. The recorder is empty afterwards.
+    Result<CommandList> finish();
+
+    [[nodiscard]] const DeviceInfo& device() const;
+    [[nodiscard]] Kernels kernels() const;
+
+    /// Position of the latest dispatch, for CommandList::set_push.
+    [[nodiscard]] std::size_t last_dispatch() const { return dispatches_ - 1; }
+
+    bool omit_barriers = false;  ///< tests: record a list that is wrong on purpose
+
+  private:
+    Status add(Command command);
+    Status check_declarations(const Dispatch& dispatch, const ShaderInterface& interface) const;
+    Status check_limits(const Dispatch& dispatch, const ShaderInterface& interface) const;
+    [[nodiscard]] bool conflicts(const Command& command) const;
+    void barrier();
+
+    Context& context_;
+    std::vector<Command> commands_;
+    std::vector<Access> pending_;  ///< accesses since the last barrier
+    std::size_t dispatches_ = 0;
+};
+
+/// Longest time that one submit should take, and how long `work` takes at worst, both in seconds;
+/// see recorder.cpp.
+double submit_seconds(const DeviceInfo& info);
+double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work);
+
+}  // namespace splat::vk

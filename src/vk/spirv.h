@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat::vk {
+
+enum class DescriptorType : int { kStorageBuffer, kUniformTexelBuffer };
+
+/// One binding of descriptor set 0, as the shader declares it.
+struct ShaderBinding {
+    std::uint32_t binding = 0;
+    DescriptorType type = DescriptorType::kStorageBuffer;
+    bool reads = true;   ///< not declared writeonly
+    bool writes = true;  ///< not declared readonly
+};
+
+/// What a compute shader asks of its host, read from its SPIR-V.
+struct ShaderInterface {
+    std::vector<ShaderBinding> bindings;  ///< ascending and without gaps
+    std::uint32_t push_bytes = 0;
+    bool uses_num_workgroups = false;  ///< such a shader cannot be split over several dispatches
+    bool uses_float_atomics = false;
+};
+
+/// Source: the SPIR-V specification 1.5, sections 2.3 (physical layout) and 3.20 (decorations).
+/// Errors: kInternal for a module that is malformed or uses a kind of resource that the library
+/// does not.
+Result<ShaderInterface> reflect(std::span<const std::uint32_t> words);
+
+}  // namespace splat::vk

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+
+#include "vk/command_list.h"
+#include "vk/memory.h"
+#include "vk/timers.h"
+
+namespace splat::vk {
+
+/// Submits command lists and waits; the only place that waits.
+class Queue {
+  public:
+    /// `timeout_ns` bounds each wait.
+    Queue(Device& device, Memory& memory, std::uint64_t timeout_ns)
+        : device_(device), memory_(memory), timeout_ns_(timeout_ns) {}
+    ~Queue();
+    Queue(const Queue&) = delete;
+    Queue& operator=(const Queue&) = delete;
+
+    /// Run a list to its end. Errors: kTimeout if the device did not finish (it may still; the next
+    /// call first waits for it, and buffers freed meanwhile are kept aside), kDeviceLost for ever
+    /// after a loss, and the driver's.
+    Status run(CommandList& list, Profile* profile);
+
+    /// Wait for a list that timed out before, if there is one.
+    Status settle();
+
+  private:
+    Status submit(CommandList::Objects& objects);
+    Status wait(const std::shared_ptr<CommandList::Objects>& objects);
+    Status read_times(const CommandList::Objects& objects, Profile& profile);
+
+    Device& device_;
+    Memory& memory_;
+    std::uint64_t timeout_ns_;
+    std::shared_ptr<CommandList::Objects> pending_;  ///< timed out and not yet known to have ended
+};
+
+}  // namespace splat::vk

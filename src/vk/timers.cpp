@@ -1,0 +1,72 @@
+#include "vk/timers.h"
+
+#include <algorithm>
+
+#include "core/json.h"
+
+namespace splat::vk {
+
+void Profile::add(std::string_view op, std::string_view shader, double milliseconds,
+                  const Work& work) {
+    Entry& entry = entries_[{std::string(op), std::string(shader)}];
+    entry.min_ms = entry.count == 0 ? milliseconds : std::min(entry.min_ms, milliseconds);
+    if (entry.times_ms.size() < kMaxTimes)
+        entry.times_ms.push_back(static_cast<float>(milliseconds));
+    else
+        entry.times_ms[entry.count % kMaxTimes] = static_cast<float>(milliseconds);
+    ++entry.count;
+    entry.total_ms += milliseconds;
+    entry.work = work;
+}
+
+void Profile::reset() {
+    entries_.clear();
+}
+
+std::vector<Profile::Row> Profile::rows() const {
+    std::vector<Row> rows;
+    for (const auto& [key, entry] : entries_) {
+        std::vector<float> times = entry.times_ms;
+        const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+        std::nth_element(times.begin(), middle, times.end());
+        rows.push_back({&key, &entry, static_cast<double>(*middle)});
+    }
+    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+        return a.entry->total_ms > b.entry->total_ms;
+    });
+    return rows;
+}
+
+std::string Profile::json(const std::string& device) const {
+    Json ops = Json::array();
+    for (const Row& row : rows())
+        ops.push_back({{"op", row.key->first},
+                       {"kernel", row.key->second},
+                       {"count", row.entry->count},
+                       {"total_ms", row.entry->total_ms},
+                       {"min_ms", row.entry->min_ms},
+                       {"median_ms", row.median_ms},
+                       {"bytes", row.entry->work.bytes},
+                       {"flops", row.entry->work.flops}});
+    return Json{{"device", device}, {"ops", std::move(ops)}}.dump(2);
+}
+
+std::string Profile::table(const std::string& device) const {
+    std::string text = "device: " + device + "\n";
+    text += format("%-28s %-32s %8s %10s %10s %10s %8s %8s\n", "op", "kernel", "count", "total ms",
+                   "min ms", "median ms", "GB/s", "GFLOP/s");
+    for (const Row& row : rows()) {
+        const double seconds = row.entry->min_ms * 1e-3;
+        const auto rate = [seconds](double amount) {
+            return seconds > 0 ? amount / seconds * 1e-9 : 0.0;
+        };
+        text +=
+            format("%-28s %-32s %8llu %10.3f %10.4f %10.4f %8.2f %8.2f\n", row.key->first.c_str(),
+                   row.key->second.c_str(), static_cast<unsigned long long>(row.entry->count),
+                   row.entry->total_ms, row.entry->min_ms, row.median_ms,
+                   rate(row.entry->work.bytes), rate(row.entry->work.flops));
+    }
+    return text;
+}
+
+}  // namespace splat::vk

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "vk/command.h"
+
+namespace splat::vk {
+
+/// Device times of dispatches, by operator label and shader.
+class Profile {
+  public:
+    void add(std::string_view op, std::string_view shader, double milliseconds, const Work& work);
+    void reset();
+
+    /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes",
+    /// "flops"}]}, longest first.
+    [[nodiscard]] std::string json(const std::string& device) const;
+    [[nodiscard]] std::string table(const std::string& device) const;
+
+  private:
+    struct Entry {
+        std::vector<float> times_ms;  ///< the latest kMaxTimes
+        std::uint64_t count = 0;
+        double total_ms = 0;
+        double min_ms = 0;
+        Work work;
+    };
+    struct Row {
+        const std::pair<std::string, std::string>* key;
+        const Entry* entry;
+        double median_ms;
+    };
+    static constexpr std::size_t kMaxTimes =
+        4096;  ///< bounds memory in long runs; the median is over the latest of these
+    [[nodiscard]] std::vector<Row> rows() const;
+
+    std::map<std::pair<std::string, std::string>, Entry> entries_;
+};
+
+}  // namespace splat::vk

@@ -1,0 +1,79 @@
+// One stem, all places: every row of the op table has its shaders, host file, reference and test.
+
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+
+#include "house/repo.h"
+
+namespace splat::house {
+namespace {
+
+/// Names of the rows, from lines such as `{.name = "group_norm",`.
+std::vector<std::string> op_names(const std::string& table) {
+    static const std::regex pattern(R"re(^\s*\{?\s*\.name = "([a-z0-9_]+)".*)re");
+    std::vector<std::string> names;
+    std::smatch match;
+    for (const std::string& line : lines_of(table))
+        if (std::regex_match(line, match, pattern)) names.push_back(match[1]);
+    return names;
+}
+
+Findings check(const std::string& table, const std::vector<TextFile>& files) {
+    std::set<std::string> paths;
+    for (const TextFile& file : files) paths.insert(file.path);
+    Findings findings;
+    const std::vector<std::string> names = op_names(table);
+    if (names.empty()) findings.push_back("src/nn/op_table.cpp: no row was found");
+    for (const std::string& op : names) {
+        for (const std::string& path :
+             {"shaders/ops/" + op + "_forward.comp", "src/ops/" + op + ".h",
+              "src/ops/" + op + ".cpp", "tests/ref/" + op + "_ref.h",
+              "tests/ops/" + op + "_test.cpp"})
+            if (paths.count(path) == 0) findings.push_back("op " + op + ": there is no " + path);
+        const std::string backward = "shaders/ops/" + op + "_backward";
+        const auto next = paths.lower_bound(backward);
+        if (next == paths.end() || !starts_with(*next, backward))
+            findings.push_back("op " + op + ": there is no " + backward + "*.comp");
+    }
+    return findings;
+}
+
+const char* const kSampleTable =
+    "const OpRow rows[] = {\n"
+    "    {.name = \"foo\",\n"
+    "     .inputs = {\"x\"}},\n"
+    "    // {.name = \"bar\",\n";
+
+std::vector<TextFile> sample_files() {
+    return {{"shaders/ops/foo_backward_input.comp", ""},
+            {"shaders/ops/foo_forward.comp", ""},
+            {"src/ops/foo.cpp", ""},
+            {"src/ops/foo.h", ""},
+            {"tests/ops/foo_test.cpp", ""},
+            {"tests/ref/foo_ref.h", ""}};
+}
+
+TEST(Stems, EveryOpIsInAllPlaces) {
+    expect_none(check(repository_file("src/nn/op_table.cpp").text, repository()));
+}
+
+TEST(Stems, RuleAcceptsACompleteOp) {
+    expect_none(check(kSampleTable, sample_files()));
+}
+
+TEST(Stems, RuleFindsEachMissingFile) {
+    for (std::size_t i = 0; i < sample_files().size(); ++i) {
+        std::vector<TextFile> files = sample_files();
+        files.erase(files.begin() + static_cast<std::ptrdiff_t>(i));
+        expect_found(check(kSampleTable, files), 1, "op foo: there is no");
+    }
+}
+
+TEST(Stems, RuleFindsAnUnreadableTable) {
+    expect_found(check("const OpRow rows[] = {};\n", sample_files()), 1, "no row");
+}
+
+}  // namespace
+}  // namespace splat::house

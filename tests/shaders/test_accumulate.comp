@@ -1,0 +1,11 @@
+#version 450
+// y[i] += x[i]. One invocation computes one element. Specialisation: 0 workgroup size.
+layout(local_size_x_id = 0) in;
+layout(std430, set = 0, binding = 0) readonly buffer X { float x[]; };
+layout(std430, set = 0, binding = 1) buffer Y { float y[]; };
+layout(push_constant) uniform Params { uint n; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < n) y[i] += x[i];
+}

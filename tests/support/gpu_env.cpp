@@ -1,0 +1,171 @@
+#include "support/gpu_env.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <map>
+
+#include "core/environment.h"
+#include "core/log.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using vk::Context;
+using vk::Kernels;
+
+struct Registry {
+    std::map<Kernels, std::shared_ptr<Context>> shared;
+    std::vector<std::weak_ptr<Context>> open;
+    std::uint64_t expected_messages = 0;
+    bool quiet = false;  // inside ExpectedMessages
+};
+
+Registry& registry() {
+    static Registry instance;
+    return instance;
+}
+
+void print_validation(void*, int level, const char* message) {
+    const bool validation = std::strncmp(message, "[validation]", 12) == 0;
+    if (registry().quiet && validation) return;
+    if (validation || level >= static_cast<int>(LogLevel::kError))
+        std::fprintf(stderr, "%s\n", message);
+}
+
+void expect_guards_whole(Context& context) {
+    const Status status = context.memory().check_guards();
+    EXPECT_TRUE(status.ok()) << status.message();
+}
+
+/// A copy that reads what a fill wrote, without the barrier between them.
+Status record_hazard(Context& context) {
+    SPLAT_ASSIGN(const vk::Buffer from,
+                 context.memory().allocate(256, vk::MemoryKind::kDevice, "bait source"));
+    SPLAT_ASSIGN(const vk::Buffer to,
+                 context.memory().allocate(256, vk::MemoryKind::kDevice, "bait target"));
+    vk::Recorder recorder(context);
+    recorder.omit_barriers = true;
+    SPLAT_TRY(recorder.fill(from.range(), 1));
+    SPLAT_TRY(recorder.copy(from.range(), to.range()));
+    SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+    return context.run(list);
+}
+
+class GpuEnvironment : public testing::Environment {
+  public:
+    void SetUp() override {
+        set_log_sink(print_validation, nullptr, LogLevel::kWarning);
+        Context* context = shared_context();
+        ASSERT_NE(context, nullptr);
+        const vk::DeviceInfo& info = context->device().info();
+        std::printf("[ device   ] %s, %s\n", info.name.c_str(), info.driver.c_str());
+        if (!validation_on()) {
+            std::printf("[ layers   ] validation is OFF (SPLAT_TEST_VALIDATION=0)\n");
+            return;
+        }
+        const ExpectedMessages bait;
+        const Status status = record_hazard(*context);
+        ASSERT_TRUE(status.ok()) << status.message();
+        ASSERT_GT(bait.count(), 0U)
+            << "the validation layer is loaded, but did not report a hazard made on purpose; is "
+               "VK_LAYER_ENABLES or vk_layer_settings.txt overriding its features?";
+        std::printf("[ layers   ] validation is on; the bait hazard was reported\n");
+    }
+
+    void TearDown() override {
+        const std::uint64_t before = vk::validation_messages();
+        registry().shared.clear();
+        EXPECT_EQ(vk::validation_messages(), before) << "messages while closing the device";
+        set_log_sink(nullptr, nullptr, LogLevel::kError);
+    }
+};
+
+class GpuListener : public testing::EmptyTestEventListener {
+  public:
+    void OnTestStart(const testing::TestInfo&) override {
+        messages_ = vk::validation_messages();
+        registry().expected_messages = 0;
+    }
+
+    void OnTestEnd(const testing::TestInfo&) override {
+        Registry& all = registry();
+        for (const auto& weak : all.open)
+            if (const auto context = weak.lock()) expect_guards_whole(*context);
+        std::erase_if(all.open, [](const auto& weak) { return weak.expired(); });
+        const std::uint64_t messages = vk::validation_messages() - messages_;
+        EXPECT_EQ(messages, all.expected_messages)
+            << "the validation layer spoke during this test; its messages are above";
+    }
+
+  private:
+    std::uint64_t messages_ = 0;
+};
+
+}  // namespace
+
+bool validation_on() {
+    return environment("SPLAT_TEST_VALIDATION").value_or("1") != "0";
+}
+
+vk::ContextDesc context_desc(Kernels kernels) {
+    vk::ContextDesc desc;
+    desc.device.kernels = kernels;
+    desc.device.validation = validation_on();
+    desc.memory.guard = true;
+    desc.memory.poison = kPoisonPatterns[1];
+    return desc;
+}
+
+std::shared_ptr<Context> make_context(const vk::ContextDesc& desc) {
+    auto opened = Context::create(desc);
+    if (!opened.ok()) {
+        ADD_FAILURE() << "cannot open a device: " << opened.status().message();
+        return nullptr;
+    }
+    std::shared_ptr<Context> inner = opened.value();
+    Context* raw = inner.get();
+    std::shared_ptr<Context> context(raw, [inner = std::move(inner)](Context* closing) mutable {
+        expect_guards_whole(*closing);
+        inner.reset();
+    });
+    registry().open.push_back(context);
+    return context;
+}
+
+Context* shared_context(Kernels kernels) {
+    std::shared_ptr<Context>& slot = registry().shared[kernels];
+    if (slot == nullptr) slot = make_context(context_desc(kernels));
+    return slot.get();
+}
+
+std::vector<Kernels> kernels_to_test() {
+    Context* context = shared_context();
+    if (context == nullptr) return {};
+    if (context->device().info().kernels == Kernels::kPlain) return {Kernels::kPlain};
+    return {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu};
+}
+
+ExpectedMessages::ExpectedMessages() : start_(vk::validation_messages()) {
+    registry().quiet = true;
+}
+
+ExpectedMessages::~ExpectedMessages() {
+    registry().quiet = false;
+    registry().expected_messages += count();
+}
+
+std::uint64_t ExpectedMessages::count() const {
+    return vk::validation_messages() - start_;
+}
+
+void install_gpu_environment() {
+    testing::AddGlobalTestEnvironment(new GpuEnvironment);  // gtest owns both
+    // Ends are announced in reverse order, so failures found at a test's end are printed under that test.
+    testing::UnitTest::GetInstance()->listeners().Append(new GpuListener);
+}
+
+}  // namespace splat::test

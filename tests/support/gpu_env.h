@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "vk/context.h"
+
+namespace splat::test {
+
+/// False if SPLAT_TEST_VALIDATION=0 switched the validation layer off, as sanitizer builds do.
+bool validation_on();
+
+/// How tests open a device: validation on, guard bytes on, fresh memory full of NaN, no cache file.
+vk::ContextDesc context_desc(vk::Kernels kernels = vk::Kernels::kAuto);
+
+/// A context of the test's own; a failure to open it fails the test and gives nullptr. Its guard bytes are checked when the test
+/// ends or when it closes, whichever comes first.
+std::shared_ptr<vk::Context> make_context(const vk::ContextDesc& desc = context_desc());
+
+/// One context per set of kernels, opened on first use and shared by all tests of the program. Null, with a test failure, if it
+/// cannot be opened.
+vk::Context* shared_context(vk::Kernels kernels = vk::Kernels::kAuto);
+
+/// The sets of kernels that the device can run: plain, and cpu and gpu where its subgroups allow them.
+std::vector<vk::Kernels> kernels_to_test();
+
+/// Messages of the validation layer that a test provokes on purpose.
+class ExpectedMessages {
+  public:
+    ExpectedMessages();
+    ~ExpectedMessages();
+    ExpectedMessages(const ExpectedMessages&) = delete;
+    ExpectedMessages& operator=(const ExpectedMessages&) = delete;
+
+    /// How many came since the constructor. They do not fail the test.
+    [[nodiscard]] std::uint64_t count() const;
+
+  private:
+    std::uint64_t start_;
+};
+
+/// Registers the environment (log sink, bait hazard that the layer must report) and the listener that fails every test during
+/// which the layer spoke or a guard byte changed. Called by gpu_main.cpp.
+void install_gpu_environment();
+
+}  // namespace splat::test

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string_view>
+
+namespace splat::test {
+
+/// How far a float32 result may lie from its float64 reference, see compare.h.
+struct Tolerance {
+    std::string_view op;
+    std::string_view result;
+    double c;            ///< factor of the element-wise bound c * 2^-24 * (1 + sqrt(K)) * S
+    double relative_l2;  ///< of the whole tensor
+    const char* reason;
+};
+
+/// One row per op and result; the only place where tests keep these figures.
+///
+/// c = 4 everywhere: a rounding is half an ulp (2^-24), the error of a sum of K of them grows like sqrt(K), and a factor of 4
+/// covers the worst of many elements. The L2 figure is what the whole tensor shows, with a margin of 2 to 4 over the worst
+/// measured on lavapipe (sums in blocks or trees).
+inline constexpr Tolerance kTolerances[] = {
+    {"group_norm", "y", 4, 1e-6,
+     "one rounding each of x - mean, rstd, gamma and beta; sigmoid is 3.3 ulp off on lavapipe"},
+    {"group_norm", "mean", 4, 1e-6, "a tree sum of M terms"},
+    {"group_norm", "rstd", 4, 1e-6, "two-pass variance: first-order errors of the mean cancel"},
+    {"group_norm", "grad_x", 4, 2e-6,
+     "two reductions over the group on top of the forward's roundings"},
+    {"group_norm", "grad_gamma", 4, 5e-6, "N * H * W products, each with the error of xhat"},
+    {"group_norm", "grad_beta", 4, 5e-6, "a sum of N * H * W terms that may cancel"},
+    {"linear", "y", 4, 2e-6,
+     "sequential blocks of the inner dimension: 1.4e-6 at K = 4608 measured"},
+    {"linear", "grad_x", 4, 2e-6, "as y, over the outputs"},
+    {"linear", "grad_weight", 4, 2e-6, "as y, over the rows, at most 64 in sequence"},
+    {"linear", "grad_bias", 4, 2e-6, "a blocked sum over the rows"},
+    {"tensor_stats", "mean", 4, 1e-6, "a tree sum; min, max and counts are exact"},
+    {"quads", "y", 0, 0, "pack and unpack move bits: exact"},
+};
+
+/// The row of an op's result. Missing rows are a compile error when used as a constant.
+constexpr const Tolerance& tolerance(std::string_view op, std::string_view result) {
+    for (const Tolerance& row : kTolerances)
+        if (row.op == op && row.result == result) return row;
+    throw "no row in kTolerances";
+}
+
+}  // namespace splat::test

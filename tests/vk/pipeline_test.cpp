@@ -1,0 +1,79 @@
+#include "vk/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include "core/fault.h"
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/gpu_env.h"
+#include "test_shaders.h"
+
+namespace splat::vk {
+namespace {
+
+TEST(Pipeline, SpecialisationConstantsChangeResults) {
+    Context* context = test::shared_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(100, 1));
+    const Buffer y = test::device_buffer(*context, 100);
+    for (const float offset : {0.0F, 0.5F, -3.0F}) {
+        Recorder recorder(*context);
+        EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 100, 2, offset)));
+        CommandList list = std::move(recorder.finish().value());
+        EXPECT_OK(context->run(list));
+        EXPECT_EQ(test::download(*context, y.range(), 100), std::vector<float>(100, 2 + offset));
+    }
+}
+
+TEST(Pipeline, WorkgroupSizeIsAConstant) {
+    Context* context = test::shared_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(256, 1));
+    for (const std::uint32_t size : {1U, 8U, 64U, 128U}) {
+        const Buffer y = test::upload(*context, std::vector<float>(256, 0));
+        Dispatch dispatch = test::scale(x.range(), y.range(), 256, 2);
+        dispatch.constants[0].value = size;
+        dispatch.groups = {1, 1, 1};
+        Recorder recorder(*context);
+        EXPECT_OK(recorder.dispatch(dispatch));
+        CommandList list = std::move(recorder.finish().value());
+        EXPECT_OK(context->run(list));
+        std::vector<float> expected(256, 0);
+        std::fill_n(expected.begin(), size, 2.0F);
+        EXPECT_EQ(test::download(*context, y.range(), 256), expected) << size;
+    }
+}
+
+TEST(Pipeline, IsMadeOncePerKey) {
+    Context* context = test::shared_context();
+    ASSERT_NE(context, nullptr);
+    Pipelines& pipelines = context->pipelines();
+    const Pipeline* first = pipelines.get("test_scale", {{0, 64}, {10, 0}}).value();
+    EXPECT_EQ(pipelines.get("test_scale", {{0, 64}, {10, 0}}).value(), first);
+    EXPECT_NE(pipelines.get("test_scale", {{0, 32}, {10, 0}}).value(), first);
+    EXPECT_NE(pipelines.get("test_accumulate", {{0, 64}}).value(), first);
+}
+
+TEST(Pipeline, UnknownShaderIsAnError) {
+    Context* context = test::shared_context();
+    ASSERT_NE(context, nullptr);
+    EXPECT_ERROR(context->pipelines().get("nothing", {}).status(), Code::kInternal, "nothing");
+}
+
+#if SPLAT_FAULT_POINTS
+TEST(Pipeline, FailureLeavesNothingBehind) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    fault::arm("vk.create_pipeline", 1, 1);
+    const auto failed = context->pipelines().get("test_scale", {{0, 64}});
+    EXPECT_EQ(fault::disarm(), 1U);
+    ASSERT_FALSE(failed.ok());
+    EXPECT_ERROR(failed.status(), Code::kOutOfDeviceMemory, "vkCreateComputePipelines");
+    const auto retried = context->pipelines().get("test_scale", {{0, 64}});
+    ASSERT_TRUE(retried.ok());
+    EXPECT_NE(retried.value()->pipeline, VK_NULL_HANDLE);
+}
+#endif
+
+}  // namespace
+}  // namespace splat::vk

@@ -1,0 +1,250 @@
+#include "vk/recorder.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/gpu_env.h"
+#include "support/rng_fill.h"
+#include "test_shaders.h"
+
+namespace splat::vk {
+namespace {
+
+using test::accumulate;
+using test::device_buffer;
+using test::part;
+using test::scale;
+using test::slow;
+
+constexpr std::uint32_t kN = 1000;
+
+class Recorder : public testing::Test {
+  protected:
+    void SetUp() override {
+        context_ = test::shared_context();
+        ASSERT_NE(context_, nullptr);
+        a_ = device_buffer(*context_, kN);
+        b_ = device_buffer(*context_, kN);
+        c_ = device_buffer(*context_, kN);
+    }
+
+    /// Barriers inside the list that `record` makes, not counting those at its two ends; -1 if recording failed.
+    template <class Record>
+    int barriers(const Record& record) {
+        vk::Recorder recorder(*context_);
+        record(recorder);
+        auto list = recorder.finish();
+        EXPECT_TRUE(list.ok()) << list.status().message();
+        if (!list.ok()) return -1;
+        EXPECT_OK(context_->run(list.value()));  // under synchronisation validation
+        int count = -1;
+        for (const Command& command : list.value().commands())
+            count += command.kind == CommandKind::kBarrier ? 1 : 0;
+        EXPECT_EQ(list.value().commands().front().kind, CommandKind::kBarrier);
+        EXPECT_EQ(list.value().commands().back().kind, CommandKind::kToHost);
+        return count;
+    }
+
+    Context* context_ = nullptr;
+    Buffer a_;
+    Buffer b_;
+    Buffer c_;
+};
+
+TEST_F(Recorder, OrdersReadAfterWrite) {
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.fill(a_.range(), 0));
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.copy(b_.range(), c_.range()));
+              }),
+              2);
+}
+
+TEST_F(Recorder, OrdersWriteAfterRead) {
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.fill(a_.range(), 0));
+              }),
+              1);
+}
+
+TEST_F(Recorder, OrdersWriteAfterWrite) {
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.dispatch(scale(c_.range(), b_.range(), kN, 2)));
+              }),
+              1);
+}
+
+TEST_F(Recorder, OrdersReadModifyWrite) {
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kN)));
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kN)));
+                  EXPECT_OK(r.dispatch(accumulate(c_.range(), b_.range(), kN)));
+              }),
+              2);
+}
+
+TEST_F(Recorder, OrdersIndirectCountsAfterTheirWrite) {
+    const Buffer counts = device_buffer(*context_, 4);
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.fill(counts.range(), 1));
+                  EXPECT_OK(r.dispatch_indirect(scale(a_.range(), b_.range(), 64, 2),
+                                                counts.range()));
+              }),
+              1);
+}
+
+TEST_F(Recorder, LeavesIndependentCommandsUnordered) {
+    const BufferView whole = a_.range();
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.dispatch(scale(whole, b_.range(), kN, 2)));  // both only read a
+                  EXPECT_OK(r.dispatch(scale(whole, c_.range(), kN, 3)));
+              }),
+              0);
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {  // neighbouring ranges of one buffer
+                  EXPECT_OK(r.fill(part(whole, 0, 1024), 0));
+                  EXPECT_OK(r.fill(part(whole, 1024, 1024), 0));
+                  EXPECT_OK(r.copy(part(b_.range(), 0, 512), part(whole, 2048, 512)));
+              }),
+              0);
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {  // the last byte of one is the first of the other
+                  EXPECT_OK(r.fill(part(whole, 0, 1040), 0));
+                  EXPECT_OK(r.fill(part(whole, 1024, 1024), 0));
+              }),
+              1);
+}
+
+TEST_F(Recorder, OneBarrierServesAllBeforeIt) {
+    EXPECT_EQ(barriers([&](vk::Recorder& r) {
+                  EXPECT_OK(r.fill(a_.range(), 0));
+                  EXPECT_OK(r.fill(b_.range(), 0));
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), c_.range(), kN)));
+                  EXPECT_OK(r.dispatch(scale(b_.range(), a_.range(), kN, 1)));
+              }),
+              2);
+}
+
+TEST_F(Recorder, RefusesUndeclaredAliasing) {
+    vk::Recorder r(*context_);
+    EXPECT_ERROR(r.dispatch(scale(a_.range(), a_.range(), kN, 2)), Code::kInternal, "alias");
+    Dispatch in_place = scale(a_.range(), a_.range(), kN, 2);
+    in_place.may_alias = true;
+    EXPECT_OK(r.dispatch(in_place));
+    Dispatch shifted = scale(part(a_.range(), 0, 2048), part(a_.range(), 1024, 2048), 512, 2);
+    shifted.may_alias = true;  // the same range is fine, an overlap never is
+    EXPECT_ERROR(r.dispatch(shifted), Code::kInternal, "alias");
+    EXPECT_ERROR(r.copy(part(a_.range(), 0, 2048), part(a_.range(), 1024, 2048)), Code::kInternal,
+                 "overlap");
+    EXPECT_OK(r.dispatch(scale(part(a_.range(), 0, 1024), part(a_.range(), 1024, 1024), 256, 2)));
+}
+
+TEST_F(Recorder, RefusesDeclarationsThatDifferFromTheShader) {
+    vk::Recorder r(*context_);
+    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
+    wrong.accesses = {read(a_.range()), read_write(b_.range())};
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 1");
+    wrong.accesses = {read(a_.range()), read(b_.range())};
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 1");
+    wrong.accesses = {read_write(a_.range()), write(b_.range())};
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 0");
+    Dispatch rmw = accumulate(a_.range(), b_.range(), kN);
+    rmw.accesses[1].use = Use::kWrite;
+    EXPECT_ERROR(r.dispatch(rmw), Code::kInternal, "binding 1");
+    wrong.accesses = {read(a_.range())};
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "1 accesses");
+    wrong.accesses = {read(a_.range()), write(b_.range()), write(c_.range())};
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "3 accesses");
+    EXPECT_TRUE(r.finish().value().empty());
+}
+
+TEST_F(Recorder, RefusesWrongPushSizeAndShader) {
+    vk::Recorder r(*context_);
+    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
+    wrong.push = kN;
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "push constants");
+    wrong.shader = "test_absent";
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "test_absent");
+}
+
+TEST_F(Recorder, RefusesGroupsBeyondTheDevice) {
+    vk::Recorder r(*context_);
+    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        wrong.groups = {1, 1, 1};
+        wrong.groups[axis] = 0;
+        EXPECT_ERROR(r.dispatch(wrong), Code::kUnsupported, "workgroups");
+        if (context_->device().info().limits.max_groups[axis] == ~0U) continue;
+        wrong.groups[axis] = context_->device().info().limits.max_groups[axis] + 1;
+        EXPECT_ERROR(r.dispatch(wrong), Code::kUnsupported, "workgroups");
+    }
+}
+
+TEST_F(Recorder, RefusesViewsBeyondTheBindingLimit) {
+    ContextDesc desc = test::context_desc();
+    desc.device.fake = [](DeviceInfo& info) {
+        info.limits.max_storage_buffer_bytes = 4096;
+        info.limits.max_texel_elements = 64;
+    };
+    const auto context = test::make_context(desc);
+    ASSERT_NE(context, nullptr);
+    const Buffer x = device_buffer(*context, 1028);
+    const Buffer y = device_buffer(*context, 1028);
+    vk::Recorder r(*context);
+    EXPECT_OK(r.dispatch(scale(part(x.range(), 0, 4096), part(y.range(), 0, 4096), 1024, 2)));
+    EXPECT_ERROR(r.dispatch(scale(x.range(), part(y.range(), 0, 4096), 1024, 2)),
+                 Code::kUnsupported, "4112");
+    Dispatch texel{.op = "texel",
+                   .shader = "test_texel",
+                   .constants = {{0, 64}},
+                   .push = 64U,
+                   .accesses = {read(part(x.range(), 0, 1024)), write(part(y.range(), 0, 1024))}};
+    EXPECT_OK(r.dispatch(texel));
+    texel.accesses[0] = read(part(x.range(), 0, 1040));
+    EXPECT_ERROR(r.dispatch(texel), Code::kUnsupported, "1040");
+}
+
+TEST_F(Recorder, ComputesThroughBothKindsOfLoads) {
+    const std::vector<float> x = test::integer_fill(kN, 1);
+    const Buffer in = test::upload(*context_, x);
+    vk::Recorder r(*context_);
+    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kN, 3, 1)));
+    EXPECT_OK(r.dispatch({.op = "texel",
+                          .shader = "test_texel",
+                          .constants = {{0, 64}},
+                          .push = kN / 4,
+                          .accesses = {read(b_.range()), write(c_.range())},
+                          .groups = {4, 1, 1}}));
+    CommandList list = std::move(r.finish().value());
+    EXPECT_OK(context_->run(list));
+    const std::vector<float> y = test::download(*context_, c_.range(), kN);
+    for (std::uint32_t i = 0; i < kN; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
+}
+
+TEST_F(Recorder, RunsAgainWithNewPushData) {
+    const Buffer in = test::upload(*context_, std::vector<float>(kN, 1));
+    vk::Recorder r(*context_);
+    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kN, 2)));
+    EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kN, 5)));
+    const std::size_t second = r.last_dispatch();
+    CommandList list = std::move(r.finish().value());
+    for (const float factor : {5.0F, 7.0F, -1.0F}) {
+        EXPECT_OK(list.set_push(second, test::ScaleParams{kN, factor}));
+        EXPECT_OK(context_->run(list));
+        EXPECT_EQ(test::download(*context_, c_.range(), kN), std::vector<float>(kN, 2 * factor));
+    }
+    EXPECT_ERROR(list.set_push(second, kN), Code::kInternal, "push constants");
+    EXPECT_ERROR(list.set_push(2, test::ScaleParams{kN, 1}), Code::kInternal, "dispatch 2");
+}
+
+TEST_F(Recorder, EmptyListRuns) {
+    vk::Recorder r(*context_);
+    CommandList list = std::move(r.finish().value());
+    EXPECT_TRUE(list.empty());
+    EXPECT_TRUE(list.commands().empty());
+    EXPECT_OK(context_->run(list));
+}
+
+}  // namespace
+}  // namespace splat::vk

@@ -1,0 +1,84 @@
+#include "vk/spirv.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/expect_status.h"
+#include "vk/shaders.h"
+
+namespace splat::vk {
+namespace {
+
+ShaderInterface interface_of(const char* name) {
+    const ShaderModule* module = find_shader(name);
+    EXPECT_NE(module, nullptr) << name;
+    if (module == nullptr) return {};
+    auto interface = reflect(module->words);
+    EXPECT_TRUE(interface.ok()) << interface.status().message();
+    return interface.ok() ? interface.value() : ShaderInterface{};
+}
+
+TEST(Spirv, ReadsBindingsAndPushConstants) {
+    const ShaderInterface scale = interface_of("test_scale");
+    ASSERT_EQ(scale.bindings.size(), 2U);
+    EXPECT_TRUE(scale.bindings[0].reads);
+    EXPECT_FALSE(scale.bindings[0].writes);
+    EXPECT_FALSE(scale.bindings[1].reads);
+    EXPECT_TRUE(scale.bindings[1].writes);
+    EXPECT_EQ(scale.push_bytes, 8U);
+    EXPECT_FALSE(scale.uses_num_workgroups);
+    EXPECT_FALSE(scale.uses_float_atomics);
+
+    const ShaderInterface accumulate = interface_of("test_accumulate");
+    EXPECT_TRUE(accumulate.bindings[1].reads && accumulate.bindings[1].writes);
+    EXPECT_EQ(accumulate.push_bytes, 4U);
+
+    const ShaderInterface texel = interface_of("test_texel");
+    EXPECT_EQ(texel.bindings[0].type, DescriptorType::kUniformTexelBuffer);
+    EXPECT_TRUE(texel.bindings[0].reads);
+    EXPECT_FALSE(texel.bindings[0].writes);
+    EXPECT_EQ(texel.bindings[1].type, DescriptorType::kStorageBuffer);
+
+    const ShaderInterface count = interface_of("test_count_groups");
+    EXPECT_TRUE(count.uses_num_workgroups);
+    EXPECT_EQ(count.push_bytes, 0U);
+}
+
+TEST(Spirv, FindsShadersByName) {
+    EXPECT_EQ(find_shader("test_scal"), nullptr);
+    EXPECT_EQ(find_shader(""), nullptr);
+    for (const ShaderModule& module : shader_modules()) {
+        EXPECT_EQ(find_shader(module.name), &module);
+        EXPECT_EQ(std::string_view(module.sha256).size(), 64U);
+    }
+}
+
+TEST(Spirv, RefusesWhatIsNoModule) {
+    const std::vector<std::uint32_t> none;
+    const std::vector<std::uint32_t> zeros(100, 0);
+    EXPECT_ERROR(reflect(none).status(), Code::kInternal, "SPIR-V");
+    EXPECT_ERROR(reflect(zeros).status(), Code::kInternal, "SPIR-V");
+}
+
+TEST(Spirv, SurvivesTruncation) {
+    for (const ShaderModule& module : shader_modules())
+        for (std::size_t size = 0; size < module.words.size(); ++size)
+            if (const auto result = reflect(module.words.first(size)); !result.ok())
+                EXPECT_EQ(result.status().code(), Code::kInternal);
+}
+
+TEST(Spirv, SurvivesDamage) {
+    const ShaderModule* module = find_shader("test_scale");
+    ASSERT_NE(module, nullptr);
+    for (std::size_t at = 0; at < module->words.size(); ++at)
+        for (const std::uint32_t value : {0U, 1U, 0xFFFFU, 0x10000U, 0x20000U | 71U, ~0U}) {
+            std::vector<std::uint32_t> damaged(module->words.begin(), module->words.end());
+            damaged[at] = value;
+            if (const auto result = reflect(damaged); !result.ok())
+                EXPECT_EQ(result.status().code(), Code::kInternal);
+        }
+}
+
+}  // namespace
+}  // namespace splat::vk

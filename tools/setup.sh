@@ -1,0 +1,133 @@
+# shellcheck shell=sh disable=SC2034  # the packages are used by the scripts that source this
+# Sourced by tools/test and tools/demo: what they share.
+#
+#   packages_build, packages_test   what Debian 12 has to offer for a build, and for the tests
+#   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
+#   select_test_driver              let Vulkan see the software driver only
+#   cpu_count                       how many jobs to start
+#   step, finish, fail              messages; the last line of a script is one of finish and fail
+
+# Needed to configure, build and run.
+packages_build="build-essential cmake ninja-build pkg-config
+    libvulkan-dev libvulkan1 libvulkan-volk-dev glslang-tools spirv-tools
+    libglm-dev nlohmann-json3-dev libcli11-dev libpng-dev libjpeg62-turbo-dev zlib1g-dev libzstd-dev
+    mesa-vulkan-drivers"
+
+# Needed by the tests besides; clang is the second compiler that checks include/splat.h.
+packages_test="libgtest-dev vulkan-validationlayers clang"
+
+install=yes
+missing=""
+started=$(date +%s)
+
+step() {
+    printf '\n== %s\n' "$*"
+}
+
+finish() {
+    printf '\nlibsplat: %s\n' "$*"
+    exit 0
+}
+
+fail() {
+    if [ -n "$missing" ]; then
+        printf '\nlibsplat: FAILED: %s; packages not installed: %s\n' "$*" "$missing"
+    else
+        printf '\nlibsplat: FAILED: %s\n' "$*"
+    fi
+    exit 1
+}
+
+seconds() {
+    echo $(($(date +%s) - started))
+}
+
+cpu_count() {
+    getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1
+}
+
+# Packages of the arguments that are not installed, separated by blanks.
+missing_packages() {
+    for package in "$@"; do
+        case "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" in
+        installed) ;;
+        *) printf '%s ' "$package" ;;
+        esac
+    done | sed 's/ $//'
+}
+
+ensure_packages() {
+    if ! command -v dpkg-query >/dev/null 2>&1; then
+        step "Packages: this system has no dpkg, so nothing is checked or installed. Needed here:"
+        printf '%s\n' "$*" | fold -s -w 96
+        return 0
+    fi
+    missing=$(missing_packages "$@")
+    if [ -z "$missing" ]; then
+        step "Packages: all $# are installed"
+        return 0
+    fi
+    step "Packages that are missing: $missing"
+    if [ "$install" = no ]; then
+        echo "Left alone (--no-install). To install them: apt-get install $missing"
+        return 0
+    fi
+    if [ "$(id -u)" = 0 ]; then
+        as_root="env"
+    elif command -v sudo >/dev/null 2>&1; then
+        as_root="sudo env"
+    else
+        fail "cannot install packages: not root, and there is no sudo"
+    fi
+    # A stale or absent package list is refreshed; without a network the present one may still do.
+    $as_root DEBIAN_FRONTEND=noninteractive apt-get -q update || echo "apt-get update failed; going on"
+    # shellcheck disable=SC2086  # a list of words
+    $as_root DEBIAN_FRONTEND=noninteractive \
+        apt-get -q -y --no-install-recommends install $missing || fail "apt-get install"
+    missing=""
+}
+
+# The tests run on lavapipe wherever it is, whatever other drivers the machine has. SPLAT_TEST_ICD
+# names another driver's JSON file, or is "system" to leave the choice to the Vulkan loader.
+select_test_driver() {
+    export NODEVICE_SELECT=1
+    driver="${SPLAT_TEST_ICD:-}"
+    if [ "$driver" = system ]; then
+        echo "Vulkan driver: the loader's choice (SPLAT_TEST_ICD=system)"
+        return 0
+    fi
+    if [ -z "$driver" ]; then
+        for folder in /usr/share /usr/local/share /etc; do
+            for file in "$folder"/vulkan/icd.d/lvp_icd.*json; do
+                if [ -f "$file" ] && [ -z "$driver" ]; then driver="$file"; fi
+            done
+        done
+        if [ -z "$driver" ]; then
+            fail "no lavapipe driver (vulkan/icd.d/lvp_icd.*json); install mesa-vulkan-drivers"
+        fi
+    fi
+    [ -f "$driver" ] || fail "SPLAT_TEST_ICD names $driver, which is no file"
+    export VK_DRIVER_FILES="$driver" VK_ICD_FILENAMES="$driver"
+    echo "Vulkan driver: $driver"
+}
+
+# configure_and_build <preset> [-D<name>=<value> | --target <name>]...
+configure_and_build() {
+    preset="$1"
+    shift
+    settings=""
+    targets=""
+    for argument in "$@"; do
+        case "$argument" in
+        -D*) settings="$settings $argument" ;;
+        *) targets="$targets $argument" ;;
+        esac
+    done
+    command -v cmake >/dev/null 2>&1 || fail "cmake is not installed"
+    step "Configure ($preset)"
+    # shellcheck disable=SC2086  # lists of words
+    cmake --preset "$preset" $settings || fail "configure of preset $preset"
+    step "Build ($preset)"
+    # shellcheck disable=SC2086
+    cmake --build --preset "$preset" --parallel "$(cpu_count)" $targets || fail "build of preset $preset"
+}
