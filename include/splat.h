@@ -53,8 +53,8 @@ SPLAT_API uint32_t splat_version(void);
 /* The same as text, "major.minor.patch". Lives as long as the library. */
 SPLAT_API const char* splat_version_string(void);
 
-/* JSON object: version, compiler, build_type, fault_points (bool), shaders (array of {name,
- * variant, hash, bytes}). Lives as long as the library. */
+/* JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
+ * hash, bytes}; the hash is the SHA-256 of the SPIR-V). Lives as long as the library. */
 SPLAT_API const char* splat_build_info(void);
 
 /* ---- Results --------------------------------------------------------------------------------- */
@@ -306,7 +306,7 @@ SPLAT_API splat_result splat_tensor_from_host(splat_device device, const splat_t
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL data, a negative stride, or strides that leave `bytes`
  *   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
- *   SPLAT_ERROR_DEVICE_LOST */
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
 SPLAT_API splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
                                           const int64_t* strides);
 
@@ -415,11 +415,11 @@ SPLAT_API splat_result splat_op_create(splat_device device, const splat_op_desc*
 
 /* Compute the outputs from the inputs.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
- * SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST. */
+ *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined. */
 SPLAT_API splat_result splat_op_forward(splat_op op);
 
 /* Compute the gradients of sum(grad_outputs * outputs) with respect to the inputs asked for, at the
- * inputs of the last forward.
+ * activations of the last forward and the parameters as they are.
  * Returns as splat_op_forward; SPLAT_ERROR_INVALID_STATE also before the first forward or without
  * grad_outputs. */
 SPLAT_API splat_result splat_op_backward(splat_op op);

@@ -22,6 +22,8 @@ layout(push_constant) uniform Push { GroupNormParams dims; };
 // Loads per loop turn: enough work to hide the loop's masking on lavapipe.
 const uint kUnroll = 4;
 
+float across(vec4 v) { return (v.x + v.y) + (v.z + v.w); }
+
 void main() {
     const uint g = gl_WorkGroupID.x;
     const uint n = gl_WorkGroupID.y;
@@ -30,50 +32,60 @@ void main() {
     const uint start = g * quads * columns + n * dims.p;
     const uint lane = gl_LocalInvocationID.x;
     const uint step = gl_WorkGroupSize.x;
-    const uint whole = dims.p / (kUnroll * step) * (kUnroll * step);
-    const float per_count = 1.0 / float(4 * quads * dims.p);
+    const uint pixels = dims.p;
+    const uint whole = pixels / (kUnroll * step) * (kUnroll * step);
+    const float per_count = 1.0 / float(4 * quads * pixels);
     const float per_root = sqrt(per_count);
 
     vec4 sum = vec4(0);
     for (uint q = 0; q < quads; ++q) {
         const uint at = start + q * columns + lane;
+        vec4 of_quad = vec4(0);
         for (uint i = 0; i < whole; i += kUnroll * step)
-            [[unroll]] for (uint u = 0; u < kUnroll; ++u) sum += LD4(x, at + i + u * step) * per_count;
-        for (uint i = whole; i + lane < dims.p; i += step) sum += LD4(x, at + i) * per_count;
+            [[unroll]] for (uint u = 0; u < kUnroll; ++u)
+                of_quad += LD4(x, at + i + u * step) * per_count;
+        for (uint i = whole; i + lane < pixels; i += step) of_quad += LD4(x, at + i) * per_count;
+        sum += of_quad;
     }
-    sum = workgroup_sum(sum);
-    const float guess = (sum.x + sum.y) + (sum.z + sum.w);
+    const float guess = across(workgroup_sum(sum));
 
     vec4 residual = vec4(0);
     vec4 square = vec4(0);
     for (uint q = 0; q < quads; ++q) {
         const uint at = start + q * columns + lane;
+        vec4 first = vec4(0);
+        vec4 second = vec4(0);
         for (uint i = 0; i < whole; i += kUnroll * step)
             [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
                 const vec4 d = LD4(x, at + i + u * step) - guess;
-                residual += d * per_count;
-                square += (d * per_root) * (d * per_root);
+                first += d * per_count;
+                second += (d * per_root) * (d * per_root);
             }
-        for (uint i = whole; i + lane < dims.p; i += step) {
+        for (uint i = whole; i + lane < pixels; i += step) {
             const vec4 d = LD4(x, at + i) - guess;
-            residual += d * per_count;
-            square += (d * per_root) * (d * per_root);
+            first += d * per_count;
+            second += (d * per_root) * (d * per_root);
         }
+        residual += first;
+        square += second;
     }
-    const vec2 moments = workgroup_sum(vec2((residual.x + residual.y) + (residual.z + residual.w),
-                                            (square.x + square.y) + (square.z + square.w)));
+    const vec2 moments = workgroup_sum(vec2(across(residual), across(square)));
     const float mean = guess + moments.x;
     const float rstd = 1.0 / sqrt(max(moments.y - moments.x * moments.x, 0.0) + dims.eps);
 
+    const bool fused = dims.silu != 0;
     for (uint q = 0; q < quads; ++q) {
         const vec4 scale = LD4(gamma, g * quads + q);
         const vec4 shift = LD4(beta, g * quads + q);
         const uint at = start + q * columns + lane;
-        if (dims.silu != 0) {
-            for (uint i = 0; i + lane < dims.p; i += step)
-                y[at + i] = silu(scale * ((LD4(x, at + i) - mean) * rstd) + shift);
-        } else {
-            for (uint i = 0; i + lane < dims.p; i += step) y[at + i] = scale * ((LD4(x, at + i) - mean) * rstd) + shift;
+        for (uint i = 0; i < whole; i += kUnroll * step)
+            [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
+                const vec4 t = scale * ((LD4(x, at + i + u * step) - mean) * rstd) + shift;
+                y[at + i + u * step] = fused ? silu(t) : t;
+            }
+        for (uint i = whole; i + lane < pixels; i += step) {
+            const vec4 t = scale * ((LD4(x, at + i) - mean) * rstd) + shift;
+            y[at + i] = fused ? silu(t) : t;
         }
     }
     if (lane == 0) {

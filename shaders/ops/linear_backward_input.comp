@@ -4,6 +4,7 @@
 // Bindings: weight [out,in] row-major, grad_y, grad_x; grad_y and grad_x as quads
 // [features/4][rows].
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -18,12 +19,13 @@ void main() {
     const uint i = invocation_index(dims.groups_x);
     if (i >= (dims.in_features + 3) / 4 * dims.rows) return;
     const uint row = i % dims.rows;
+    const uint first = 4 * (i / dims.rows);
+    const uint inputs = min(4, dims.in_features - first);
     vec4 value = vec4(0);
-    for (uint lane = 0; lane < 4; ++lane) {
-        const uint k = 4 * (i / dims.rows) + lane;
-        if (k >= dims.in_features) break;
-        for (uint o = 0; o < dims.out_features; ++o)
-            value[lane] += weight[o * dims.in_features + k] * grad_y[((o / 4) * dims.rows + row) * 4 + o % 4];
+    for (uint o = 0; o < dims.out_features; ++o) {
+        const float factor = grad_y[((o / 4) * dims.rows + row) * 4 + o % 4];
+        [[unroll]] for (uint lane = 0; lane < 4; ++lane)
+            if (lane < inputs) value[lane] += weight[o * dims.in_features + first + lane] * factor;
     }
     grad_x[i] = value;
 }

@@ -1,9 +1,10 @@
 #version 460
-// grad_weight = grad_y^T x as register tiles: lane l of every 8 holds one quad of input features
-// and, from its own quad of output features, gives four of the 32 factors that constant shuffles
-// broadcast. Rows are summed in blocks of 64, then the blocks, as in linear_backward_weight.comp.
-// One subgroup of 8 lanes computes 32 by 32 weights.
-// Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], grad_weight [out,in] row-major.
+// partial[s] = grad_y^T x over the rows of slice s, as register tiles: lane l of every 8 holds one
+// quad of input features and, from its own quad of output features, gives four of the 32 factors that
+// constant shuffles broadcast. Rows are summed in blocks of 64, then the blocks, as in
+// linear_backward_weight.comp; linear_backward_weight_reduce.comp sums the slices.
+// One subgroup of 8 lanes computes 32 by 32 weights of one slice.
+// Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], partial [slices][out][in/4] vec4.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -14,10 +15,11 @@
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, grad_y);
-layout(set = 0, binding = 2, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
+layout(set = 0, binding = 2, std430) writeonly buffer Partial { vec4 partial[]; };
 layout(push_constant) uniform Push { LinearParams dims; };
 
-const uint kBlock = 64;
+#include "linear_slices.glsl"
+
 const uint kDepth = 4;  // rows per loop turn
 
 void main() {
@@ -32,10 +34,13 @@ void main() {
     const uint x_at = min(in_quad, in_quads - 1) * dims.rows;
     const uint grad_at = min(out_quad + lane, out_quads - 1) * dims.rows;
 
+    const uint begin = slice_begin(gl_WorkGroupID.z);
+    const uint end = slice_end(gl_WorkGroupID.z);
+
     vec4 totals[32];
     [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] = vec4(0);
-    for (uint first = 0; first < dims.rows; first += kBlock) {
-        const uint last = min(first + kBlock, dims.rows);
+    for (uint first = begin; first < end; first += kBlock) {
+        const uint last = min(first + kBlock, end);
         vec4 sums[32];
         [[unroll]] for (uint o = 0; o < 32; ++o) sums[o] = vec4(0);
         for (uint r = first; r < last; r += kDepth) {
@@ -55,13 +60,8 @@ void main() {
         [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] += sums[o];
     }
 
-    [[unroll]] for (uint o = 0; o < 32; ++o) {
-        if (4 * out_quad + o >= dims.out_features) break;
-        [[unroll]] for (uint c = 0; c < 4; ++c) {
-            const uint k = 4 * in_quad + c;
-            if (k >= dims.in_features) continue;
-            const uint at = (4 * out_quad + o) * dims.in_features + k;
-            grad_weight[at] = dims.accumulate != 0 ? grad_weight[at] + totals[o][c] : totals[o][c];
-        }
-    }
+    if (in_quad >= in_quads) return;
+    const uint at = (gl_WorkGroupID.z * dims.out_features + 4 * out_quad) * in_quads + in_quad;
+    [[unroll]] for (uint o = 0; o < 32; ++o)
+        if (4 * out_quad + o < dims.out_features) partial[at + o * in_quads] = totals[o];
 }

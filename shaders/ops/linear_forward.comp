@@ -3,6 +3,7 @@
 // One invocation computes the four outputs of one quad of one row.
 // Bindings: x, weight [out,in] row-major, bias [out], y; x and y as quads [features/4][rows].
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -18,14 +19,15 @@ void main() {
     const uint i = invocation_index(dims.groups_x);
     if (i >= (dims.out_features + 3) / 4 * dims.rows) return;
     const uint row = i % dims.rows;
+    const uint first = 4 * (i / dims.rows);
+    const uint outputs = min(4, dims.out_features - first);
     vec4 value = vec4(0);
-    for (uint lane = 0; lane < 4; ++lane) {
-        const uint o = 4 * (i / dims.rows) + lane;
-        if (o >= dims.out_features) break;
-        float sum = 0;
-        for (uint k = 0; k < dims.in_features; ++k)
-            sum += weight[o * dims.in_features + k] * x[((k / 4) * dims.rows + row) * 4 + k % 4];
-        value[lane] = dims.has_bias != 0 ? sum + bias[o] : sum;
+    for (uint k = 0; k < dims.in_features; ++k) {
+        const float factor = x[((k / 4) * dims.rows + row) * 4 + k % 4];
+        [[unroll]] for (uint lane = 0; lane < 4; ++lane)
+            if (lane < outputs) value[lane] += weight[(first + lane) * dims.in_features + k] * factor;
     }
+    if (dims.has_bias != 0)
+        for (uint lane = 0; lane < outputs; ++lane) value[lane] += bias[first + lane];
     y[i] = value;
 }

@@ -26,44 +26,44 @@ layout(push_constant) uniform Push { LinearParams dims; };
 
 const uint kDepth = 2;  // quads of k per loop turn
 
-float sums[kBlocks * 8 * kColumns];  // [block][feature of 8][column]
-
-void multiply(uint q, uint depth, uint quads, uint first_block, uint row_of_lane[kColumns]) {
-    vec4 v[kDepth * kColumns];
-    [[unroll]] for (uint u = 0; u < depth; ++u)
-        [[unroll]] for (uint a = 0; a < kColumns; ++a) v[u * kColumns + a] = LD4(x, (q + u) * dims.rows + row_of_lane[a]);
-    [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-        vec4 w[kDepth];
-        [[unroll]] for (uint u = 0; u < depth; ++u)
-            w[u] = LD4(weight, ((first_block + b) * quads + q + u) * 8 + (gl_SubgroupInvocationID & 7u));
-        [[unroll]] for (uint m = 0; m < 8; ++m)
-            [[unroll]] for (uint u = 0; u < depth; ++u) {
-                const vec4 s = vec4(subgroupShuffle(w[u].x, m), subgroupShuffle(w[u].y, m), subgroupShuffle(w[u].z, m),
-                                    subgroupShuffle(w[u].w, m));
-                [[unroll]] for (uint a = 0; a < kColumns; ++a) {
-                    const vec4 value = v[u * kColumns + a];
-                    sums[(b * 8 + m) * kColumns + a] += (s.x * value.x + s.y * value.y) + (s.z * value.z + s.w * value.w);
-                }
-            }
-    }
-}
-
 void main() {
     const uint quads = (dims.in_features + 3) / 4;
+    const uint padded_quads = (quads + kDepth - 1) / kDepth * kDepth;
     const uint out_quads = (dims.out_features + 3) / 4;
     const uint first_row = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
     const uint first_block = gl_WorkGroupID.y * kBlocks;
+    const uint lane = gl_SubgroupInvocationID & 7u;
 
+    float sums[kBlocks * 8 * kColumns];  // [block][feature of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
-    // Lanes beyond the last row compute it again and store nothing: all lanes must take part in the
-    // shuffles.
-    uint row_of_lane[kColumns];
+    // Lanes beyond the last row compute it again and store nothing: all must take part in the shuffles.
+    uint row[kColumns];
     [[unroll]] for (uint a = 0; a < kColumns; ++a)
-        row_of_lane[a] = min(first_row + a * gl_WorkGroupSize.x, dims.rows - 1);
+        row[a] = min(first_row + a * gl_WorkGroupSize.x, dims.rows - 1);
 
-    uint q = 0;
-    for (; q + kDepth <= quads; q += kDepth) multiply(q, kDepth, quads, first_block, row_of_lane);
-    for (; q < quads; ++q) multiply(q, 1, quads, first_block, row_of_lane);
+    for (uint q = 0; q < padded_quads; q += kDepth) {
+        vec4 v[kDepth * kColumns];
+        [[unroll]] for (uint u = 0; u < kDepth; ++u)
+            [[unroll]] for (uint a = 0; a < kColumns; ++a)  // the weights of a quad too many are zero
+                v[u * kColumns + a] = LD4(x, min(q + u, quads - 1) * dims.rows + row[a]);
+        [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
+            vec4 w[kDepth];
+            [[unroll]] for (uint u = 0; u < kDepth; ++u)
+                w[u] = LD4(weight, ((first_block + b) * padded_quads + q + u) * 8 + lane);
+            [[unroll]] for (uint m = 0; m < 8; ++m)
+                [[unroll]] for (uint u = 0; u < kDepth; ++u) {
+                    const float w0 = subgroupShuffle(w[u].x, m);
+                    const float w1 = subgroupShuffle(w[u].y, m);
+                    const float w2 = subgroupShuffle(w[u].z, m);
+                    const float w3 = subgroupShuffle(w[u].w, m);
+                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                        const vec4 k = v[u * kColumns + a];
+                        sums[(b * 8 + m) * kColumns + a] +=
+                            (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
+                    }
+                }
+        }
+    }
 
     [[unroll]] for (uint half_block = 0; half_block < 2 * kBlocks; ++half_block) {
         const uint quad = 2 * first_block + half_block;
@@ -72,10 +72,10 @@ void main() {
         const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_features));
         const vec4 shift = dims.has_bias != 0 ? mix(vec4(0), LD4(bias, quad), inside) : vec4(0);
         [[unroll]] for (uint a = 0; a < kColumns; ++a) {
-            const uint row = first_row + a * gl_WorkGroupSize.x;
+            const uint r = first_row + a * gl_WorkGroupSize.x;
             const uint at = half_block * 4 * kColumns + a;
-            if (row < dims.rows)
-                y[quad * dims.rows + row] =
+            if (r < dims.rows)
+                y[quad * dims.rows + r] =
                     vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
         }
     }

@@ -3,7 +3,7 @@
 // of finite, NaN and infinite ones. NaN and infinity are told by their bits: drivers differ in what
 // comparisons make of them.
 // One workgroup computes one chunk. Bindings: x [elements], partial [chunks] of 2 uvec4:
-// the bits of (min, max, mean, 0), and (finite, nan, inf, 0).
+// the bits of (min, max, mean / 2, 0), and (finite, nan, inf, 0).
 #extension GL_GOOGLE_include_directive : require
 #include "params/tensor_stats_params.h"
 
@@ -40,8 +40,8 @@ void main() {
     }
     counts = workgroup_sum(counts);
 
-    // Divided first, so that the sum of finite values stays finite.
-    const float per_count = 1.0 / max(counts.x, 1.0);
+    // Divided first, by twice the count, so that the sum of finite values stays finite when rounded up.
+    const float per_count = 0.5 / max(counts.x, 1.0);
     float mean = 0;
     for (uint i = first + lane; i < last; i += gl_WorkGroupSize.x)
         if ((x[i] & 0x7FFFFFFFu) < 0x7F800000u) mean += uintBitsToFloat(x[i]) * per_count;

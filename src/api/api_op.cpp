@@ -40,6 +40,16 @@ class TensorList {
     const vk::Context& context_;
 };
 
+/// No two results of one pass in one place. `tensors` may hold NULLs.
+Status check_distinct(const char* op, const char* field, std::span<const splat_tensor> tensors) {
+    for (std::size_t i = 0; i < tensors.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (tensors[i] != nullptr && tensors[i] == tensors[j])
+                return error(Code::kInvalidArgument, "%s: %s[%zu] and %s[%zu] are the same tensor",
+                             op, field, j, field, i);
+    return {};
+}
+
 Status check_counts(const nn::OpRow& row, const splat_op_desc& desc) {
     if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
         return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
@@ -50,7 +60,9 @@ Status check_counts(const nn::OpRow& row, const splat_op_desc& desc) {
     if ((desc.grad_outputs == nullptr) != (desc.grad_inputs == nullptr))
         return error(Code::kInvalidArgument,
                      "%s: grad_outputs and grad_inputs must be given together", row.name);
-    return {};
+    SPLAT_TRY(check_distinct(row.name, "outputs", {desc.outputs, desc.output_count}));
+    if (desc.grad_inputs == nullptr) return {};
+    return check_distinct(row.name, "grad_inputs", {desc.grad_inputs, desc.input_count});
 }
 
 Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_op_desc* desc) {

@@ -94,6 +94,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(not_mapped(tensor));
+    SPLAT_TRY(context.device().alive());
     void* host = vk::Memory::host(tensor.view);
     if (host != nullptr) {
         SPLAT_TRY(context.settle());
@@ -116,6 +117,7 @@ Status unmap(api::TensorObject& tensor) {
     const std::lock_guard lock(context.mutex);
     if (tensor.mapped == 0)
         return error(Code::kInvalidState, "tensor '%s' is not mapped", tensor.name.c_str());
+    SPLAT_TRY(context.device().alive());
     if (tensor.mapped != SPLAT_ACCESS_READ) {
         if (vk::Memory::host(tensor.view) != nullptr)
             SPLAT_TRY(context.memory().flush(tensor.view));

@@ -18,11 +18,11 @@ bool is_distinct(const Shape& shape, std::span<const std::int64_t> strides) {
     std::vector<std::uint32_t> order(shape.rank());
     std::iota(order.begin(), order.end(), 0U);
     std::sort(order.begin(), order.end(), [&](auto a, auto b) { return strides[a] < strides[b]; });
-    std::int64_t span = 1;
+    std::int64_t last = 0;  // place of the last element in the dimensions so far
     for (const std::uint32_t axis : order) {
         if (shape[axis] == 1) continue;
-        if (strides[axis] < span) return false;
-        span = strides[axis] * shape[axis];
+        if (strides[axis] <= last) return false;
+        last += strides[axis] * (shape[axis] - 1);
     }
     return true;
 }

@@ -7,8 +7,10 @@ Result<Json> parse_json(std::string_view text, const char* what) {
         return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
                      text.size(), kMaxJsonBytes);
     bool too_deep = false;
-    const auto guard = [&too_deep](int depth, Json::parse_event_t, Json&) {
-        too_deep = too_deep || depth > kMaxJsonDepth;
+    const auto guard = [&too_deep](int depth, Json::parse_event_t event, Json&) {
+        const bool opens =
+            event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
+        too_deep = too_deep || (opens && depth >= kMaxJsonDepth);
         return !too_deep;
     };
     try {

@@ -21,10 +21,12 @@ Result<std::unique_ptr<OpInstance>> OpInstance::create(vk::Context& context, con
     std::unique_ptr<OpInstance> op(new OpInstance(context, row));
     SPLAT_ASSIGN(const Json complete, complete_attributes(row, attributes));
     std::vector<Shape> shapes;
-    for (const BufferView& input : tensors.inputs) {
+    for (std::size_t i = 0; i < row.inputs.size(); ++i) {
+        const BufferView& input = tensors.inputs[i];
         if (present(input) && input.shape.rank() == 0)  // to a plan, rank 0 means absent
-            return error(Code::kShape, "%s: input %zu is a scalar, expected at least one dimension",
-                         row.name, shapes.size());
+            return error(Code::kShape,
+                         "%s: tensor '%s' has shape [], expected at least one dimension", row.name,
+                         row.inputs[i].name);
         shapes.push_back(input.shape);
     }
     const vk::Recorder recorder(context);

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/checked_math.h"
 #include "ops/group_norm.h"
 #include "ops/linear.h"
 
@@ -24,8 +25,7 @@ BufferView part_of(const BufferView& workspace, std::uint64_t offset, std::uint6
     return part;
 }
 
-// ---- group_norm
-// ------------------------------------------------------------------------------------------------------------
+// ---- group_norm ---------------------------------------------------------------------------------
 
 constexpr Port kGroupNormInputs[] = {
     {"x"}, {"gamma", Layout::kRowMajor}, {"beta", Layout::kRowMajor}};
@@ -38,6 +38,9 @@ constexpr Attribute kGroupNormAttributes[] = {
 };
 
 Result<ops::GroupNormDesc> group_norm_desc(const Json& attributes, const Shape& x) {
+    if (x.rank() < 2)
+        return error(Code::kShape, "group_norm: tensor 'x' has shape %s, expected [N, C, ...]",
+                     x.text().c_str());
     ops::GroupNormDesc desc;
     SPLAT_ASSIGN(desc.x, ops::quad_dims(x));
     const auto groups = attributes["groups"].get<std::int64_t>();
@@ -76,14 +79,19 @@ Status group_norm_backward(vk::Recorder& recorder, const Json& attributes, const
                                     v.grad_inputs[1], v.grad_inputs[2], v.workspace, v.accumulate);
 }
 
-// ---- linear
-// ----------------------------------------------------------------------------------------------------------------
+// ---- linear -------------------------------------------------------------------------------------
 
 constexpr Port kLinearInputs[] = {
     {"x"}, {"weight", Layout::kRowMajor}, {"bias", Layout::kRowMajor, true}};
 
 ops::LinearDesc linear_desc(const Shape& x, const Shape& weight, bool bias) {
     return {x[0], x[1], weight[0], bias};
+}
+
+/// Where the workspace goes on behind the packed transpose.
+std::uint64_t packed_end(const vk::Recorder& recorder, const ops::LinearDesc& desc) {
+    return round_up(ops::linear_packed_bytes(recorder, desc, true),
+                    recorder.device().limits.offset_alignment);
 }
 
 Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Json&,
@@ -104,7 +112,8 @@ Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Json&,
     OpPlan plan;
     plan.outputs = {{x[0], weight[0]}};
     plan.forward_workspace = ops::linear_packed_bytes(recorder, desc, false);
-    plan.backward_workspace = ops::linear_packed_bytes(recorder, desc, true);
+    plan.backward_workspace =
+        packed_end(recorder, desc) + ops::linear_backward_weight_bytes(recorder, desc);
     return plan;
 }
 
@@ -132,8 +141,10 @@ Status linear_backward(vk::Recorder& recorder, const Json&, const OpViews& v) {
     SPLAT_ASSIGN(const BufferView weight, pack(recorder, desc, v, true));
     SPLAT_TRY(
         ops::linear_backward_input(recorder, desc, weight, v.grad_outputs[0], v.grad_inputs[0]));
+    const std::uint64_t bytes = ops::linear_backward_weight_bytes(recorder, desc);
+    const BufferView partial = part_of(v.workspace, packed_end(recorder, desc), bytes);
     SPLAT_TRY(ops::linear_backward_weight(recorder, desc, v.inputs[0], v.grad_outputs[0],
-                                          v.grad_inputs[1], v.accumulate));
+                                          v.grad_inputs[1], partial, v.accumulate));
     if (!bias) return {};
     return ops::linear_backward_bias(recorder, desc, v.grad_outputs[0], v.grad_inputs[2],
                                      v.accumulate);

@@ -8,6 +8,9 @@
 namespace splat::ops {
 namespace {
 
+/// 1024 lanes loop over a group three times, each within kMaxTurns.
+constexpr std::uint64_t kMaxGroupElements = 1024 * kMaxTurns;
+
 params::GroupNormParams params_of(const GroupNormDesc& desc, bool accumulate) {
     return {desc.x.n,
             desc.x.c,
@@ -18,17 +21,28 @@ params::GroupNormParams params_of(const GroupNormDesc& desc, bool accumulate) {
             accumulate ? 1U : 0U};
 }
 
+std::uint64_t group_elements(const GroupNormDesc& desc) {
+    return std::uint64_t{desc.x.c / desc.groups} * desc.x.p;
+}
+
 /// The fast kernels take whole quads of channels.
 vk::Kernels kernels_for(const vk::Recorder& recorder, const GroupNormDesc& desc) {
     return desc.x.c / desc.groups % 4 == 0 ? recorder.kernels() : vk::Kernels::kPlain;
 }
 
-const char* pick(vk::Kernels kernels, const char* plain, const char* cpu, const char* gpu) {
-    return kernels == vk::Kernels::kPlain ? plain : kernels == vk::Kernels::kCpu ? cpu : gpu;
-}
-
-std::uint32_t lanes_for(const vk::Recorder& recorder, vk::Kernels kernels) {
-    return workgroup_size(recorder.device(), kernels == vk::Kernels::kGpu ? 256 : 64);
+/// Lanes per group. On CPU devices one subgroup, which needs no waiting at barriers (1.5 to 2 times
+/// faster than 64); on GPUs enough to keep a multiprocessor busy; more for groups that are very large.
+std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
+                        vk::Kernels kernels) {
+    const std::uint64_t elements = group_elements(desc);
+    switch (kernels) {
+        case vk::Kernels::kCpu:
+            return workgroup_size(recorder.device(), 8, elements / 8);
+        case vk::Kernels::kGpu:
+            return workgroup_size(recorder.device(), 256, elements / 8);
+        default:
+            return workgroup_size(recorder.device(), 64, elements);
+    }
 }
 
 }  // namespace
@@ -40,6 +54,11 @@ Status group_norm_check(const vk::DeviceInfo& device, const GroupNormDesc& desc)
     if (!std::isfinite(desc.eps) || desc.eps <= 0)
         return error(Code::kInvalidArgument, "group_norm: eps is %g, expected a finite number > 0",
                      static_cast<double>(desc.eps));
+    if (group_elements(desc) > kMaxGroupElements)
+        return error(Code::kUnsupported,
+                     "group_norm: a group of %llu elements, expected at most %llu: use more groups",
+                     static_cast<unsigned long long>(group_elements(desc)),
+                     static_cast<unsigned long long>(kMaxGroupElements));
     if (desc.groups > device.limits.max_groups[0] || desc.x.n > device.limits.max_groups[1])
         return error(Code::kUnsupported,
                      "group_norm: batch %u with %u groups, but the device takes at most %u and %u",
@@ -63,7 +82,7 @@ Status group_norm_forward(vk::Recorder& recorder, const GroupNormDesc& desc,
         .op = "group_norm_forward",
         .shader =
             pick(kernels, "group_norm_forward", "group_norm_forward_cpu", "group_norm_forward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, kernels)}},
+        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, false),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::write(y), vk::write(mean),
                      vk::write(rstd)},
@@ -87,7 +106,7 @@ Status group_norm_backward(vk::Recorder& recorder, const GroupNormDesc& desc,
         .op = "group_norm_backward",
         .shader = pick(kernels, "group_norm_backward", "group_norm_backward_cpu",
                        "group_norm_backward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, kernels)}},
+        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, accumulate),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::read(mean), vk::read(rstd),
                      vk::read(grad_y), vk::write(grad_x), vk::write(sums)},

@@ -7,9 +7,19 @@ namespace splat::ops {
 /// Specialisation ids that all shaders share.
 inline constexpr std::uint32_t kWorkgroupSizeId = 0;
 
+/// The name of the shader for the kernels in use.
+const char* pick(vk::Kernels kernels, const char* plain, const char* cpu, const char* gpu);
+
 /// `wanted` invocations, or the greatest power of two below it that the device takes. `wanted` is a
 /// power of two.
 std::uint32_t workgroup_size(const vk::DeviceInfo& device, std::uint32_t wanted);
+
+/// At least `wanted` invocations for `items` that they share in loops: doubled until none has more
+/// than kMaxTurns, where the device takes that many. lavapipe ends an invocation's loops, silently,
+/// after 65535 turns in all (Mesa's LP_MAX_TGSI_LOOP_ITERATIONS; seen with 22.3).
+inline constexpr std::uint64_t kMaxTurns = 16384;
+std::uint32_t workgroup_size(const vk::DeviceInfo& device, std::uint32_t wanted,
+                             std::uint64_t items);
 
 /// Workgroups for `count` invocations, in rows of at most the device's limit; shaders recover the
 /// index as (gl_WorkGroupID.y * groups_x + gl_WorkGroupID.x) * gl_WorkGroupSize.x +

@@ -1,5 +1,7 @@
 #include "ops/linear.h"
 
+#include <algorithm>
+
 #include "core/checked_math.h"
 #include "core/shape.h"
 #include "ops/launch.h"
@@ -20,11 +22,11 @@ constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
 
 Tile tile_for(std::uint32_t rows) {
-    return rows >= 64 ? Tile{8, 2} : rows >= 16 ? Tile{2, 2} : Tile{1, 2};
+    return rows >= 64 ? Tile{8, 2} : Tile{1, 2};
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
-    return {desc.rows, desc.in_features, desc.out_features, desc.bias ? 1U : 0U, 0, 0, 0};
+    return {desc.rows, desc.in_features, desc.out_features, desc.bias ? 1U : 0U, 0, 0, 0, 1};
 }
 
 double count(std::uint32_t a, std::uint32_t b) {
@@ -36,6 +38,25 @@ vk::Work product_work(const LinearDesc& desc) {
         .flops = 2.0 * count(desc.rows, desc.in_features) * desc.out_features,
         .bytes = 4.0 * (count(desc.rows, desc.in_features) + count(desc.rows, desc.out_features) +
                         count(desc.in_features, desc.out_features))};
+}
+
+/// The plain kernels loop over all features of a row in one invocation, see kMaxTurns.
+constexpr std::uint32_t kMaxFeatures = 65535;
+
+/// linear_backward_weight_fast.comp: features per tile, both ways.
+constexpr std::uint32_t kTile = 32;
+
+/// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
+/// enough to give every core or multiprocessor work, but none of less than a few blocks of 64 rows.
+std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
+    const bool plain = recorder.kernels() == Kernels::kPlain;
+    const std::uint64_t least = ceil_div(desc.rows, plain ? kMaxTurns : 4 * kMaxTurns);
+    if (plain) return static_cast<std::uint32_t>(least);
+    const std::uint64_t tiles =
+        ceil_div(desc.in_features, kTile) * ceil_div(desc.out_features, kTile);
+    const std::uint64_t busy = recorder.kernels() == Kernels::kCpu ? 16 : 512;
+    const std::uint64_t most = ceil_div(desc.rows, 256);
+    return static_cast<std::uint32_t>(std::max(least, std::min(ceil_div(busy, tiles), most)));
 }
 
 /// The fast product; backward_input is the same with the roles of in and out exchanged.
@@ -73,6 +94,9 @@ Status linear_check(const LinearDesc& desc) {
         return error(Code::kUnsupported,
                      "linear: %u rows, %u -> %u features: an operand has 2^31 elements or more",
                      desc.rows, desc.in_features, desc.out_features);
+    if (desc.in_features > kMaxFeatures || desc.out_features > kMaxFeatures)
+        return error(Code::kUnsupported, "linear: %u -> %u features, expected at most %u",
+                     desc.in_features, desc.out_features, kMaxFeatures);
     return {};
 }
 
@@ -81,7 +105,7 @@ std::uint64_t linear_packed_bytes(const vk::Recorder& recorder, const LinearDesc
     if (recorder.kernels() == Kernels::kPlain) return 0;
     const std::uint64_t in = transposed ? desc.out_features : desc.in_features;
     const std::uint64_t out = transposed ? desc.in_features : desc.out_features;
-    return round_up(in, 4) * round_up(out, 16) * 4;
+    return round_up(in, 8) * round_up(out, 16) * 4;
 }
 
 Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
@@ -154,32 +178,52 @@ Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
     });
 }
 
+std::uint64_t linear_backward_weight_bytes(const vk::Recorder& recorder, const LinearDesc& desc) {
+    return std::uint64_t{slices_for(recorder, desc)} * desc.out_features *
+           round_up(desc.in_features, 4) * 4;
+}
+
 Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
-                              const vk::BufferView& grad_weight, bool accumulate) {
+                              const vk::BufferView& grad_weight, const vk::BufferView& partial,
+                              bool accumulate) {
     SPLAT_TRY(linear_check(desc));
-    const Kernels kernels = recorder.kernels();
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups per_weight =
+        groups_for(recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
     params::LinearParams params = params_of(desc);
     params.accumulate = accumulate ? 1 : 0;
-    std::uint32_t size = workgroup_size(recorder.device(), 64);
-    vk::Groups groups =
-        groups_for(recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
+    params.groups_x = per_weight[0];
+    params.slices = slices_for(recorder, desc);
+
+    const Kernels kernels = recorder.kernels();
+    const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
+    vk::Groups groups = per_weight;
     if (kernels != Kernels::kPlain) {
-        size = kernels == Kernels::kCpu ? 8 : size;
-        const std::uint32_t in_tile = 32 * (size / 8);  // each 8 lanes take 32 input features
-        groups = {(desc.in_features + in_tile - 1) / in_tile, (desc.out_features + 31) / 32, 1};
+        const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
+        groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)),
+                  static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile)), 1};
     }
-    params.groups_x = groups[0];
-    return recorder.dispatch({
+    groups[2] = params.slices;
+    SPLAT_TRY(recorder.dispatch({
         .op = "linear_backward_weight",
-        .shader = kernels == Kernels::kPlain ? "linear_backward_weight"
-                  : kernels == Kernels::kCpu ? "linear_backward_weight_cpu"
-                                             : "linear_backward_weight_gpu",
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = pick(kernels, "linear_backward_weight", "linear_backward_weight_cpu",
+                       "linear_backward_weight_gpu"),
+        .constants = {{kWorkgroupSizeId, lanes}},
         .push = params,
-        .accesses = {vk::read(x), vk::read(grad_y), vk::read_write(grad_weight)},
+        .accesses = {vk::read(x), vk::read(grad_y), vk::write(partial)},
         .groups = groups,
         .work = product_work(desc),
+    }));
+    const double sums = count(params.slices, desc.in_features) * desc.out_features;
+    return recorder.dispatch({
+        .op = "linear_backward_weight_reduce",
+        .shader = "linear_backward_weight_reduce",
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params,
+        .accesses = {vk::read(partial), vk::read_write(grad_weight)},
+        .groups = per_weight,
+        .work = {.flops = sums, .bytes = 4.0 * sums},
     });
 }
 
@@ -187,16 +231,14 @@ Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
                             const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
                             bool accumulate) {
     SPLAT_TRY(linear_check(desc));
-    const Kernels kernels = recorder.kernels();
     params::LinearParams params = params_of(desc);
     params.accumulate = accumulate ? 1 : 0;
     const double elements = count(desc.rows, desc.out_features);
     return recorder.dispatch({
         .op = "linear_backward_bias",
-        .shader = kernels == Kernels::kPlain ? "linear_backward_bias"
-                  : kernels == Kernels::kCpu ? "linear_backward_bias_cpu"
-                                             : "linear_backward_bias_gpu",
-        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .shader = pick(recorder.kernels(), "linear_backward_bias", "linear_backward_bias_cpu",
+                       "linear_backward_bias_gpu"),
+        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64, desc.rows)}},
         .push = params,
         .accesses = {vk::read(grad_y), vk::read_write(grad_bias)},
         .groups = {(desc.out_features + 3) / 4, 1, 1},

@@ -12,7 +12,7 @@ struct LinearDesc {
     bool bias = true;
 };
 
-/// Errors: kUnsupported if a product of two extents reaches 2^31.
+/// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65535.
 Status linear_check(const LinearDesc& desc);
 
 /// Bytes of the packed weight of linear_pack_weight; 0 where the kernels in use read the weight
@@ -48,20 +48,27 @@ Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::
                       const vk::BufferView& weight, const vk::BufferView& bias,
                       const vk::BufferView& y);
 
+/// Bytes of `partial` of linear_backward_weight.
+std::uint64_t linear_backward_weight_bytes(const vk::Recorder& recorder, const LinearDesc& desc);
+
 /// Its gradients:  grad_x = grad_y W,  grad_weight = grad_y^T x,  grad_bias = sum_r grad_y
 ///
 /// weight       packed by linear_pack_weight(transposed = true); the weight itself where
 ///              linear_packed_bytes is 0
 /// grad_y       [rows,out] as quads;  grad_x [rows,in] as quads, overwritten
 /// grad_weight  [out,in] row-major; grad_bias [out]: overwritten, or added to when `accumulate`
-/// Errors, Determinism as the forward pass; Precision as the forward pass for out <= 9216 and any
-/// number of rows up to 2^20
+/// partial      workspace of linear_backward_weight_bytes
+/// Errors       as the forward pass
+/// Precision    as the forward pass for out <= 9216 and any number of rows up to 2^20
+/// Determinism  bit-exact for any thread count
+/// Source       derived in tests/ref/linear_ref.h
 Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& grad_y,
                              const vk::BufferView& grad_x);
 Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
-                              const vk::BufferView& grad_weight, bool accumulate);
+                              const vk::BufferView& grad_weight, const vk::BufferView& partial,
+                              bool accumulate);
 Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
                             const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
                             bool accumulate);

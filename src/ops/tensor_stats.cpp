@@ -51,7 +51,7 @@ TensorStats tensor_stats_merge(std::span<const std::uint32_t> partial) {
         const std::uint32_t count = partial[at + 4];
         stats.min = std::min(stats.min, real(at));
         stats.max = std::max(stats.max, real(at + 1));
-        sum += real(at + 2) * count;
+        sum += 2 * real(at + 2) * count;
         finite += count;
         stats.nan_count += partial[at + 5];
         stats.inf_count += partial[at + 6];

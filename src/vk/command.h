@@ -71,8 +71,8 @@ struct Dispatch {
     std::vector<Access> accesses;  ///< in the order of the shader's bindings
     Groups groups{1, 1, 1};
     Work work;
-    bool may_alias =
-        false;  ///< declared aliasing: an input and an output may be the same range (not merely overlap)
+    /// Declared aliasing: an input and an output may be the same range, not merely overlap.
+    bool may_alias = false;
 };
 
 /// What a command list consists of.
@@ -91,10 +91,8 @@ struct Command {
     std::uint32_t fill_word = 0;
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;
-    std::size_t dispatch =
-        0;  ///< which call of Recorder::dispatch; the parts of a split one share it
-    std::uint32_t part =
-        0;  ///< of a split dispatch: parts after the first need no barrier against their own kind
+    std::size_t dispatch = 0;  ///< which call of Recorder::dispatch
+    std::uint32_t part = 0;    ///< of a split dispatch; parts do not conflict with each other
 };
 
 }  // namespace splat::vk

@@ -241,6 +241,9 @@ void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& co
     if (command.indirect) {
         const BufferView& counts = command.accesses.back().view;
         vk.vkCmdDispatchIndirect(to, counts.buffer, counts.offset);
+    } else if (command.base == Groups{0, 0, 0}) {
+        // Validation layers up to 1.3.239 at least check this call, but not vkCmdDispatchBase.
+        vk.vkCmdDispatch(to, command.groups[0], command.groups[1], command.groups[2]);
     } else {
         vk.vkCmdDispatchBase(to, command.base[0], command.base[1], command.base[2],
                              command.groups[0], command.groups[1], command.groups[2]);

@@ -49,14 +49,13 @@ Status Context::transfer(const BufferView& view, std::byte* to, const std::byte*
     for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
         const std::uint64_t piece = std::min(kStagingBytes, bytes - done);
         BufferView stage = staging.range();
-        stage.bytes = quad_bytes((piece + 3) / 4);
+        stage.bytes = piece;
         BufferView part = view;
         part.offset += done;
-        part.bytes = stage.bytes;
+        part.bytes = piece;
         Recorder recorder(*this);
         if (from != nullptr) {
             std::memcpy(Memory::host(stage), from + done, piece);
-            std::memset(Memory::host(stage) + piece, 0, stage.bytes - piece);
             SPLAT_TRY(memory_->flush(stage));
             SPLAT_TRY(recorder.copy(stage, part));
         } else {

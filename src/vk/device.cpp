@@ -126,8 +126,10 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     instance.get_queue_families(physical, &count, families.data());
     const auto family = compute_family(families);
     info.queue_family = family.value_or(0);
-    if (family && families[*family].timestampValidBits > 0)
+    if (family && families[*family].timestampValidBits > 0) {
         limits.timestamp_ns = static_cast<double>(core.limits.timestampPeriod);
+        limits.timestamp_mask = ~std::uint64_t{0} >> (64 - families[*family].timestampValidBits);
+    }
     info.reason = why_unusable(info, family.has_value());
     info.kernels = best_kernels(info);
     return info;

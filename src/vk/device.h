@@ -33,7 +33,8 @@ struct DeviceLimits {
     std::uint32_t shared_memory_bytes = 0;
     std::uint32_t push_constant_bytes = 0;
     std::uint32_t subgroup_size = 0;
-    double timestamp_ns = 0;  ///< nanoseconds per tick; 0 = no timestamps
+    double timestamp_ns = 0;           ///< nanoseconds per tick; 0 = no timestamps
+    std::uint64_t timestamp_mask = 0;  ///< the valid bits of a tick count
 };
 
 struct DeviceFeatures {

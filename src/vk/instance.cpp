@@ -15,14 +15,16 @@ std::mutex g_mutex;
 std::weak_ptr<Instance> g_instances[2];  // without and with validation
 std::atomic<std::uint64_t> g_messages{0};
 
+/// Messages of the layer are counted; the loader's own ("general") are only passed on.
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                          VkDebugUtilsMessageTypeFlagsEXT,
+                                          VkDebugUtilsMessageTypeFlagsEXT type,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
-    g_messages.fetch_add(1, std::memory_order_relaxed);
+    const bool validation = (type & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT) != 0;
+    if (validation) g_messages.fetch_add(1, std::memory_order_relaxed);
     try {
         const bool is_error = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
         log(is_error ? LogLevel::kError : LogLevel::kWarning,
-            std::string("[validation] ") + data->pMessage);
+            std::string(validation ? "[validation] " : "[vulkan] ") + data->pMessage);
     } catch (...) {  // no memory for the text; the count stands
     }
     return VK_FALSE;
@@ -172,8 +174,9 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
 
 Status Instance::load_functions() {
     // Gives volkLoadDeviceTable its vkGetDeviceProcAddr: a loader function, the same for every
-    // instance.
-    volkLoadInstanceOnly(instance_);
+    // instance. Once, because other threads read volk's globals without a lock.
+    static const bool loaded = (volkLoadInstanceOnly(instance_), true);
+    static_cast<void>(loaded);
     const auto load = [this](const char* name) { return vkGetInstanceProcAddr(instance_, name); };
     destroy_instance_ = reinterpret_cast<PFN_vkDestroyInstance>(load("vkDestroyInstance"));
     get_properties2 = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(

@@ -153,7 +153,7 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
     blocks_.reserve(blocks_.size() + 1);
     auto block = std::make_unique<Block>();
     block->kind = kind;
-    block->free.emplace(0, size);
+    block->free.emplace(0, Block::Range{size, 0});
     Status status = make_block(*block, size);
     if (!status.ok()) {
         destroy(*block);
@@ -166,17 +166,18 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
     return blocks_.back().get();
 }
 
-std::optional<std::uint64_t> Memory::take(Block& block, std::uint64_t bytes) {
+std::optional<std::uint64_t> Memory::take(Block& block, std::uint64_t bytes,
+                                          std::uint64_t payload) {
     for (auto hole = block.free.begin(); hole != block.free.end(); ++hole) {
-        if (hole->second < bytes) continue;
-        const auto [offset, size] = *hole;
-        block.live.emplace(offset, bytes);  // the only step that can throw comes first
-        if (size == bytes) {
-            block.free.erase(hole);
-        } else {
-            auto node = block.free.extract(hole);
+        if (hole->second.bytes < bytes) continue;
+        const std::uint64_t offset = hole->first;
+        const std::uint64_t rest = hole->second.bytes - bytes;
+        // The only step that can throw comes first.
+        block.live.emplace(offset, Block::Range{bytes, payload});
+        auto node = block.free.extract(hole);
+        if (rest > 0) {
             node.key() = offset + bytes;
-            node.mapped() = size - bytes;
+            node.mapped().bytes = rest;
             block.free.insert(std::move(node));
         }
         return offset;
@@ -184,12 +185,27 @@ std::optional<std::uint64_t> Memory::take(Block& block, std::uint64_t bytes) {
     return std::nullopt;
 }
 
-void Memory::prepare(const Block& block, std::uint64_t offset, std::uint64_t bytes) const {
+void Memory::prepare(const Block& block, std::uint64_t offset) const {
     if (block.host == nullptr) return;
-    if (desc_.poison) fill_words(block.host + offset, bytes, *desc_.poison);
+    const Block::Range& range = block.live.at(offset);
+    if (desc_.poison) fill_words(block.host + offset, range.bytes, *desc_.poison);
     if (guard_bytes_ == 0) return;
+    const std::uint64_t behind = offset + guard_bytes_ + range.payload;
     fill_words(block.host + offset, guard_bytes_, kGuardWord);
-    fill_words(block.host + offset + bytes - guard_bytes_, guard_bytes_, kGuardWord);
+    fill_words(block.host + behind, offset + range.bytes - behind, kGuardWord);
+}
+
+std::optional<std::uint64_t> Memory::broken_guard(const Block& block, std::uint64_t offset) const {
+    if (block.host == nullptr || guard_bytes_ == 0) return std::nullopt;
+    const Block::Range& range = block.live.at(offset);
+    const std::uint64_t start = offset + guard_bytes_;
+    for (std::uint64_t at = offset; at < offset + range.bytes; at += 4) {
+        if (at == start) at += range.payload;
+        std::uint32_t word = 0;
+        std::memcpy(&word, block.host + at, 4);
+        if (word != kGuardWord) return at;
+    }
+    return std::nullopt;
 }
 
 Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
@@ -201,16 +217,16 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
     std::optional<std::uint64_t> offset;
     for (const auto& candidate : blocks_) {
         if (candidate->kind != kind) continue;
-        offset = take(*candidate, total);
+        offset = take(*candidate, total, payload);
         block = candidate.get();
         if (offset) break;
     }
     if (!offset) {
         SPLAT_ASSIGN(block, add_block(total, kind, name));
-        offset = take(*block, total);
+        offset = take(*block, total, payload);
     }
     use_.live += total;
-    prepare(*block, *offset, total);
+    prepare(*block, *offset);
     BufferView range;
     range.block = block;
     range.buffer = block->buffer;
@@ -221,36 +237,61 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
 
 void Memory::release(const BufferView& view) noexcept {
     Block& block = *view.block;
-    auto node = block.live.extract(view.offset - guard_bytes_);
-    SPLAT_ASSERT(!node.empty());
-    const std::uint64_t offset = node.key();
-    const std::uint64_t bytes = node.mapped();
-    use_.live -= bytes;
-    if (defer_) {  // not reused while the device may still touch it: neither free nor live until the context closes
+    const std::uint64_t offset = view.offset - guard_bytes_;
+    if (const auto broken = broken_guard(block, offset)) broken_ = broken;
+    Block::Range& range = block.live.find(offset)->second;
+    use_.live -= range.bytes;
+    if (defer_) {
+        range.deferred = true;
+        ++deferred_;
         return;
     }
-    // Reusing the node keeps this free of allocation, hence noexcept.
+    give_back(block, offset);
+    drop_if_empty(block);
+}
+
+/// Reuses the map's node, which keeps this free of allocation, hence noexcept.
+void Memory::give_back(Block& block, std::uint64_t offset) noexcept {
+    auto node = block.live.extract(offset);
+    node.mapped().payload = 0;
+    node.mapped().deferred = false;
     auto next = block.free.insert(std::move(node)).position;
-    if (const auto after = std::next(next);
-        after != block.free.end() && offset + next->second == after->first) {
-        next->second += after->second;
+    const auto after = std::next(next);
+    if (after != block.free.end() && offset + next->second.bytes == after->first) {
+        next->second.bytes += after->second.bytes;
         block.free.erase(after);
     }
     if (next != block.free.begin()) {
         const auto before = std::prev(next);
-        if (before->first + before->second == offset) {
-            before->second += next->second;
+        if (before->first + before->second.bytes == offset) {
+            before->second.bytes += next->second.bytes;
             block.free.erase(next);
         }
     }
-    if (block.live.empty() && block.free.size() == 1 && block.free.begin()->second == block.bytes) {
-        const auto at = std::find_if(blocks_.begin(), blocks_.end(),
-                                     [&](const auto& b) { return b.get() == &block; });
-        use_.used -= block.bytes;
-        --use_.allocations;
-        destroy(block);
-        blocks_.erase(at);
+}
+
+void Memory::drop_if_empty(Block& block) noexcept {
+    if (!block.live.empty()) return;
+    const auto at = std::find_if(blocks_.begin(), blocks_.end(),
+                                 [&](const auto& b) { return b.get() == &block; });
+    use_.used -= block.bytes;
+    --use_.allocations;
+    destroy(block);
+    blocks_.erase(at);
+}
+
+void Memory::defer_frees(bool defer) noexcept {
+    defer_ = defer;
+    if (defer || deferred_ == 0) return;
+    for (std::size_t i = blocks_.size(); i-- > 0;) {
+        Block& block = *blocks_[i];
+        for (auto at = block.live.begin(); at != block.live.end();) {
+            const auto [offset, range] = *at++;
+            if (range.deferred) give_back(block, offset);
+        }
+        drop_if_empty(block);
     }
+    deferred_ = 0;
 }
 
 void Memory::destroy(Block& block) noexcept {
@@ -290,26 +331,14 @@ Status Memory::invalidate(const BufferView& view) {
                          "vkInvalidateMappedMemoryRanges");
 }
 
-void Memory::defer_frees(bool defer) {
-    defer_ = defer;
-}
-
-Status Memory::check_guards() const {
-    if (guard_bytes_ == 0) return {};
-    for (const auto& block : blocks_) {
-        if (block->host == nullptr) continue;
-        for (const auto& [offset, bytes] : block->live)
-            for (const std::uint64_t side : {offset, offset + bytes - guard_bytes_})
-                for (std::uint64_t i = 0; i < guard_bytes_; i += 4) {
-                    std::uint32_t word = 0;
-                    std::memcpy(&word, block->host + side + i, 4);
-                    if (word != kGuardWord)
-                        return error(Code::kInternal,
-                                     "guard word at byte %llu of a block was overwritten with %08x",
-                                     static_cast<unsigned long long>(side + i), word);
-                }
-    }
-    return {};
+Status Memory::check_guards() {
+    std::optional<std::uint64_t> broken = std::exchange(broken_, std::nullopt);
+    for (const auto& block : blocks_)
+        for (const auto& [offset, range] : block->live)
+            if (const auto at = broken_guard(*block, offset)) broken = at;
+    if (!broken) return {};
+    return error(Code::kInternal, "the guard word at byte %llu of a block was overwritten",
+                 static_cast<unsigned long long>(*broken));
 }
 
 }  // namespace splat::vk

@@ -24,9 +24,14 @@ struct Block {
     std::uint64_t bytes = 0;
     std::byte* host = nullptr;  ///< whole block mapped, or nullptr
     bool coherent = true;
-    std::map<std::uint64_t, std::uint64_t> free;  ///< offset → bytes, coalesced
-    std::map<std::uint64_t, std::uint64_t>
-        live;  ///< offset → bytes of every allocation (guards included)
+
+    struct Range {
+        std::uint64_t bytes;    ///< guards and padding included
+        std::uint64_t payload;  ///< bytes of the buffer; 0 when free
+        bool deferred = false;  ///< freed, but the device may still be using it
+    };
+    std::map<std::uint64_t, Range> free;  ///< by offset, coalesced
+    std::map<std::uint64_t, Range> live;  ///< by offset
 };
 
 struct MemoryDesc {
@@ -74,22 +79,27 @@ class Memory {
     Status invalidate(const BufferView& view);
 
     /// While true, freed ranges are kept aside, because the device may still be using them.
-    void defer_frees(bool defer);
+    void defer_frees(bool defer) noexcept;
 
-    /// kInternal, naming the offset, if a guard word was overwritten. Always ok without guards.
-    [[nodiscard]] Status check_guards() const;
+    /// kInternal, naming the offset, if a guard word of a living buffer, or of one freed since the
+    /// last call, was overwritten. Always ok without guards.
+    Status check_guards();
 
   private:
     friend class Buffer;
     void release(const BufferView& view) noexcept;
+    void give_back(Block& block, std::uint64_t offset) noexcept;
+    void drop_if_empty(Block& block) noexcept;
     Result<Block*> add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name);
-    std::optional<std::uint64_t> take(Block& block, std::uint64_t bytes);
+    std::optional<std::uint64_t> take(Block& block, std::uint64_t bytes, std::uint64_t payload);
     [[nodiscard]] std::optional<std::uint32_t> memory_type(std::uint32_t allowed,
                                                            MemoryKind kind) const;
     Status make_block(Block& block, std::uint64_t bytes);
     void destroy(Block& block) noexcept;
     [[nodiscard]] VkMappedMemoryRange mapped_range(const BufferView& view) const;
-    void prepare(const Block& block, std::uint64_t offset, std::uint64_t bytes) const;
+    void prepare(const Block& block, std::uint64_t offset) const;
+    [[nodiscard]] std::optional<std::uint64_t> broken_guard(const Block& block,
+                                                            std::uint64_t offset) const;
 
     Device& device_;
     MemoryDesc desc_;
@@ -98,6 +108,8 @@ class Memory {
     MemoryUse use_;
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;
+    std::size_t deferred_ = 0;             ///< ranges kept aside
+    std::optional<std::uint64_t> broken_;  ///< offset of a broken guard of a freed buffer
 };
 
 }  // namespace splat::vk

@@ -100,40 +100,40 @@ Status Recorder::check_limits(const Dispatch& dispatch, const ShaderInterface& i
     return {};
 }
 
-Status Recorder::dispatch(const Dispatch& dispatch) {
-    SPLAT_ASSIGN(const Pipeline* pipeline,
-                 context_.pipelines().get(dispatch.shader, dispatch.constants));
-    SPLAT_TRY(check_declarations(dispatch, pipeline->interface));
-    SPLAT_TRY(check_limits(dispatch, pipeline->interface));
-
+Result<Command> Recorder::command_for(const Dispatch& dispatch) {
     Command command;
+    SPLAT_ASSIGN(command.pipeline, context_.pipelines().get(dispatch.shader, dispatch.constants));
+    SPLAT_TRY(check_declarations(dispatch, command.pipeline->interface));
+    SPLAT_TRY(check_limits(dispatch, command.pipeline->interface));
     command.kind = CommandKind::kDispatch;
     command.op = dispatch.op;
     command.shader = dispatch.shader;
     command.accesses = dispatch.accesses;
-    command.pipeline = pipeline;
     command.push = dispatch.push;
+    command.groups = dispatch.groups;
     command.work = dispatch.work;
     command.dispatch = dispatches_++;
+    return command;
+}
 
+Status Recorder::dispatch(const Dispatch& dispatch) {
+    SPLAT_ASSIGN(Command command, command_for(dispatch));
     const auto axis = static_cast<std::size_t>(
         std::max_element(dispatch.groups.begin(), dispatch.groups.end()) - dispatch.groups.begin());
+    const std::uint32_t extent = dispatch.groups[axis];
     const double seconds = estimated_seconds(device(), kernels(), dispatch.work);
     const double wanted = std::ceil(seconds / submit_seconds(device()));
-    const std::uint32_t extent = dispatch.groups[axis];
     const auto parts =
-        pipeline->interface.uses_num_workgroups
+        command.pipeline->interface.uses_num_workgroups
             ? 1U
             : static_cast<std::uint32_t>(std::clamp(wanted, 1.0, static_cast<double>(extent)));
     for (std::uint32_t part = 0; part < parts; ++part) {
         const auto from = static_cast<std::uint32_t>(std::uint64_t{extent} * part / parts);
         const auto to = static_cast<std::uint32_t>(std::uint64_t{extent} * (part + 1) / parts);
-        command.part = part;
-        command.base = {0, 0, 0};
-        command.base[axis] = from;
-        command.groups = dispatch.groups;
-        command.groups[axis] = to - from;
         const double share = static_cast<double>(to - from) / extent;
+        command.part = part;
+        command.base[axis] = from;
+        command.groups[axis] = to - from;
         command.work = {dispatch.work.flops * share, dispatch.work.bytes * share};
         SPLAT_TRY(add(command));
     }
@@ -141,21 +141,9 @@ Status Recorder::dispatch(const Dispatch& dispatch) {
 }
 
 Status Recorder::dispatch_indirect(const Dispatch& dispatch, const BufferView& counts) {
-    SPLAT_ASSIGN(const Pipeline* pipeline,
-                 context_.pipelines().get(dispatch.shader, dispatch.constants));
-    SPLAT_TRY(check_declarations(dispatch, pipeline->interface));
-    SPLAT_TRY(check_limits(dispatch, pipeline->interface));
     SPLAT_ASSERT(counts.bytes >= 12 && counts.offset % 4 == 0);
-    Command command;
-    command.kind = CommandKind::kDispatch;
-    command.op = dispatch.op;
-    command.shader = dispatch.shader;
-    command.accesses = dispatch.accesses;
+    SPLAT_ASSIGN(Command command, command_for(dispatch));
     command.accesses.push_back(read(counts));
-    command.pipeline = pipeline;
-    command.push = dispatch.push;
-    command.work = dispatch.work;
-    command.dispatch = dispatches_++;
     command.indirect = true;
     return add(std::move(command));
 }

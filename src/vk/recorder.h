@@ -45,6 +45,7 @@ class Recorder {
     bool omit_barriers = false;  ///< tests: record a list that is wrong on purpose
 
   private:
+    Result<Command> command_for(const Dispatch& dispatch);
     Status add(Command command);
     Status check_declarations(const Dispatch& dispatch, const ShaderInterface& interface) const;
     Status check_limits(const Dispatch& dispatch, const ShaderInterface& interface) const;

@@ -85,7 +85,7 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
                           "vkGetQueryPoolResults"));
     }
-    const double milliseconds_per_tick = device_.info().limits.timestamp_ns * 1e-6;
+    const DeviceLimits& limits = device_.info().limits;
     for (std::size_t i = 0;
          i < objects.commands.size();) {  // the parts of a split dispatch count as one
         const Command& command = objects.commands[i];
@@ -93,8 +93,9 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
         Work work;
         std::size_t next = i;
         do {
-            milliseconds +=
-                static_cast<double>(ticks[2 * next + 1] - ticks[2 * next]) * milliseconds_per_tick;
+            const std::uint64_t elapsed =
+                (ticks[2 * next + 1] - ticks[2 * next]) & limits.timestamp_mask;
+            milliseconds += static_cast<double>(elapsed) * limits.timestamp_ns * 1e-6;
             work.flops += objects.commands[next].work.flops;
             work.bytes += objects.commands[next].work.bytes;
             ++next;

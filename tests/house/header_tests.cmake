@@ -34,8 +34,10 @@ foreach(compiler IN ITEMS gcc clang)
     header_test(Header.${compiler}_${standard} ${${program}} c++ ${standard}
                 ${CMAKE_CURRENT_SOURCE_DIR}/header_unit.c)
   endforeach()
-  header_test(Header.${compiler}_refuses_padding ${${program}} c c99 ${refused}/padding.c "error: .*padd")
-  header_test(Header.${compiler}_refuses_later_c ${${program}} c c99 ${refused}/later_c.c "error: .*(pedantic|extension)")
+  header_test(Header.${compiler}_refuses_padding ${${program}} c c99 ${refused}/padding.c
+              "error: .*padd")
+  header_test(Header.${compiler}_refuses_later_c ${${program}} c c99 ${refused}/later_c.c
+              "error: .*(pedantic|extension)")
   header_test(Header.${compiler}_refuses_missing_include ${${program}} c c99
               ${refused}/missing_include.c "error: .*uint32_t")
 endforeach()

@@ -23,8 +23,6 @@ Findings check_header(const std::string& header) {
         const char* why;
     };
     static const Word words[] = {
-        {std::regex(R"(#\s*include\s*<(?!stddef\.h>|stdint\.h>))"), "another include"},
-        {std::regex(R"(#\s*include\s*")"), "another include"},
         {std::regex(R"(\b(bool|long|wchar_t|size_t\s*:\s*\d)\b)"), "a type of varying size"},
         {std::regex(R"(\bunion\b)"), "a union"},
         {std::regex(R"(\btypedef\s+enum\b|\benum\s+\w+)"), "a named C enum"},
@@ -36,6 +34,9 @@ Findings check_header(const std::string& header) {
     for (const Word& word : words)
         if (std::regex_search(code, word.pattern))
             findings.push_back(std::string("include/splat.h has ") + word.why);
+    const std::set<std::string> allowed = {"<stddef.h>", "<stdint.h>"};
+    for (const std::string& name : matches(code, std::regex(R"(#\s*include\s*(\S+))")))
+        if (allowed.count(name) == 0) findings.push_back("include/splat.h includes " + name);
     return findings;
 }
 
@@ -58,7 +59,7 @@ TEST(PublicHeader, FollowsTheRules) {
 
 TEST(PublicHeader, RuleFindsWhatBindingsCannotCarry) {
     expect_none(check_header("#include <stdint.h>\n/* bool */ enum { SPLAT_A = 1 };\n"));
-    expect_found(check_header("#include <stdbool.h>\n"), 1, "another include");
+    expect_found(check_header("#include <stdbool.h>\n"), 1, "<stdbool.h>");
     expect_found(check_header("SPLAT_API bool splat_a(void);\n"), 1, "varying size");
     expect_found(check_header("SPLAT_API int splat_a(const char* text, ...);\n"), 1,
                  "variable arg");

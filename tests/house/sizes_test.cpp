@@ -53,8 +53,8 @@ Findings check_lines(const TextFile& file) {
     return findings;
 }
 
-/// A function starts on a line without indentation that opens a brace, and ends with a brace in the first column: the layout that
-/// clang-format gives to everything at namespace level.
+/// A function starts on a line without indentation that opens a brace, and ends with a brace in the
+/// first column: the layout that clang-format gives to everything at namespace level.
 Findings check_functions(const TextFile& file) {
     Findings findings;
     if (!is_source(file.path)) return findings;

@@ -11,9 +11,11 @@
 /// Forward, with M = C/G * pixels elements per group (Wu & He 2018, arXiv:1803.08494, eq. 1-3):
 ///
 ///   mean = sum x / M      var = sum (x - mean)^2 / M      rstd = 1 / sqrt(var + eps)
-///   xhat = (x - mean) * rstd      t = gamma * xhat + beta      y = silu ? t * s(t) : t      s(t) = 1 / (1 + exp(-t))
+///   xhat = (x - mean) * rstd      t = gamma * xhat + beta
+///   y = silu ? t * s(t) : t       s(t) = 1 / (1 + exp(-t))
 ///
-/// Backward. Let e = grad_y * dy/dt, with dy/dt = s(t) * (1 + t * (1 - s(t))) or 1; then per channel
+/// Backward. Let e = grad_y * dy/dt, with dy/dt = s(t) * (1 + t * (1 - s(t))) or 1; then per
+/// channel
 ///
 ///   grad_beta = sum e      grad_gamma = sum e * xhat      (over batch and pixels)
 ///
@@ -21,13 +23,14 @@
 ///
 ///   d xhat_j / d x_i = rstd * (delta_ij - 1/M - xhat_i * xhat_j / M),
 ///
-/// because d mean / d x_i = 1/M and d rstd / d x_i = -rstd^2 * xhat_i / M (the term through the mean vanishes as
-/// sum (x - mean) = 0). So
+/// because d mean / d x_i = 1/M and d rstd / d x_i = -rstd^2 * xhat_i / M (the term through the
+/// mean vanishes as sum (x - mean) = 0). So
 ///
 ///   grad_x_i = rstd * (h_i - (sum_j h_j) / M - xhat_i * (sum_j h_j * xhat_j) / M).
 ///
-/// Magnitudes. x - mean is a sum of 1 + M terms with S = |x| + mean |x|; this X = rstd * S takes the place of |xhat| wherever
-/// the rounding of xhat counts. s(t) and its derivatives are smooth: |d2y/dt2| <= 1/2 carries the error of t into e.
+/// Magnitudes. x - mean is a sum of 1 + M terms with S = |x| + mean |x|; this X = rstd * S takes
+/// the place of |xhat| wherever the rounding of xhat counts. s(t) and its derivatives are smooth:
+/// |d2y/dt2| <= 1/2 carries the error of t into e.
 namespace splat::ref {
 
 struct GroupNormShape {

@@ -8,8 +8,9 @@ namespace splat::ref {
 
 /// A tensor of sums, each with what is needed to bound the rounding of a float32 computation of it.
 ///
-/// For value = t1 + ... + tK: magnitude S = |t1| + ... + |tK|. Where a term is itself computed with an error, S holds the
-/// first-order effect of that error too, so that |gpu - value| <= c * 2^-24 * (1 + sqrt(K)) * S is a fair demand.
+/// For value = t1 + ... + tK: magnitude S = |t1| + ... + |tK|. Where a term is itself computed with
+/// an error, S holds the first-order effect of that error too, so that |gpu - value| <= c * 2^-24 *
+/// (1 + sqrt(K)) * S is a fair demand.
 template <class Real>
 struct Summed {
     std::vector<Real> value;

@@ -2,29 +2,28 @@
 
 #include <gtest/gtest.h>
 
+#include <string_view>
+
 #include "core/status.h"
 
-/// The Status or Result is ok; otherwise its code and message.
-#define EXPECT_OK(expr)                                                               \
-    do {                                                                              \
-        const ::splat::Status expect_status = (expr);                                 \
-        EXPECT_TRUE(expect_status.ok())                                               \
-            << ::splat::code_name(expect_status.code()) << ": " << expect_status.message(); \
-    } while (false)
+namespace splat::test {
 
-#define ASSERT_OK(expr)                                                               \
-    do {                                                                              \
-        const ::splat::Status assert_status = (expr);                                 \
-        ASSERT_TRUE(assert_status.ok())                                               \
-            << ::splat::code_name(assert_status.code()) << ": " << assert_status.message(); \
-    } while (false)
+inline testing::AssertionResult is_ok(const Status& status) {
+    if (status.ok()) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << code_name(status.code()) << ": " << status.message();
+}
 
-/// The Status has this code and a message that contains `part`.
-#define EXPECT_ERROR(expr, expected_code, part)                                                  \
-    do {                                                                                         \
-        const ::splat::Status expect_status = (expr);                                            \
-        EXPECT_STREQ(::splat::code_name(expect_status.code()), ::splat::code_name(expected_code)) \
-            << expect_status.message();                                                          \
-        EXPECT_NE(expect_status.message().find(part), std::string::npos)                         \
-            << expect_status.message();                                                          \
-    } while (false)
+/// The status has this code and a message that contains `part`.
+inline testing::AssertionResult is_error(const Status& status, Code code, std::string_view part) {
+    if (status.code() == code && status.message().find(part) != std::string::npos)
+        return testing::AssertionSuccess();
+    return testing::AssertionFailure()
+           << code_name(status.code()) << ": '" << status.message() << "', expected "
+           << code_name(code) << " with '" << part << "'";
+}
+
+}  // namespace splat::test
+
+#define EXPECT_OK(status) EXPECT_TRUE(::splat::test::is_ok(status))
+#define ASSERT_OK(status) ASSERT_TRUE(::splat::test::is_ok(status))
+#define EXPECT_ERROR(status, code, part) EXPECT_TRUE(::splat::test::is_error(status, code, part))

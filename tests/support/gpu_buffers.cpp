@@ -11,8 +11,7 @@ namespace {
 template <class T>
 vk::Buffer upload_words(vk::Context& context, const std::vector<T>& values) {
     vk::Buffer buffer = device_buffer(context, values.size());
-    const Status status =
-        context.write(buffer.range(), values.data(), values.size() * sizeof(T));
+    const Status status = context.write(buffer.range(), values.data(), values.size() * sizeof(T));
     EXPECT_TRUE(status.ok()) << status.message();
     return buffer;
 }

@@ -7,7 +7,8 @@
 
 namespace splat::test {
 
-/// Device memory of `elements` 4-byte elements, freshly poisoned. Aborts the process if there is none: nothing could be tested.
+/// Device memory of `elements` 4-byte elements, freshly poisoned. Aborts the process if there is
+/// none: nothing could be tested.
 vk::Buffer device_buffer(vk::Context& context, std::size_t elements);
 
 /// The same, holding `values`.

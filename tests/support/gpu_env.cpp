@@ -9,6 +9,7 @@
 
 #include "core/environment.h"
 #include "core/log.h"
+#include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -17,8 +18,16 @@ namespace {
 using vk::Context;
 using vk::Kernels;
 
+/// A context whose first block of memory is kept by a small buffer, so that what was written there
+/// stays.
+struct Poisoned {
+    std::shared_ptr<Context> context;
+    vk::Buffer anchor;
+};
+
 struct Registry {
     std::map<Kernels, std::shared_ptr<Context>> shared;
+    std::map<Kernels, Poisoned> poisoned;
     std::vector<std::weak_ptr<Context>> open;
     std::uint64_t expected_messages = 0;
     bool quiet = false;  // inside ExpectedMessages
@@ -78,7 +87,7 @@ class GpuEnvironment : public testing::Environment {
 
     void TearDown() override {
         const std::uint64_t before = vk::validation_messages();
-        registry().shared.clear();
+        close_shared_contexts();
         EXPECT_EQ(vk::validation_messages(), before) << "messages while closing the device";
         set_log_sink(nullptr, nullptr, LogLevel::kError);
     }
@@ -111,11 +120,12 @@ bool validation_on() {
     return environment("SPLAT_TEST_VALIDATION").value_or("1") != "0";
 }
 
-vk::ContextDesc context_desc(Kernels kernels) {
+vk::ContextDesc context_desc(Kernels kernels, Bounds bounds) {
     vk::ContextDesc desc;
     desc.device.kernels = kernels;
     desc.device.validation = validation_on();
-    desc.memory.guard = true;
+    desc.memory.guard = bounds == Bounds::kGuards;
+    if (bounds == Bounds::kExact) desc.memory.block_bytes = 1;  // no two allocations in one block
     desc.memory.poison = kPoisonPatterns[1];
     return desc;
 }
@@ -138,8 +148,33 @@ std::shared_ptr<Context> make_context(const vk::ContextDesc& desc) {
 
 Context* shared_context(Kernels kernels) {
     std::shared_ptr<Context>& slot = registry().shared[kernels];
-    if (slot == nullptr) slot = make_context(context_desc(kernels));
+    const Bounds bounds = validation_on() ? Bounds::kExact : Bounds::kGuards;
+    if (slot == nullptr) slot = make_context(context_desc(kernels, bounds));
     return slot.get();
+}
+
+Context* poisoned_context(Kernels kernels, std::uint32_t pattern) {
+    constexpr std::uint64_t kBlock = std::uint64_t{16} << 20;
+    Poisoned& slot = registry().poisoned[kernels];
+    if (slot.context == nullptr) {
+        vk::ContextDesc desc = context_desc(kernels, Bounds::kGuards);
+        desc.memory.poison.reset();
+        desc.memory.block_bytes = kBlock;
+        slot.context = make_context(desc);
+        if (slot.context == nullptr) return nullptr;
+        slot.anchor = device_buffer(*slot.context, 4);
+    }
+    const vk::Buffer rest = device_buffer(*slot.context, (kBlock - 4096) / 4);
+    const Status status = slot.context->fill(rest.range(), pattern);
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_EQ(slot.context->memory().use().allocations, 1U);
+    return slot.context.get();
+}
+
+void close_shared_contexts() {
+    for (auto& [kernels, slot] : registry().poisoned) slot.anchor = vk::Buffer();
+    registry().poisoned.clear();
+    registry().shared.clear();
 }
 
 std::vector<Kernels> kernels_to_test() {
@@ -164,7 +199,8 @@ std::uint64_t ExpectedMessages::count() const {
 
 void install_gpu_environment() {
     testing::AddGlobalTestEnvironment(new GpuEnvironment);  // gtest owns both
-    // Ends are announced in reverse order, so failures found at a test's end are printed under that test.
+    // Ends are announced in reverse order, so failures found at a test's end are printed under that
+    // test.
     testing::UnitTest::GetInstance()->listeners().Append(new GpuListener);
 }
 

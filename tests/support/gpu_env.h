@@ -11,18 +11,37 @@ namespace splat::test {
 /// False if SPLAT_TEST_VALIDATION=0 switched the validation layer off, as sanitizer builds do.
 bool validation_on();
 
-/// How tests open a device: validation on, guard bytes on, fresh memory full of NaN, no cache file.
-vk::ContextDesc context_desc(vk::Kernels kernels = vk::Kernels::kAuto);
+/// What stands around every allocation of a test.
+enum class Bounds {
+    /// 64 guard bytes on both sides: see overruns by transfers, the host, and shaders on GPUs.
+    kGuards,
+    /// A VkBuffer of its own. GPU-assisted validation measures accesses against the whole VkBuffer,
+    /// not the binding, and lavapipe drops stores outside the binding, so no guard would change.
+    kExact,
+};
 
-/// A context of the test's own; a failure to open it fails the test and gives nullptr. Its guard bytes are checked when the test
-/// ends or when it closes, whichever comes first.
+/// How tests open a device: validation on, fresh memory full of NaN, no cache file.
+vk::ContextDesc context_desc(vk::Kernels kernels = vk::Kernels::kAuto,
+                             Bounds bounds = Bounds::kGuards);
+
+/// A context of the test's own; a failure to open it fails the test and gives nullptr. Its guard
+/// bytes are checked when the test ends or when it closes, whichever comes first.
 std::shared_ptr<vk::Context> make_context(const vk::ContextDesc& desc = context_desc());
 
-/// One context per set of kernels, opened on first use and shared by all tests of the program. Null, with a test failure, if it
-/// cannot be opened.
+/// One context per set of kernels, opened on first use and shared by all tests of the program;
+/// exact bounds under validation, else guards. Null, with a test failure, if it cannot be opened.
 vk::Context* shared_context(vk::Kernels kernels = vk::Kernels::kAuto);
 
-/// The sets of kernels that the device can run: plain, and cpu and gpu where its subgroups allow them.
+/// A second shared context per set of kernels, with guards, whose fresh memory is filled with
+/// `pattern` from now on (and never anew, unlike with MemoryDesc::poison, which would take a
+/// context and all its pipelines per pattern).
+vk::Context* poisoned_context(vk::Kernels kernels, std::uint32_t pattern);
+
+/// For programs without gtest's environment.
+void close_shared_contexts();
+
+/// The sets of kernels that the device can run: plain, and cpu and gpu where its subgroups allow
+/// them.
 std::vector<vk::Kernels> kernels_to_test();
 
 /// Messages of the validation layer that a test provokes on purpose.
@@ -40,8 +59,9 @@ class ExpectedMessages {
     std::uint64_t start_;
 };
 
-/// Registers the environment (log sink, bait hazard that the layer must report) and the listener that fails every test during
-/// which the layer spoke or a guard byte changed. Called by gpu_main.cpp.
+/// Registers the environment (log sink, bait hazard that the layer must report) and the listener
+/// that fails every test during which the layer spoke or a guard byte changed. Called by
+/// gpu_main.cpp.
 void install_gpu_environment();
 
 }  // namespace splat::test

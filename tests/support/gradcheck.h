@@ -20,7 +20,8 @@ inline constexpr double kGradcheckRelative = 1e-6;
 inline constexpr double kGradcheckAbsolute = 1e-8;
 inline constexpr std::size_t kGradcheckMost = 10000;
 
-/// `gradient` equals the float64 central difference of `loss` at `x`, in every element (beyond 10^4: in 10^4 random ones).
+/// `gradient` equals the float64 central difference of `loss` at `x`, in every element (beyond
+/// 10^4: in 10^4 random ones).
 inline testing::AssertionResult gradcheck(
     const std::string& name, const std::function<double(const std::vector<double>&)>& loss,
     std::vector<double> x, const std::vector<double>& gradient) {

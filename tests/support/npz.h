@@ -18,7 +18,8 @@ struct NpyArray {
 
     [[nodiscard]] std::size_t elements() const;
 
-    /// The values as numbers. Errors: kInvalidArgument for a dtype that does not fit (f32() takes f4 only).
+    /// The values as numbers. Errors: kInvalidArgument for a dtype that does not fit (f32() takes
+    /// f4 only).
     [[nodiscard]] Result<std::vector<float>> f32() const;
     [[nodiscard]] Result<std::vector<double>> f64() const;
     [[nodiscard]] Result<std::vector<std::int64_t>> ints() const;
@@ -27,8 +28,8 @@ struct NpyArray {
 /// A .npz file: a zip of .npy members, stored or deflated, as numpy.savez(_compressed) writes it.
 class Npz {
   public:
-    /// Errors: kInvalidArgument, naming file, member and what is wrong: truncated, bad CRC, unknown method or dtype, sizes that do
-    /// not fit. Every offset is checked before it is used.
+    /// Errors: kInvalidArgument, naming file, member and what is wrong: truncated, bad CRC, unknown
+    /// method or dtype, sizes that do not fit. Every offset is checked before it is used.
     static Result<Npz> read(const std::string& path);
     static Result<Npz> parse(std::span<const std::byte> file, const std::string& what);
 

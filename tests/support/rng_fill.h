@@ -8,7 +8,8 @@
 
 namespace splat::test {
 
-/// SplitMix64: small, seeded, and the same numbers with every standard library (std::normal_distribution gives none of that).
+/// SplitMix64: small, seeded, and the same numbers with every standard library
+/// (std::normal_distribution gives none of that).
 class Rng {
   public:
     explicit Rng(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ULL + 1) {}
@@ -36,7 +37,8 @@ class Rng {
     std::uint64_t state_;
 };
 
-/// Normal numbers, rounded to float, so that the float32 and the float64 computation start from the same values.
+/// Normal numbers, rounded to float, so that the float32 and the float64 computation start from the
+/// same values.
 inline std::vector<float> normal_fill(std::size_t count, std::uint64_t seed, double mean = 0,
                                       double std = 1) {
     Rng rng(seed);

@@ -24,7 +24,8 @@ struct NormShape {
     }
 };
 
-/// Images 1x1, 1xN, Nx1 and odd ones; batch 1-3; groups 1, C and between; channels that fill no quad; groups that cut a quad.
+/// Images 1x1, 1xN, Nx1 and odd ones; batch 1-3; groups 1, C and between; channels that fill no
+/// quad; groups that cut a quad.
 inline constexpr NormShape kNormShapes[] = {
     {1, 1, 1, 2, 1},     {1, 4, 1, 1, 1},     {2, 8, 1, 1, 2},     {1, 3, 1, 17, 1},
     {1, 5, 17, 1, 5},    {2, 6, 3, 5, 3},     {1, 6, 15, 17, 2},   {3, 7, 5, 7, 7},

@@ -1,4 +1,5 @@
-// The harness itself must be able to fail: every check is shown a defect of the kind it is there to find.
+// The harness itself must be able to fail: every check is shown a defect of the kind it is there to
+// find.
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -29,7 +30,8 @@ struct Sums {
     ref::Summed<double> reference;
 };
 
-/// Sums of `terms` products each, as a device would compute them, leaving out term `dropped` of the first.
+/// Sums of `terms` products each, as a device would compute them, leaving out term `dropped` of the
+/// first.
 Sums make_sums(std::size_t count, std::size_t terms, std::size_t dropped) {
     Sums sums{std::vector<float>(count), ref::Summed<double>(count, terms)};
     const std::vector<float> a = normal_fill(count * terms, 1);

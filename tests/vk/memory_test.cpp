@@ -69,8 +69,8 @@ TEST(Memory, SharesBlocksAndUsesWhatIsLeftOfTheBudget) {
 TEST(Memory, CoalescesAndReturnsEmptyBlocks) {
     const auto context = plain_context(0, kMiB);
     ASSERT_NE(context, nullptr);
-    for (const auto& order : {std::vector<std::size_t>{0, 1, 2, 3}, {3, 2, 1, 0}, {1, 3, 0, 2},
-                              {2, 0, 3, 1}}) {
+    for (const auto& order :
+         {std::vector<std::size_t>{0, 1, 2, 3}, {3, 2, 1, 0}, {1, 3, 0, 2}, {2, 0, 3, 1}}) {
         std::vector<Buffer> quarters(4);
         for (Buffer& quarter : quarters) quarter = std::move(take(*context, kMiB / 4).value());
         EXPECT_EQ(context->memory().use().live, kMiB);
@@ -145,20 +145,34 @@ TEST(Memory, RefusesMoreThanTheDeviceAllocatesAtOnce) {
 }
 
 TEST(Memory, DetectsOverwrittenGuards) {
-    Context* context = test::shared_context();
+    const auto context = make_context();
     ASSERT_NE(context, nullptr);
     const Buffer buffer = device_buffer(*context, 100);
     std::byte* host = Memory::host(buffer.range());
     if (host == nullptr) GTEST_SKIP() << "device memory is not mapped here, so it has no guards";
     EXPECT_OK(context->memory().check_guards());
-    for (const std::ptrdiff_t at : {std::ptrdiff_t{-1}, std::ptrdiff_t{-64}, std::ptrdiff_t{400},
-                                    std::ptrdiff_t{463}}) {
+    for (const std::ptrdiff_t at :
+         {std::ptrdiff_t{-1}, std::ptrdiff_t{-64}, std::ptrdiff_t{400}, std::ptrdiff_t{463}}) {
         const std::byte before = host[at];
         host[at] = ~before;
         EXPECT_ERROR(context->memory().check_guards(), Code::kInternal, "guard") << at;
         host[at] = before;
         EXPECT_OK(context->memory().check_guards());
     }
+}
+
+TEST(Memory, DetectsGuardsOverwrittenBeforeTheBufferWasFreed) {
+    ContextDesc desc = context_desc();
+    auto opened = Context::create(desc);
+    ASSERT_OK(opened.status());
+    Context& context = *opened.value();
+    {
+        const Buffer buffer = device_buffer(context, 100);
+        std::byte* host = Memory::host(buffer.range());
+        if (host == nullptr) GTEST_SKIP() << "device memory is not mapped here";
+        host[400] = ~host[400];
+    }
+    EXPECT_ERROR(context.memory().check_guards(), Code::kInternal, "guard");
 }
 
 TEST(Memory, PoisonsFreshAllocations) {

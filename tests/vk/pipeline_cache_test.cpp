@@ -76,9 +76,9 @@ TEST_F(PipelineCache, CorruptFileIsIgnoredAndRewritten) {
     flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 1);
     std::string wrong_size = good;
     wrong_size[39] = '\x7F';
-    for (const std::string& bad : {std::string(), std::string("x"), good.substr(0, 39),
-                                   good.substr(0, good.size() - 1), good + "x", flipped, wrong_size,
-                                   std::string(good.size(), '\0')}) {
+    for (const std::string& bad :
+         {std::string(), std::string("x"), good.substr(0, 39), good.substr(0, good.size() - 1),
+          good + "x", flipped, wrong_size, std::string(good.size(), '\0')}) {
         replace(file_, bad);
         EXPECT_FALSE(session(folder_)) << bad.size();
         EXPECT_TRUE(session(folder_)) << "not rewritten after " << bad.size() << " bytes";

@@ -49,15 +49,14 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     ASSERT_NE(context, nullptr);
     if (context->device().info().limits.timestamp_ns <= 0) GTEST_SKIP() << "no timestamps";
     const Buffer y = test::device_buffer(*context, 4096);
-    const double flops = 3.5 * submit_seconds(context->device().info()) * 1e9;
+    const double flops = test::flops_for(*context, 3.5);
     Recorder recorder(*context);
     EXPECT_OK(recorder.fill(y.range(), 0));
     EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 64, 1}, 2000, flops)));
     CommandList list = std::move(recorder.finish().value());
     for (int i = 0; i < 3; ++i) EXPECT_OK(context->run(list));
     ASSERT_NE(context->profile(), nullptr);
-    const Json json =
-        std::move(parse_json(context->profile()->json("x"), "profile").value());
+    const Json json = std::move(parse_json(context->profile()->json("x"), "profile").value());
     ASSERT_EQ(json["ops"].size(), 2U) << json.dump(2);
     const Json& slow = json["ops"][0];
     EXPECT_EQ(slow["op"], "slow");

@@ -29,7 +29,8 @@ class Recorder : public testing::Test {
         c_ = device_buffer(*context_, kN);
     }
 
-    /// Barriers inside the list that `record` makes, not counting those at its two ends; -1 if recording failed.
+    /// Barriers inside the list that `record` makes, not counting those at its two ends; -1 if
+    /// recording failed.
     template <class Record>
     int barriers(const Record& record) {
         vk::Recorder recorder(*context_);
@@ -88,12 +89,12 @@ TEST_F(Recorder, OrdersReadModifyWrite) {
 
 TEST_F(Recorder, OrdersIndirectCountsAfterTheirWrite) {
     const Buffer counts = device_buffer(*context_, 4);
-    EXPECT_EQ(barriers([&](vk::Recorder& r) {
-                  EXPECT_OK(r.fill(counts.range(), 1));
-                  EXPECT_OK(r.dispatch_indirect(scale(a_.range(), b_.range(), 64, 2),
-                                                counts.range()));
-              }),
-              1);
+    EXPECT_EQ(
+        barriers([&](vk::Recorder& r) {
+            EXPECT_OK(r.fill(counts.range(), 1));
+            EXPECT_OK(r.dispatch_indirect(scale(a_.range(), b_.range(), 64, 2), counts.range()));
+        }),
+        1);
 }
 
 TEST_F(Recorder, LeavesIndependentCommandsUnordered) {
@@ -195,11 +196,7 @@ TEST_F(Recorder, RefusesViewsBeyondTheBindingLimit) {
     EXPECT_OK(r.dispatch(scale(part(x.range(), 0, 4096), part(y.range(), 0, 4096), 1024, 2)));
     EXPECT_ERROR(r.dispatch(scale(x.range(), part(y.range(), 0, 4096), 1024, 2)),
                  Code::kUnsupported, "4112");
-    Dispatch texel{.op = "texel",
-                   .shader = "test_texel",
-                   .constants = {{0, 64}},
-                   .push = 64U,
-                   .accesses = {read(part(x.range(), 0, 1024)), write(part(y.range(), 0, 1024))}};
+    Dispatch texel = test::texel(part(x.range(), 0, 1024), part(y.range(), 0, 1024), 64);
     EXPECT_OK(r.dispatch(texel));
     texel.accesses[0] = read(part(x.range(), 0, 1040));
     EXPECT_ERROR(r.dispatch(texel), Code::kUnsupported, "1040");
@@ -210,12 +207,7 @@ TEST_F(Recorder, ComputesThroughBothKindsOfLoads) {
     const Buffer in = test::upload(*context_, x);
     vk::Recorder r(*context_);
     EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kN, 3, 1)));
-    EXPECT_OK(r.dispatch({.op = "texel",
-                          .shader = "test_texel",
-                          .constants = {{0, 64}},
-                          .push = kN / 4,
-                          .accesses = {read(b_.range()), write(c_.range())},
-                          .groups = {4, 1, 1}}));
+    EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kN / 4)));
     CommandList list = std::move(r.finish().value());
     EXPECT_OK(context_->run(list));
     const std::vector<float> y = test::download(*context_, c_.range(), kN);

@@ -9,14 +9,8 @@ namespace splat::vk {
 namespace {
 
 using test::device_buffer;
+using test::flops_for;
 using test::slow;
-
-/// Flops that the recorder takes for `submits` times the longest submit.
-double flops_for(Context& context, double submits) {
-    const DeviceInfo& info = context.device().info();
-    const double one = estimated_seconds(info, context.device().kernels(), {.flops = 1e9});
-    return submits * submit_seconds(info) / one * 1e9;
-}
 
 class Split : public testing::Test {
   protected:
@@ -103,12 +97,7 @@ TEST_F(Split, PushDataReachesEveryPart) {
 }
 
 TEST_F(Split, ShadersThatCountGroupsStayWhole) {
-    const CommandList list = record({.op = "count_groups",
-                                     .shader = "test_count_groups",
-                                     .constants = {{0, 1}},
-                                     .accesses = {write(y_.range())},
-                                     .groups = {100, 1, 1},
-                                     .work = {.flops = flops_for(*context_, 20)}});
+    const CommandList list = record(test::count_groups(y_.range(), 100, flops_for(*context_, 20)));
     EXPECT_EQ(parts_of(list).size(), 1U);
     CommandList copy = list;
     EXPECT_EQ(run(copy)[0], 100U);

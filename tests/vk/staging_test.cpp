@@ -35,9 +35,9 @@ TEST(Staging, RoundTripsAllSizes) {
     const auto context = discrete_context();
     ASSERT_NE(context, nullptr);
     constexpr std::size_t kPiece = 8U << 18;  // elements of one staged piece
-    for (const std::size_t count : {std::size_t{1}, std::size_t{3}, std::size_t{4}, std::size_t{5},
-                                    std::size_t{1000}, kPiece - 1, kPiece, kPiece + 1,
-                                    2 * kPiece + 7}) {
+    for (const std::size_t count :
+         {std::size_t{1}, std::size_t{3}, std::size_t{4}, std::size_t{5}, std::size_t{1000},
+          kPiece - 1, kPiece, kPiece + 1, 2 * kPiece + 7}) {
         const std::vector<std::uint32_t> values = ramp(count, 17);
         const Buffer buffer = test::upload(*context, values);
         EXPECT_EQ(test::download_words(*context, buffer.range(), count), values) << count;

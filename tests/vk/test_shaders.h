@@ -2,9 +2,10 @@
 
 #include <bit>
 
-#include "vk/recorder.h"
+#include "vk/context.h"
 
-/// Dispatches of the shaders in tests/shaders, which this program's shader table holds instead of the library's.
+/// Dispatches of the shaders in tests/shaders, which this program's shader table holds instead of
+/// the library's.
 namespace splat::test {
 
 inline constexpr std::uint32_t kGroupSize = 64;
@@ -26,7 +27,8 @@ inline vk::Dispatch scale(const vk::BufferView& x, const vk::BufferView& y, std:
             .constants = {{0, kGroupSize}, {10, std::bit_cast<std::uint32_t>(offset)}},
             .push = ScaleParams{n, factor},
             .accesses = {vk::read(x), vk::write(y)},
-            .groups = groups_of(n)};
+            .groups = groups_of(n),
+            .work = {}};
 }
 
 /// y += x
@@ -36,7 +38,15 @@ inline vk::Dispatch accumulate(const vk::BufferView& x, const vk::BufferView& y,
             .constants = {{0, kGroupSize}},
             .push = n,
             .accesses = {vk::read(x), vk::read_write(y)},
-            .groups = groups_of(n)};
+            .groups = groups_of(n),
+            .work = {}};
+}
+
+/// Flops that the recorder takes for `submits` times the longest submit.
+inline double flops_for(vk::Context& context, double submits) {
+    const vk::DeviceInfo& info = context.device().info();
+    const double one = vk::estimated_seconds(info, context.device().kernels(), {.flops = 1e9});
+    return submits * vk::submit_seconds(info) / one * 1e9;
 }
 
 struct SlowParams {
@@ -53,7 +63,40 @@ inline vk::Dispatch slow(const vk::BufferView& y, vk::Groups groups, std::uint32
             .push = SlowParams{groups[0], rounds},
             .accesses = {vk::write(y)},
             .groups = groups,
-            .work = {.flops = flops}};
+            .work = {.flops = flops, .bytes = 0}};
+}
+
+/// y = 2 * x, in quads
+inline vk::Dispatch texel(const vk::BufferView& x, const vk::BufferView& y, std::uint32_t quads) {
+    return {.op = "texel",
+            .shader = "test_texel",
+            .constants = {{0, kGroupSize}},
+            .push = quads,
+            .accesses = {vk::read(x), vk::write(y)},
+            .groups = groups_of(quads),
+            .work = {}};
+}
+
+/// y[0] = number of workgroups
+inline vk::Dispatch count_groups(const vk::BufferView& y, std::uint32_t groups, double flops) {
+    return {.op = "count_groups",
+            .shader = "test_count_groups",
+            .constants = {{0, 1}},
+            .push = {},
+            .accesses = {vk::write(y)},
+            .groups = {groups, 1, 1},
+            .work = {.flops = flops, .bytes = 0}};
+}
+
+/// y[index] = 1, wherever that is
+inline vk::Dispatch out_of_range(const vk::BufferView& y, std::uint32_t index) {
+    return {.op = "out_of_range",
+            .shader = "test_out_of_range",
+            .constants = {},
+            .push = index,
+            .accesses = {vk::write(y)},
+            .groups = {1, 1, 1},
+            .work = {}};
 }
 
 /// `bytes` of `view` from byte `offset` on.

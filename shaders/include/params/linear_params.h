@@ -15,6 +15,7 @@ struct LinearParams {
     uint transposed;  // linear_pack_weight: 1 packs the transpose
     uint accumulate;  // 1: parameter gradients are added to what is there
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h
+    uint slices;      // linear_backward_weight: the rows are summed in so many slices
 };
 
 #ifdef __cplusplus

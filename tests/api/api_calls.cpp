@@ -1,0 +1,140 @@
+#include "api/api_calls.h"
+
+#include <atomic>
+#include <cstdio>
+
+namespace splat::test {
+namespace {
+
+std::atomic<std::uint64_t> g_messages{0};
+
+void on_log(void*, splat_log_level level, const char* message) {
+    const bool validation = std::strncmp(message, "[validation]", 12) == 0;
+    if (validation) g_messages.fetch_add(1);
+    if (validation || level >= SPLAT_LOG_ERROR) std::fprintf(stderr, "%s\n", message);
+}
+
+Device& shared_slot() {
+    static Device device;
+    return device;
+}
+
+class Log : public testing::Environment {
+  public:
+    void SetUp() override { listen_to_log(); }
+    void TearDown() override {
+        shared_slot().destroy();
+        EXPECT_EQ(validation_messages(), 0U) << "the validation layer spoke; see above";
+        EXPECT_EQ(splat_log_set_callback(nullptr, nullptr, 0), SPLAT_OK);
+    }
+};
+
+const auto* const g_log = testing::AddGlobalTestEnvironment(new Log);  // gtest owns it
+
+}  // namespace
+
+testing::AssertionResult succeeded(splat_result got) {
+    if (got == SPLAT_OK) return testing::AssertionSuccess();
+    return testing::AssertionFailure()
+           << splat_result_name(got) << ": " << splat_last_error_message();
+}
+
+testing::AssertionResult refused(splat_result got, splat_result expected, const std::string& part) {
+    const std::string text = splat_last_error_message();
+    if (got == expected && text.find(part) != std::string::npos) return testing::AssertionSuccess();
+    return testing::AssertionFailure()
+           << "got " << splat_result_name(got) << ": " << text << "\n  expected "
+           << splat_result_name(expected) << " with '" << part << "'";
+}
+
+splat_device_desc device_desc(std::uint32_t flags) {
+    auto desc = sized<splat_device_desc>();
+    desc.flags = flags;
+    desc.cache_folder = "";
+    return desc;
+}
+
+Device open_device(std::uint32_t flags) {
+    return open_device(device_desc(flags));
+}
+
+Device open_device(const splat_device_desc& desc) {
+    Device device;
+    EXPECT_DONE(splat_device_create(&desc, device.out()));
+    return device;
+}
+
+splat_device shared_device() {
+    if (shared_slot() != nullptr) return shared_slot();
+    splat_device_desc desc = device_desc();
+    desc.kernels = SPLAT_KERNELS_PLAIN;
+    shared_slot() = open_device(desc);
+    return shared_slot();
+}
+
+splat_tensor_desc tensor_desc(const Dims& dims, const char* name, splat_dtype dtype) {
+    auto desc = sized<splat_tensor_desc>();
+    desc.name = name;
+    desc.dtype = dtype;
+    desc.rank = static_cast<std::uint32_t>(dims.size());
+    for (std::size_t i = 0; i < dims.size() && i < SPLAT_MAX_RANK; ++i) desc.dims[i] = dims[i];
+    return desc;
+}
+
+Tensor make_tensor(splat_device device, const Dims& dims, const char* name, splat_dtype dtype) {
+    const splat_tensor_desc desc = tensor_desc(dims, name, dtype);
+    Tensor tensor;
+    EXPECT_DONE(splat_tensor_create(device, &desc, tensor.out()));
+    return tensor;
+}
+
+Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& values,
+              const char* name) {
+    const splat_tensor_desc desc = tensor_desc(dims, name);
+    Tensor tensor;
+    EXPECT_DONE(splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
+                                       nullptr, tensor.out()));
+    return tensor;
+}
+
+std::vector<float> download(splat_tensor tensor) {
+    auto info = sized<splat_tensor_info>();
+    EXPECT_DONE(splat_tensor_get_info(tensor, &info));
+    std::vector<float> values(info.elements);
+    EXPECT_DONE(splat_tensor_read(tensor, values.data(), values.size() * sizeof(float), nullptr));
+    return values;
+}
+
+OpRequest::OpRequest(const char* name, std::vector<splat_tensor> in, std::vector<splat_tensor> out)
+    : type(name), inputs(std::move(in)), outputs(std::move(out)) {}
+
+splat_op_desc OpRequest::desc() const {
+    auto desc = sized<splat_op_desc>();
+    desc.flags = flags;
+    desc.type = type;
+    desc.attributes = attributes;
+    desc.input_count = static_cast<std::uint32_t>(inputs.size());
+    desc.output_count = static_cast<std::uint32_t>(outputs.size());
+    desc.inputs = inputs.data();
+    desc.outputs = outputs.data();
+    if (!grad_outputs.empty()) desc.grad_outputs = grad_outputs.data();
+    if (!grad_inputs.empty()) desc.grad_inputs = grad_inputs.data();
+    return desc;
+}
+
+Op make_op(splat_device device, const OpRequest& request) {
+    const splat_op_desc desc = request.desc();
+    Op op;
+    EXPECT_DONE(splat_op_create(device, &desc, op.out()));
+    return op;
+}
+
+std::uint64_t validation_messages() {
+    return g_messages.load();
+}
+
+void listen_to_log(splat_log_level min_level) {
+    EXPECT_EQ(splat_log_set_callback(on_log, nullptr, min_level), SPLAT_OK);
+}
+
+}  // namespace splat::test

@@ -1,0 +1,158 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "splat.h"
+
+/// What all tests of the C API share; nothing here knows more of the library than its header.
+namespace splat::test {
+
+/// SPLAT_OK; otherwise the code that came back and its text.
+testing::AssertionResult succeeded(splat_result got);
+
+/// This code, with a text of the last error that holds `part`.
+testing::AssertionResult refused(splat_result got, splat_result expected, const std::string& part);
+
+#define EXPECT_DONE(call) EXPECT_TRUE(::splat::test::succeeded(call))
+#define ASSERT_DONE(call) ASSERT_TRUE(::splat::test::succeeded(call))
+#define EXPECT_REFUSED(call, code, part) EXPECT_TRUE(::splat::test::refused(call, code, part))
+
+/// A zeroed struct that knows its size.
+template <class Struct>
+Struct sized() {
+    Struct made;
+    std::memset(&made, 0, sizeof made);
+    made.struct_size = sizeof made;
+    return made;
+}
+
+/// Owns a handle; a failing destroy fails the test.
+template <class Handle, splat_result (*Destroy)(Handle)>
+class Owned {
+  public:
+    Owned() = default;
+    Owned(Owned&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+    Owned& operator=(Owned&& other) noexcept {
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    Owned(const Owned&) = delete;
+    Owned& operator=(const Owned&) = delete;
+    ~Owned() { destroy(); }
+
+    operator Handle() const { return handle_; }
+    [[nodiscard]] Handle get() const { return handle_; }
+
+    /// Where a create function puts a handle.
+    Handle* out() {
+        destroy();
+        return &handle_;
+    }
+
+    /// Destroys it now; returns the stale handle.
+    Handle destroy() {
+        const Handle stale = std::exchange(handle_, nullptr);
+        if (stale == nullptr) return stale;
+        EXPECT_EQ(Destroy(stale), SPLAT_OK);
+        return stale;
+    }
+
+  private:
+    Handle handle_ = nullptr;
+};
+
+using Device = Owned<splat_device, splat_device_destroy>;
+using Tensor = Owned<splat_tensor, splat_tensor_destroy>;
+using Op = Owned<splat_op, splat_op_destroy>;
+using Dims = std::vector<std::int64_t>;
+
+/// Defaults, but without a pipeline cache file.
+splat_device_desc device_desc(std::uint32_t flags = 0);
+Device open_device(std::uint32_t flags = 0);
+Device open_device(const splat_device_desc& desc);
+
+/// One device for the whole program, opened on first use and closed after the last test. It runs
+/// plain kernels: the fast ones of linear take a minute to compile under GPU-assisted validation.
+splat_device shared_device();
+
+splat_tensor_desc tensor_desc(const Dims& dims, const char* name = nullptr,
+                              splat_dtype dtype = SPLAT_DTYPE_F32);
+Tensor make_tensor(splat_device device, const Dims& dims, const char* name = nullptr,
+                   splat_dtype dtype = SPLAT_DTYPE_F32);
+Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& values,
+              const char* name = nullptr);
+std::vector<float> download(splat_tensor tensor);
+
+/// A splat_op_desc with the vectors that it points to.
+struct OpRequest {
+    OpRequest(const char* type, std::vector<splat_tensor> in, std::vector<splat_tensor> out);
+
+    /// The desc with pointers and counts as the vectors are now; no gradients if both are empty.
+    splat_op_desc desc() const;
+
+    const char* type;
+    const char* attributes = nullptr;
+    std::uint32_t flags = 0;
+    std::vector<splat_tensor> inputs;
+    std::vector<splat_tensor> outputs;
+    std::vector<splat_tensor> grad_outputs;
+    std::vector<splat_tensor> grad_inputs;
+};
+
+Op make_op(splat_device device, const OpRequest& request);
+
+/// An output filled with a pattern, to show that a failed call left it alone.
+template <class Value>
+class Output {
+  public:
+    Output() { std::memset(&value_, kPattern, sizeof value_); }
+
+    Value* out() { return &value_; }
+    [[nodiscard]] const Value& value() const { return value_; }
+
+    /// For structs that are asked for: the rest keeps the pattern.
+    void set_struct_size(std::uint32_t size) {
+        if constexpr (requires { value_.struct_size; }) value_.struct_size = size;
+        size_ = size;
+    }
+
+    [[nodiscard]] bool untouched() const {
+        Output fresh;
+        if constexpr (requires { value_.struct_size; })
+            if (size_ != kNoSize) fresh.value_.struct_size = size_;
+        return std::memcmp(&fresh.value_, &value_, sizeof value_) == 0;
+    }
+
+  private:
+    static constexpr int kPattern = 0xA5;
+    static constexpr std::uint32_t kNoSize = 0xFFFFFFFFU;
+    Value value_;
+    std::uint32_t size_ = kNoSize;
+};
+
+/// The whole text of a function that takes (buffer, capacity, needed).
+template <class Call>
+std::string whole_text(Call&& call) {
+    std::size_t needed = 0;
+    EXPECT_EQ(call(nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::string text(needed, '\xA5');
+    EXPECT_EQ(call(text.data(), text.size(), &needed), SPLAT_OK);
+    EXPECT_EQ(needed, text.size());
+    EXPECT_EQ(text.find('\0'), text.size() - 1) << "NUL at the end and only there";
+    text.pop_back();
+    return text;
+}
+
+/// Lines of the validation layer that came through the log so far. Any fails the program at its end.
+std::uint64_t validation_messages();
+
+/// The log callback that counts them: a test that sets its own puts this one back.
+void listen_to_log(splat_log_level min_level = SPLAT_LOG_WARNING);
+
+}  // namespace splat::test

@@ -1,0 +1,243 @@
+// The driver fails at each place where it can, once and from there on; devices get lost, and waits end too early.
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "api/host_memory.h"
+#include "api/scenario.h"
+#include "core/fault.h"
+#include "vk/instance.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a fault point may become at the border.
+bool documented(splat_result result) {
+    static const std::set<splat_result> codes = {
+        SPLAT_ERROR_NO_DEVICE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+        SPLAT_ERROR_TIMEOUT,   SPLAT_ERROR_DEVICE_LOST,
+    };
+    return codes.count(result) == 1;
+}
+
+/// Repairs the driver after the first failing call, unless `stays`.
+class Driver : public Observer {
+  public:
+    explicit Driver(bool stays) : stays_(stays) {}
+    void before() override { host_memory::watch(); }
+    void after() override { host_memory::unwatch(); }
+
+    bool retry(const char* call, splat_result result) override {
+        EXPECT_TRUE(documented(result))
+            << call << ": " << splat_result_name(result) << ": " << splat_last_error_message();
+        told.insert(result);
+        if (stays_) return false;
+        fault::disarm();
+        return result != SPLAT_ERROR_DEVICE_LOST;
+    }
+
+    std::set<splat_result> told;
+
+  private:
+    bool stays_;
+};
+
+class ApiFault : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("splat_fault_" + std::to_string(::getpid()));
+        host_memory::fail_none();
+        listen_to_log(SPLAT_LOG_DEBUG);
+        fail_with_long_text();
+        undisturbed(true);
+        undisturbed();
+        fault::arm(nullptr, fault::kForever);
+        good_ = undisturbed();
+        hits_ = fault::disarm();
+        baseline_ = host_memory::live();
+    }
+
+    void TearDown() override {
+        fault::disarm();
+        std::error_code failed;
+        fs::remove_all(folder_, failed);
+    }
+
+    /// A text longer than any later one, so that what holds the last error never grows again.
+    static void fail_with_long_text() {
+        const std::string name(4000, 'n');
+        splat_device_desc desc = device_desc();
+        const Device device = open_device(desc);
+        const splat_tensor_desc none = tensor_desc({0}, name.c_str());
+        splat_tensor tensor = nullptr;
+        host_memory::watch();
+        const splat_result result = splat_tensor_create(device, &none, &tensor);
+        host_memory::unwatch();
+        EXPECT_EQ(result, SPLAT_ERROR_INVALID_ARGUMENT);
+    }
+
+    [[nodiscard]] splat_device_desc desc(bool validated = false) const {
+        splat_device_desc desc = device_desc(SPLAT_DEVICE_PROFILE);
+        if (validated) desc.flags |= SPLAT_DEVICE_VALIDATION;
+        desc.kernels = SPLAT_KERNELS_PLAIN;
+        desc.cache_folder = folder_.c_str();
+        return desc;
+    }
+
+    ScenarioResults undisturbed(bool validated = false) {
+        Driver driver(true);
+        auto results = run_scenario(driver, desc(validated));
+        EXPECT_TRUE(results.has_value()) << splat_last_error_message();
+        return results.value_or(ScenarioResults{});
+    }
+
+    /// One run with the n-th hit failing, or with all from the n-th on.
+    void disturb(std::uint64_t n, bool stays, bool validated) {
+        SCOPED_TRACE("fault point " + std::to_string(n) + (stays ? " and all after" : ""));
+        Driver driver(stays);
+        fault::arm(nullptr, n, stays ? fault::kForever : 1);
+        const auto results = run_scenario(driver, desc(validated));
+        fault::disarm();
+        EXPECT_FALSE(driver.told.empty()) << "nothing failed";
+        EXPECT_EQ(results.has_value(), !stays && driver.told.count(SPLAT_ERROR_DEVICE_LOST) == 0);
+        EXPECT_TRUE(!results || *results == good_) << "the results differ";
+        EXPECT_EQ(host_memory::live(), baseline_) << "the library kept host memory";
+        EXPECT_EQ(vk::validation_messages(), 0U) << "Vulkan objects were left, see above";
+        told_.insert(driver.told.begin(), driver.told.end());
+    }
+
+    fs::path folder_;
+    ScenarioResults good_;
+    std::uint64_t hits_ = 0;
+    std::size_t baseline_ = 0;
+    std::set<splat_result> told_;
+};
+
+TEST_F(ApiFault, EveryPointOnceAndFromThereOn) {
+    ASSERT_GT(hits_, 50U) << "the fault points are not compiled in";
+    for (std::uint64_t n = 1; n <= hits_; ++n) {
+        disturb(n, false, n % 8 == 0);
+        disturb(n, true, n % 8 == 4);
+        if (HasFailure()) FAIL() << "and so on";
+    }
+    EXPECT_TRUE(undisturbed() == good_);
+    for (const splat_result code :
+         {SPLAT_ERROR_NO_DEVICE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+          SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST})
+        EXPECT_EQ(told_.count(code), 1U) << splat_result_name(code) << " was never produced";
+    std::printf("%llu fault points, each failed once and from there on\n",
+                static_cast<unsigned long long>(hits_));
+}
+
+/// Objects of one device, made while all is well.
+struct Objects {
+    Objects() : device(open()) {}
+    static Device open() {
+        splat_device_desc desc = device_desc(SPLAT_DEVICE_PROFILE);
+        desc.kernels = SPLAT_KERNELS_PLAIN;
+        return open_device(desc);
+    }
+    [[nodiscard]] OpRequest request() const {
+        OpRequest request("linear", {x, weight, nullptr}, {y});
+        request.grad_outputs = {y};
+        request.grad_inputs = {grad_x, nullptr, nullptr};
+        return request;
+    }
+
+    Device device;
+    Tensor x = upload(device, {2, 2}, {1, 2, 3, 4});
+    Tensor weight = upload(device, {2, 2}, {1, 0, 0, 1});
+    Tensor y = make_tensor(device, {2, 2});
+    Tensor grad_x = make_tensor(device, {2, 2});
+    Op op = make_op(device, request());
+};
+
+TEST_F(ApiFault, LossIsStickyAndANewDeviceWorks) {
+    constexpr splat_result kLost = SPLAT_ERROR_DEVICE_LOST;
+    for (int calls_before = 0; calls_before < 2; ++calls_before) {
+        Objects all;
+        for (int i = 0; i < calls_before; ++i) ASSERT_DONE(splat_op_forward(all.op));
+        fault::arm("vk.queue_submit", 1, 1);
+        EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+        EXPECT_EQ(fault::disarm(), 1U);
+        for (int i = 0; i < 2; ++i) {
+            float values[4] = {9, 9, 9, 9};
+            EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+            EXPECT_REFUSED(splat_tensor_read(all.x, values, 16, nullptr), kLost, "lost");
+            EXPECT_REFUSED(splat_tensor_write(all.x, values, 16, nullptr), kLost, "lost");
+            EXPECT_EQ(values[0], 9.0F);
+            Output<splat_tensor_stats> stats;
+            stats.set_struct_size(sizeof(splat_tensor_stats));
+            EXPECT_REFUSED(splat_tensor_check(all.x, stats.out()), kLost, "lost");
+            Output<void*> pointer;
+            EXPECT_REFUSED(splat_tensor_map(all.x, SPLAT_ACCESS_READ, pointer.out(), nullptr),
+                           kLost, "lost");
+            Output<splat_tensor> tensor;
+            const splat_tensor_desc desc = tensor_desc({2});
+            EXPECT_REFUSED(splat_tensor_create(all.device, &desc, tensor.out()), kLost, "lost");
+            Output<splat_op> op;
+            const OpRequest request = all.request();
+            const splat_op_desc op_desc = request.desc();
+            EXPECT_REFUSED(splat_op_create(all.device, &op_desc, op.out()), kLost, "lost");
+            EXPECT_TRUE(stats.untouched() && pointer.untouched() && tensor.untouched() &&
+                        op.untouched());
+        }
+        Objects again;
+        ASSERT_DONE(splat_op_forward(again.op));
+        EXPECT_EQ(download(again.y), (std::vector<float>{1, 2, 3, 4}));
+    }
+}
+
+TEST_F(ApiFault, LossWhileMappedIsToldAtUnmap) {
+    Objects all;
+    void* pointer = nullptr;
+    ASSERT_DONE(splat_tensor_map(all.x, SPLAT_ACCESS_READ_WRITE, &pointer, nullptr));
+    const splat_tensor_desc desc = tensor_desc({2});
+    splat_tensor tensor = nullptr;
+    fault::arm("vk.queue_submit", 1, 1);
+    EXPECT_REFUSED(splat_tensor_create(all.device, &desc, &tensor), SPLAT_ERROR_DEVICE_LOST, "");
+    fault::disarm();
+    EXPECT_REFUSED(splat_tensor_unmap(all.x), SPLAT_ERROR_DEVICE_LOST, "lost");
+}
+
+TEST_F(ApiFault, TimeoutsAreOverWhenRepeated) {
+    Objects all;
+    for (int i = 0; i < 3; ++i) {
+        fault::arm("vk.wait_timeout", 1, 1);
+        EXPECT_REFUSED(splat_op_forward(all.op), SPLAT_ERROR_TIMEOUT, "SPLAT_TIMEOUT_SCALE");
+        fault::disarm();
+        EXPECT_DONE(splat_op_forward(all.op));
+        EXPECT_EQ(download(all.y), (std::vector<float>{1, 2, 3, 4}));
+    }
+    fault::arm("vk.wait_timeout", 1, 2);  // the second while the first is waited for
+    EXPECT_REFUSED(splat_op_forward(all.op), SPLAT_ERROR_TIMEOUT, "");
+    EXPECT_REFUSED(splat_op_backward(all.op), SPLAT_ERROR_TIMEOUT, "");
+    fault::disarm();
+    EXPECT_DONE(splat_op_backward(all.op));
+    EXPECT_EQ(download(all.grad_x), (std::vector<float>{1, 2, 3, 4}));
+}
+
+TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
+    Objects all;
+    for (int i = 0; i < 3; ++i) {
+        const splat_tensor_desc desc = tensor_desc({1 << 20});
+        splat_tensor tensor = nullptr;
+        fault::arm("vk.wait_timeout", 1, 1);
+        EXPECT_REFUSED(splat_tensor_create(all.device, &desc, &tensor), SPLAT_ERROR_TIMEOUT, "");
+        fault::disarm();
+        EXPECT_DONE(splat_op_forward(all.op));
+    }
+    all.op.destroy();
+    for (Tensor* tensor : {&all.x, &all.weight, &all.y, &all.grad_x}) tensor->destroy();
+    auto memory = sized<splat_memory_info>();
+    EXPECT_DONE(splat_device_get_memory(all.device, &memory));
+    EXPECT_EQ(memory.live_bytes, 0U);
+    EXPECT_EQ(memory.used_bytes, 0U) << "what was kept aside for the device was never given back";
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,207 @@
+// The binary layout of the public structs, frozen: a row may be added at the end of a struct, none may change.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "splat.h"
+
+namespace {
+
+struct Field {
+    const char* name;
+    std::size_t offset;  ///< as compiled
+    std::size_t size;
+    std::size_t frozen_offset;
+    std::size_t frozen_size;
+};
+
+struct Layout {
+    const char* name;
+    std::size_t size;  ///< as compiled
+    std::size_t frozen_size;
+    std::vector<Field> fields;
+};
+
+#define SPLAT_FIELD(type, field, frozen_offset, frozen_size)                           \
+    Field {                                                                            \
+#field, offsetof(type, field), sizeof(type::field), frozen_offset, frozen_size \
+    }
+
+const Layout kLayouts[] = {
+    {"splat_device_info",
+     sizeof(splat_device_info),
+     864,
+     {
+         SPLAT_FIELD(splat_device_info, struct_size, 0, 4),
+         SPLAT_FIELD(splat_device_info, index, 4, 4),
+         SPLAT_FIELD(splat_device_info, kind, 8, 4),
+         SPLAT_FIELD(splat_device_info, usable, 12, 4),
+         SPLAT_FIELD(splat_device_info, vendor_id, 16, 4),
+         SPLAT_FIELD(splat_device_info, device_id, 20, 4),
+         SPLAT_FIELD(splat_device_info, vulkan_version, 24, 4),
+         SPLAT_FIELD(splat_device_info, driver_version, 28, 4),
+         SPLAT_FIELD(splat_device_info, uuid, 32, 16),
+         SPLAT_FIELD(splat_device_info, heap_bytes, 48, 8),
+         SPLAT_FIELD(splat_device_info, max_allocation_bytes, 56, 8),
+         SPLAT_FIELD(splat_device_info, max_storage_buffer_bytes, 64, 8),
+         SPLAT_FIELD(splat_device_info, max_workgroup_invocations, 72, 4),
+         SPLAT_FIELD(splat_device_info, shared_memory_bytes, 76, 4),
+         SPLAT_FIELD(splat_device_info, subgroup_size, 80, 4),
+         SPLAT_FIELD(splat_device_info, features, 84, 4),
+         SPLAT_FIELD(splat_device_info, kernels, 88, 4),
+         SPLAT_FIELD(splat_device_info, reserved, 92, 4),
+         SPLAT_FIELD(splat_device_info, name, 96, 256),
+         SPLAT_FIELD(splat_device_info, driver, 352, 256),
+         SPLAT_FIELD(splat_device_info, reason, 608, 256),
+     }},
+    {"splat_device_desc",
+     sizeof(splat_device_desc),
+     72,
+     {
+         SPLAT_FIELD(splat_device_desc, struct_size, 0, 4),
+         SPLAT_FIELD(splat_device_desc, flags, 4, 4),
+         SPLAT_FIELD(splat_device_desc, next, 8, 8),
+         SPLAT_FIELD(splat_device_desc, select, 16, 4),
+         SPLAT_FIELD(splat_device_desc, index, 20, 4),
+         SPLAT_FIELD(splat_device_desc, kind, 24, 4),
+         SPLAT_FIELD(splat_device_desc, kernels, 28, 4),
+         SPLAT_FIELD(splat_device_desc, uuid, 32, 16),
+         SPLAT_FIELD(splat_device_desc, max_device_bytes, 48, 8),
+         SPLAT_FIELD(splat_device_desc, timeout_ns, 56, 8),
+         SPLAT_FIELD(splat_device_desc, cache_folder, 64, 8),
+     }},
+    {"splat_memory_info",
+     sizeof(splat_memory_info),
+     40,
+     {
+         SPLAT_FIELD(splat_memory_info, struct_size, 0, 4),
+         SPLAT_FIELD(splat_memory_info, allocations, 4, 4),
+         SPLAT_FIELD(splat_memory_info, used_bytes, 8, 8),
+         SPLAT_FIELD(splat_memory_info, live_bytes, 16, 8),
+         SPLAT_FIELD(splat_memory_info, peak_bytes, 24, 8),
+         SPLAT_FIELD(splat_memory_info, budget_bytes, 32, 8),
+     }},
+    {"splat_tensor_desc",
+     sizeof(splat_tensor_desc),
+     96,
+     {
+         SPLAT_FIELD(splat_tensor_desc, struct_size, 0, 4),
+         SPLAT_FIELD(splat_tensor_desc, flags, 4, 4),
+         SPLAT_FIELD(splat_tensor_desc, next, 8, 8),
+         SPLAT_FIELD(splat_tensor_desc, name, 16, 8),
+         SPLAT_FIELD(splat_tensor_desc, dtype, 24, 4),
+         SPLAT_FIELD(splat_tensor_desc, rank, 28, 4),
+         SPLAT_FIELD(splat_tensor_desc, dims, 32, 64),
+     }},
+    {"splat_tensor_info",
+     sizeof(splat_tensor_info),
+     160,
+     {
+         SPLAT_FIELD(splat_tensor_info, struct_size, 0, 4),
+         SPLAT_FIELD(splat_tensor_info, dtype, 4, 4),
+         SPLAT_FIELD(splat_tensor_info, rank, 8, 4),
+         SPLAT_FIELD(splat_tensor_info, mapped, 12, 4),
+         SPLAT_FIELD(splat_tensor_info, dims, 16, 64),
+         SPLAT_FIELD(splat_tensor_info, elements, 80, 8),
+         SPLAT_FIELD(splat_tensor_info, bytes, 88, 8),
+         SPLAT_FIELD(splat_tensor_info, name, 96, 64),
+     }},
+    {"splat_tensor_stats",
+     sizeof(splat_tensor_stats),
+     48,
+     {
+         SPLAT_FIELD(splat_tensor_stats, struct_size, 0, 4),
+         SPLAT_FIELD(splat_tensor_stats, reserved, 4, 4),
+         SPLAT_FIELD(splat_tensor_stats, nan_count, 8, 8),
+         SPLAT_FIELD(splat_tensor_stats, inf_count, 16, 8),
+         SPLAT_FIELD(splat_tensor_stats, min, 24, 8),
+         SPLAT_FIELD(splat_tensor_stats, max, 32, 8),
+         SPLAT_FIELD(splat_tensor_stats, mean, 40, 8),
+     }},
+    {"splat_op_desc",
+     sizeof(splat_op_desc),
+     72,
+     {
+         SPLAT_FIELD(splat_op_desc, struct_size, 0, 4),
+         SPLAT_FIELD(splat_op_desc, flags, 4, 4),
+         SPLAT_FIELD(splat_op_desc, next, 8, 8),
+         SPLAT_FIELD(splat_op_desc, type, 16, 8),
+         SPLAT_FIELD(splat_op_desc, attributes, 24, 8),
+         SPLAT_FIELD(splat_op_desc, input_count, 32, 4),
+         SPLAT_FIELD(splat_op_desc, output_count, 36, 4),
+         SPLAT_FIELD(splat_op_desc, inputs, 40, 8),
+         SPLAT_FIELD(splat_op_desc, outputs, 48, 8),
+         SPLAT_FIELD(splat_op_desc, grad_outputs, 56, 8),
+         SPLAT_FIELD(splat_op_desc, grad_inputs, 64, 8),
+     }},
+};
+
+/// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
+std::vector<std::string> defects(const Layout& layout) {
+    std::vector<std::string> found;
+    std::size_t end = 0;
+    for (const Field& field : layout.fields) {
+        const std::string name = std::string(layout.name) + "." + field.name;
+        if (field.offset != field.frozen_offset || field.size != field.frozen_size)
+            found.push_back(name + " moved or changed its size");
+        if (field.offset != end) found.push_back("padding before " + name);
+        end = field.offset + field.size;
+    }
+    if (layout.size != layout.frozen_size)
+        found.push_back(std::string(layout.name) + " has " + std::to_string(layout.size) +
+                        " bytes");
+    if (layout.size != end)
+        found.push_back(std::string("padding or a new field at the end of ") + layout.name);
+    return found;
+}
+
+TEST(ApiLayout, IsFrozenAndWithoutPadding) {
+    if (sizeof(void*) != 8) GTEST_SKIP() << "the table is that of 64-bit machines";
+    for (const Layout& layout : kLayouts)
+        for (const std::string& defect : defects(layout)) ADD_FAILURE() << defect;
+}
+
+TEST(ApiLayout, FindsWhatChanged) {
+    const auto found = [](Field field, std::size_t size, std::size_t frozen_size) {
+        return defects({"s", size, frozen_size, {{"a", 0, 4, 0, 4}, field}}).size();
+    };
+    EXPECT_EQ(found({"b", 4, 4, 4, 4}, 8, 8), 0U);
+    EXPECT_EQ(found({"b", 8, 8, 8, 8}, 16, 16), 1U) << "a gap";
+    EXPECT_EQ(found({"b", 4, 8, 4, 4}, 12, 12), 1U) << "a wider field";
+    EXPECT_EQ(found({"b", 4, 4, 4, 4}, 12, 12), 1U) << "bytes at the end";
+    EXPECT_EQ(found({"b", 4, 8, 4, 8}, 12, 8), 1U) << "a larger struct";
+}
+
+TEST(ApiLayout, KnowsEveryStructOfTheHeader) {
+    std::ifstream file(SPLAT_HEADER);
+    const std::string header{std::istreambuf_iterator<char>(file), {}};
+    std::set<std::string> known;
+    for (const Layout& layout : kLayouts) known.insert(layout.name);
+    const std::regex definition(R"(typedef struct (splat_\w+) \{)");
+    std::size_t count = 0;
+    for (std::sregex_iterator it(header.begin(), header.end(), definition), end; it != end; ++it) {
+        ++count;
+        EXPECT_EQ(known.count((*it)[1]), 1U) << (*it)[1] << " has no rows in the table";
+    }
+    EXPECT_EQ(count, known.size());
+}
+
+TEST(ApiLayout, SimpleTypesAreFixed) {
+    static_assert(std::is_same_v<splat_result, std::int32_t>);
+    static_assert(std::is_same_v<splat_log_level, std::int32_t>);
+    static_assert(std::is_same_v<splat_device_kind, std::int32_t>);
+    static_assert(std::is_same_v<splat_kernels, std::int32_t>);
+    static_assert(std::is_same_v<splat_device_select, std::int32_t>);
+    static_assert(std::is_same_v<splat_dtype, std::int32_t>);
+    static_assert(std::is_same_v<splat_access, std::int32_t>);
+    static_assert(sizeof(splat_device) == sizeof(void*) && sizeof(splat_tensor) == sizeof(void*));
+    static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
+}
+
+}  // namespace

@@ -1,0 +1,126 @@
+// Every function of the header, with every parameter wrong: a documented code and a sentence, outputs as they were, no crash.
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+/// Parameter names of each function.
+using Prototypes = std::map<std::string, std::vector<std::string>>;
+
+std::vector<std::string> parameter_names(const std::string& list) {
+    static const std::regex last_word(R"((\w+)\s*(,|$))");
+    std::vector<std::string> names;
+    for (std::sregex_iterator it(list.begin(), list.end(), last_word), end; it != end; ++it)
+        if ((*it)[1] != "void") names.push_back((*it)[1]);
+    return names;
+}
+
+Prototypes prototypes_of(const std::string& header) {
+    static const std::regex comment(R"(/\*[^*]*\*+([^/*][^*]*\*+)*/)");
+    static const std::regex prototype(R"(SPLAT_API[\w\s*]*?\b(splat_\w+)\(([^()]*)\)\s*;)");
+    const std::string code = std::regex_replace(header, comment, " ");
+    Prototypes found;
+    for (std::sregex_iterator it(code.begin(), code.end(), prototype), end; it != end; ++it)
+        found[(*it)[1]] = parameter_names((*it)[2]);
+    return found;
+}
+
+/// Functions and parameters of the header that no row of the table gets wrong.
+std::vector<std::string> missing(const Prototypes& prototypes, const std::vector<Misuse>& rows) {
+    std::set<std::string> covered;
+    for (const Misuse& row : rows) {
+        covered.insert(row.function + "()");
+        covered.insert(row.function + "(" + row.parameter + ")");
+    }
+    std::vector<std::string> gaps;
+    for (const auto& [function, parameters] : prototypes) {
+        if (covered.count(function + "()") == 0) gaps.push_back(function);
+        for (const std::string& parameter : parameters)
+            if (covered.count(function + "(" + parameter + ")") == 0)
+                gaps.push_back(function + "(" + parameter + ")");
+    }
+    return gaps;
+}
+
+std::string header_text() {
+    std::ifstream file(SPLAT_HEADER);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(ApiMisuse, HasARowForEachParameterOfTheHeader) {
+    const Prototypes prototypes = prototypes_of(header_text());
+    ASSERT_GE(prototypes.size(), 31U) << "the header was not understood";
+    const MisuseTable table;
+    for (const std::string& gap : missing(prototypes, table.rows()))
+        ADD_FAILURE() << "no row for " << gap << " in tests/api/misuse_table*.cpp";
+    for (const Misuse& row : table.rows())
+        EXPECT_EQ(prototypes.count(row.function), 1U) << row.function << " is not in the header";
+}
+
+TEST(ApiMisuse, FindsWhatHasNoRow) {
+    const Prototypes prototypes = prototypes_of(
+        "/* SPLAT_API int splat_no(int x); */ SPLAT_API const char* splat_a(void);\n"
+        "SPLAT_API splat_result splat_b(splat_device device,\n    const void* data);\n");
+    ASSERT_EQ(prototypes.size(), 2U);
+    EXPECT_EQ(prototypes.at("splat_b"), (std::vector<std::string>{"device", "data"}));
+    const std::vector<Misuse> rows = {{"splat_b", "device", "", SPLAT_OK, nullptr}};
+    EXPECT_EQ(missing(prototypes, rows), (std::vector<std::string>{"splat_a", "splat_b(data)"}));
+}
+
+TEST(ApiMisuse, IsRefusedWithACodeAndASentence) {
+    MisuseTable table;
+    EXPECT_GT(table.rows().size(), 300U);
+    for (const Misuse& row : table.rows()) {
+        const std::string what = row.function + ", " + row.parameter + ": " + row.what;
+        const splat_result result = row.call();
+        EXPECT_STREQ(splat_result_name(result), splat_result_name(row.expected)) << what;
+        if (result >= SPLAT_OK) continue;
+        EXPECT_TRUE(table.outputs.untouched()) << what << ": an output was written";
+        const std::string text = splat_last_error_message();
+        EXPECT_GT(text.size(), 8U) << what;
+        // The text names the parameter, or the kind of handle that was expected.
+        std::string part;
+        if (row.what == "NULL") part = row.parameter;
+        if (row.expected == SPLAT_ERROR_INVALID_HANDLE) part = "expected a";
+        EXPECT_NE(text.find(part), std::string::npos) << what << ": " << text;
+    }
+    std::printf("%zu wrong calls\n", table.rows().size());
+}
+
+TEST(ApiMisuse, LeavesTheObjectsAsTheyWere) {
+    const Tensor tensor = upload(shared_device(), {2}, {1, 2});
+    EXPECT_EQ(splat_device_destroy(reinterpret_cast<splat_device>(tensor.get())),
+              SPLAT_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(splat_op_destroy(reinterpret_cast<splat_op>(tensor.get())),
+              SPLAT_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2}));
+}
+
+TEST(ApiMisuse, DestroyingTwiceIsRefused) {
+    Device device = open_device();
+    Tensor tensor = make_tensor(device, {2, 2});
+    Tensor result = make_tensor(device, {2, 2});
+    Op op = make_op(device, OpRequest("linear", {tensor, tensor, nullptr}, {result}));
+    const splat_op stale_op = op.destroy();
+    const splat_tensor stale_tensor = tensor.destroy();
+    const splat_device stale_device = device.destroy();
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_REFUSED(splat_op_destroy(stale_op), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+        EXPECT_REFUSED(splat_tensor_destroy(stale_tensor), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+        EXPECT_REFUSED(splat_device_destroy(stale_device), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+    }
+}
+
+TEST(ApiMisuse, StaleHandlesNeverComeBack) {
+    std::set<splat_tensor> seen;
+    for (int i = 0; i < 200; ++i)
+        EXPECT_TRUE(seen.insert(make_tensor(shared_device(), {1}).destroy()).second);
+}
+
+}  // namespace
+}  // namespace splat::test

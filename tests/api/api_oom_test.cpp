@@ -1,0 +1,191 @@
+// Host memory that runs out at every single allocation of the library during one life of a device.
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "api/host_memory.h"
+#include "api/scenario.h"
+#include "vk/context.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Watches every call; what to do about failures is the derived ones' affair.
+class Watcher : public Observer {
+  public:
+    void before() override { host_memory::watch(); }
+    void after() override { host_memory::unwatch(); }
+};
+
+/// Memory that comes back after the first failing call, which is then made once more.
+class Recovers : public Watcher {
+  public:
+    bool retry(const char* call, splat_result result) override {
+        EXPECT_EQ(result, SPLAT_ERROR_OUT_OF_HOST_MEMORY)
+            << call << ": " << splat_last_error_message();
+        EXPECT_EQ(host_memory::failed(), 1U);
+        host_memory::fail_none();
+        told = true;
+        return true;
+    }
+
+    bool told = false;
+};
+
+/// Memory that stays away: everything is given up under the same want.
+class StaysAway : public Watcher {
+  public:
+    bool retry(const char* call, splat_result result) override {
+        EXPECT_EQ(result, SPLAT_ERROR_OUT_OF_HOST_MEMORY)
+            << call << ": " << splat_last_error_message();
+        return false;
+    }
+};
+
+class ApiOom : public testing::Test {
+  protected:
+    void SetUp() override {
+        provoked_ = vk::validation_messages();
+        folder_ = fs::temp_directory_path() / ("splat_oom_" + std::to_string(::getpid()));
+        listen_to_log(SPLAT_LOG_DEBUG);
+        fail_with_long_text();
+        undisturbed(true);
+        for (int i = 0; i < 2; ++i) good_ = undisturbed();
+        count_ = host_memory::seen();
+        baseline_ = host_memory::live();
+    }
+
+    void TearDown() override {
+        std::error_code failed;
+        fs::remove_all(folder_, failed);
+        EXPECT_EQ(vk::validation_messages(), provoked_);
+    }
+
+    [[nodiscard]] splat_device_desc desc(bool validated = false) const {
+        splat_device_desc desc = device_desc(SPLAT_DEVICE_PROFILE);
+        if (validated) desc.flags |= SPLAT_DEVICE_VALIDATION;
+        desc.kernels = SPLAT_KERNELS_PLAIN;
+        desc.cache_folder = folder_.c_str();
+        return desc;
+    }
+
+    /// A text longer than any later one, so that what holds the last error never grows again.
+    static void fail_with_long_text() {
+        host_memory::fail_none();
+        const Device device = open_device();
+        const std::string name(4000, 'n');
+        auto desc = sized<splat_op_desc>();
+        desc.type = name.c_str();
+        splat_op op = nullptr;
+        host_memory::watch();
+        const splat_result result = splat_op_create(device, &desc, &op);
+        host_memory::unwatch();
+        EXPECT_EQ(result, SPLAT_ERROR_INVALID_ARGUMENT);
+    }
+
+    ScenarioResults undisturbed(bool validated = false) {
+        Watcher watcher;
+        host_memory::fail_none();
+        auto results = run_scenario(watcher, desc(validated));
+        EXPECT_TRUE(results.has_value());
+        return results.value_or(ScenarioResults{});
+    }
+
+    /// The n-th allocation fails, and no other: the call says so and works when repeated.
+    void fail_once(std::uint64_t n, bool validated) {
+        SCOPED_TRACE("allocation " + std::to_string(n) + " fails once");
+        Recovers observer;
+        host_memory::fail(n, 1);
+        const auto results = run_scenario(observer, desc(validated));
+        // An allocation that is not needed (for the cache file, say) may fail in silence.
+        EXPECT_TRUE(observer.told || host_memory::failed() == 1) << "nothing failed";
+        EXPECT_TRUE(results.has_value() && *results == good_) << "the results differ";
+        expect_clean();
+    }
+
+    /// The n-th allocation and all after it fail.
+    void fail_from(std::uint64_t n, bool validated) {
+        SCOPED_TRACE("allocations fail from " + std::to_string(n) + " on");
+        StaysAway observer;
+        host_memory::fail(n);
+        const auto results = run_scenario(observer, desc(validated));
+        EXPECT_GT(host_memory::failed(), 0U);
+        injected_ += host_memory::failed();
+        EXPECT_TRUE(!results || *results == good_) << "the results differ";
+        expect_clean();
+    }
+
+    void expect_clean() {
+        host_memory::fail_none();
+        EXPECT_EQ(host_memory::live(), baseline_) << "the library kept host memory";
+        EXPECT_EQ(vk::validation_messages(), provoked_) << "Vulkan objects were left, see above";
+        for (const auto& file : fs::directory_iterator(folder_))
+            EXPECT_EQ(file.path().extension(), ".bin") << file << " was left behind";
+    }
+
+    /// All allocations, or every `step`-th of them; every `validated_step`-th of these under the validation layer.
+    void run(std::uint64_t step, std::uint64_t validated_step) {
+        ASSERT_GT(count_, 500U) << "the library's allocations are not seen";
+        std::uint64_t runs = 0;
+        for (std::uint64_t n = 1; n <= count_; n += step) {
+            const bool validated = runs++ % validated_step == validated_step - 1;
+            fail_once(n, validated);
+            fail_from(n, validated);
+            if (HasFailure() && ++failures_ > 10) FAIL() << "and so on";
+        }
+        EXPECT_TRUE(undisturbed() == good_);
+        std::printf(
+            "%llu allocations per run, %llu of them failed in turn (once, and from there "
+            "on): %llu injected in all\n",
+            static_cast<unsigned long long>(count_), static_cast<unsigned long long>(runs),
+            static_cast<unsigned long long>(injected_ + runs));
+    }
+
+    fs::path folder_;
+    ScenarioResults good_;
+    std::uint64_t count_ = 0;
+    std::size_t baseline_ = 0;
+    std::uint64_t provoked_ = 0;  ///< messages of the validation layer
+    std::uint64_t injected_ = 0;
+    int failures_ = 0;
+};
+
+TEST_F(ApiOom, SeesWhatIsLeftBehind) {
+    host_memory::watch();
+    auto left = std::make_unique<int>(1);
+    host_memory::unwatch();
+    EXPECT_EQ(host_memory::live(), baseline_ + 1);
+    left.reset();
+    EXPECT_EQ(host_memory::live(), baseline_);
+
+    const std::uint64_t before = vk::validation_messages();
+    EXPECT_DONE(splat_log_set_callback(nullptr, nullptr, 0));
+    vk::ContextDesc wanted;
+    wanted.device.validation = true;
+    auto context = vk::Context::create(wanted);
+    ASSERT_TRUE(context.ok());
+    vk::Device& device = context.value()->device();
+    VkFenceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    VkFence fence = VK_NULL_HANDLE;
+    ASSERT_EQ(device.vk.vkCreateFence(device.handle(), &info, nullptr, &fence), VK_SUCCESS);
+    context.value().reset();
+    provoked_ = vk::validation_messages();
+    EXPECT_GT(provoked_, before) << "a fence was left, and the validation layer did not report it";
+    listen_to_log();
+}
+
+TEST_F(ApiOom, SomeAllocations) {
+    run(count_ / 60, 20);
+}
+
+TEST_F(ApiOom, EveryAllocation) {
+    run(1, 25);
+}
+
+}  // namespace
+}  // namespace splat::test

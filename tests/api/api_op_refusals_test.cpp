@@ -1,0 +1,224 @@
+// What splat_op_create refuses, with which code and which words.
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+/// A linear and a group_norm that are right; each test spoils one thing.
+class ApiOpRefuses : public testing::Test {
+  protected:
+    void expect(const OpRequest& request, splat_result code, const std::string& part) {
+        expect(request.desc(), code, part);
+    }
+
+    void expect(const splat_op_desc& desc, splat_result code, const std::string& part) {
+        Output<splat_op> op;
+        auto before = sized<splat_memory_info>();
+        auto after = sized<splat_memory_info>();
+        EXPECT_DONE(splat_device_get_memory(shared_device(), &before));
+        EXPECT_REFUSED(splat_op_create(shared_device(), &desc, op.out()), code, part);
+        EXPECT_TRUE(op.untouched());
+        EXPECT_DONE(splat_device_get_memory(shared_device(), &after));
+        EXPECT_EQ(after.live_bytes, before.live_bytes) << "nothing stays of a refused operator";
+    }
+
+    [[nodiscard]] OpRequest linear() const {
+        OpRequest request("linear", {x, weight, bias}, {y});
+        request.grad_outputs = {grad_y};
+        request.grad_inputs = {grad_x, nullptr, nullptr};
+        return request;
+    }
+
+    [[nodiscard]] OpRequest norm(const char* attributes = nullptr) const {
+        OpRequest request("group_norm", {image, channels, channels}, {out_image});
+        request.attributes = attributes;
+        return request;
+    }
+
+    Tensor x = make_tensor(shared_device(), {5, 7});
+    Tensor weight = make_tensor(shared_device(), {3, 7});
+    Tensor bias = make_tensor(shared_device(), {3});
+    Tensor y = make_tensor(shared_device(), {5, 3});
+    Tensor grad_y = make_tensor(shared_device(), {5, 3});
+    Tensor grad_x = make_tensor(shared_device(), {5, 7});
+    Tensor image = make_tensor(shared_device(), {2, 6, 4, 4});
+    Tensor out_image = make_tensor(shared_device(), {2, 6, 4, 4});
+    Tensor channels = make_tensor(shared_device(), {6});
+    Tensor odd = make_tensor(shared_device(), {4, 9});
+    Tensor scalar = make_tensor(shared_device(), {});
+};
+
+TEST_F(ApiOpRefuses, NothingThatIsRight) {
+    make_op(shared_device(), linear());
+    make_op(shared_device(), norm());
+    make_op(shared_device(), norm("{}"));
+}
+
+TEST_F(ApiOpRefuses, UnknownTypes) {
+    OpRequest request = linear();
+    for (const char* type : {"conv9d", "", "LINEAR", "linear "}) {
+        request.type = type;
+        expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "group_norm, linear");
+    }
+    request.type = nullptr;
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "type is NULL");
+}
+
+TEST_F(ApiOpRefuses, Attributes) {
+    struct Row {
+        const char* attributes;
+        const char* part;
+    };
+    for (const Row& row : {
+             Row{R"({"group": 2})", "'group'; there are: groups eps silu"},
+             Row{R"({"groups": 2.5})", "'groups' is 2.5, expected type integer"},
+             Row{R"({"groups": "2"})", "'groups'"},
+             Row{R"({"groups": null})", "'groups' is null"},
+             Row{R"({"groups": [2]})", "'groups'"},
+             Row{R"({"groups": true})", "'groups' is true"},
+             Row{R"({"groups": 0})", "groups is 0, expected 1 to 6"},
+             Row{R"({"groups": -1})", "groups is -1"},
+             Row{R"({"groups": 7})", "groups is 7"},
+             Row{R"({"groups": 99999999999999999999})", "'groups'"},
+             Row{R"({"groups": 18446744073709551615})", "groups"},
+             Row{R"({"eps": "x"})", "'eps' is \"x\", expected type number"},
+             Row{R"({"eps": 0})", "eps is 0"},
+             Row{R"({"eps": -1e-6})", "eps is -1e-06"},
+             Row{R"({"eps": 1e-60})", "eps"},
+             Row{R"({"eps": 1e60})", "eps"},
+             Row{R"({"eps": 1e600})", "attributes"},
+             Row{R"({"silu": 1})", "'silu' is 1, expected type boolean"},
+             Row{"[]", "no JSON object"},
+             Row{"7", "no JSON object"},
+             Row{"", "not valid JSON"},
+             Row{"{", "not valid JSON"},
+             Row{R"({"groups": 2} x)", "not valid JSON"},
+             Row{"{\"gr\xFF\": 2}", "not valid JSON"},
+         })
+        expect(norm(row.attributes), SPLAT_ERROR_INVALID_ARGUMENT, row.part);
+    expect(norm(R"({"groups": 4})"), SPLAT_ERROR_SHAPE_MISMATCH, "6 channels");
+    OpRequest request = linear();
+    request.attributes = R"({"groups": 2})";
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "there are: none");
+    const std::string deep = std::string(100, '[') + std::string(100, ']');
+    expect(norm(deep.c_str()), SPLAT_ERROR_INVALID_ARGUMENT, "deeper than 64");
+}
+
+TEST_F(ApiOpRefuses, Counts) {
+    splat_op_desc desc = linear().desc();
+    for (const std::uint32_t count : {0U, 2U, 4U, UINT32_MAX}) {
+        const OpRequest request = linear();
+        desc = request.desc();
+        desc.input_count = count;
+        expect(desc, SPLAT_ERROR_INVALID_ARGUMENT,
+               "input_count is " + std::to_string(count) + ", expected 3");
+        desc = request.desc();
+        desc.output_count = count;
+        expect(desc, SPLAT_ERROR_INVALID_ARGUMENT,
+               "output_count is " + std::to_string(count) + ", expected 1");
+    }
+    const OpRequest request = linear();
+    desc = request.desc();
+    desc.inputs = nullptr;
+    expect(desc, SPLAT_ERROR_INVALID_ARGUMENT, "input");
+    desc = request.desc();
+    desc.outputs = nullptr;
+    expect(desc, SPLAT_ERROR_INVALID_ARGUMENT, "output");
+    desc = request.desc();
+    desc.grad_inputs = nullptr;
+    expect(desc, SPLAT_ERROR_INVALID_ARGUMENT, "together");
+    desc = request.desc();
+    desc.grad_outputs = nullptr;
+    expect(desc, SPLAT_ERROR_INVALID_ARGUMENT, "together");
+}
+
+TEST_F(ApiOpRefuses, Shapes) {
+    struct Row {
+        std::vector<splat_tensor> inputs;
+        splat_tensor output;
+        std::vector<const char*> parts;
+    };
+    const std::vector<Row> rows = {
+        {{odd, weight, bias}, y, {"'weight'", "[3, 7]", "[3, 9]"}},
+        {{x, odd, bias}, y, {"'weight'", "[4, 9]", "[4, 7]"}},
+        {{x, bias, bias}, y, {"'weight'", "[3]", "[out, in]"}},
+        {{image, weight, bias}, y, {"'x'", "[2, 6, 4, 4]", "[rows, in]"}},
+        {{bias, weight, bias}, y, {"'x'", "[3]", "[rows, in]"}},
+        {{x, weight, channels}, y, {"'bias'", "[6]", "[3]"}},
+        {{x, weight, bias}, odd, {"'y'", "[4, 9]", "[5, 3]"}},
+        {{x, weight, bias}, scalar, {"'y'", "[]", "[5, 3]"}},
+        {{scalar, weight, bias}, y, {"'x'", "[]"}},
+        {{x, weight, scalar}, y, {"'bias'", "[]"}},
+    };
+    for (const Row& row : rows) {
+        const OpRequest request("linear", row.inputs, {row.output});
+        for (const char* part : row.parts) expect(request, SPLAT_ERROR_SHAPE_MISMATCH, part);
+    }
+    OpRequest request = linear();
+    request.grad_outputs = {odd};
+    expect(request, SPLAT_ERROR_SHAPE_MISMATCH, "'grad_y' has shape [4, 9], expected [5, 3]");
+    request = linear();
+    request.grad_inputs = {odd, nullptr, nullptr};
+    expect(request, SPLAT_ERROR_SHAPE_MISMATCH, "'grad_x' has shape [4, 9], expected [5, 7]");
+    request = linear();
+    request.inputs[2] = nullptr;
+    request.grad_inputs = {nullptr, nullptr, bias};
+    expect(request, SPLAT_ERROR_SHAPE_MISMATCH, "'grad_bias'");
+    request = norm();
+    request.inputs[1] = bias;
+    expect(request, SPLAT_ERROR_SHAPE_MISMATCH, "'gamma' has shape [3], expected [6]");
+    request = norm();
+    request.inputs[0] = channels;
+    expect(request, SPLAT_ERROR_SHAPE_MISMATCH, "'x'");
+}
+
+TEST_F(ApiOpRefuses, OtherTypesAndDevices) {
+    const Tensor whole = make_tensor(shared_device(), {5, 7}, "whole", SPLAT_DTYPE_I32);
+    OpRequest request = linear();
+    request.inputs[0] = whole;
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "'x' has dtype 2");
+    request = linear();
+    request.grad_inputs[0] = whole;
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "'grad_x' has dtype 2");
+    const Device other = open_device();
+    const Tensor foreign = make_tensor(other, {3, 7});
+    request = linear();
+    request.inputs[1] = foreign;
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "'weight' is on another device");
+}
+
+TEST_F(ApiOpRefuses, HandlesThatAreNone) {
+    Tensor gone = make_tensor(shared_device(), {5, 7});
+    const splat_tensor stale = gone.destroy();
+    for (const splat_tensor bad :
+         {splat_tensor{nullptr}, stale, reinterpret_cast<splat_tensor>(shared_device())}) {
+        OpRequest request = linear();
+        request.inputs[0] = bad;
+        expect(request, SPLAT_ERROR_INVALID_HANDLE, "'x'");
+        request = linear();
+        request.outputs[0] = bad;
+        expect(request, SPLAT_ERROR_INVALID_HANDLE, "'y'");
+        request = linear();
+        request.grad_outputs[0] = bad;
+        expect(request, SPLAT_ERROR_INVALID_HANDLE, "'grad_y'");
+    }
+    OpRequest request = linear();
+    request.grad_inputs[1] = stale;
+    expect(request, SPLAT_ERROR_INVALID_HANDLE, "'grad_weight'");
+}
+
+TEST_F(ApiOpRefuses, ResultsInOnePlace) {
+    // A caller's mistake is never reported as a defect of the library.
+    OpRequest request = norm();
+    request.grad_outputs = {out_image};
+    request.grad_inputs = {nullptr, channels, channels};
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "grad_");
+    const Tensor square = make_tensor(shared_device(), {3, 3});
+    request = OpRequest("linear", {weight, weight, nullptr}, {square});
+    request.grad_outputs = {square};
+    request.grad_inputs = {grad_x, grad_x, nullptr};
+    expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "same tensor");
+}
+
+}  // namespace
+}  // namespace splat::test

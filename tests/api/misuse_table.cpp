@@ -1,0 +1,155 @@
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+
+}  // namespace
+
+Outputs::Outputs() {
+    device_info.set_struct_size(sizeof(splat_device_info));
+    memory.set_struct_size(sizeof(splat_memory_info));
+    tensor_info.set_struct_size(sizeof(splat_tensor_info));
+    stats.set_struct_size(sizeof(splat_tensor_stats));
+}
+
+bool Outputs::untouched() const {
+    return device.untouched() && tensor.untouched() && op.untouched() && device_info.untouched() &&
+           memory.untouched() && tensor_info.untouched() && stats.untouched() &&
+           values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
+           pointer.untouched();
+}
+
+MisuseTable::MisuseTable() {
+    stale_device_ = number(open_device().destroy());
+    stale_tensor_ = number(make_tensor(device_, {1}).destroy());
+    stale_op_ = number(make_op(device_, request_).destroy());
+    library_rows();
+    device_rows();
+    device_text_rows();
+    device_desc_rows();
+    tensor_create_rows();
+    tensor_copy_rows();
+    tensor_rows();
+    op_rows();
+    op_desc_rows();
+}
+
+void MisuseTable::add(const char* function, const char* parameter, const char* what,
+                      splat_result expected, std::function<splat_result()> call) {
+    rows_.push_back({function, parameter, what, expected, std::move(call)});
+}
+
+void MisuseTable::library_rows() {
+    const auto given = [](const char* text) {
+        return text != nullptr && *text != '\0' ? SPLAT_OK : SPLAT_ERROR_INTERNAL;
+    };
+    add("splat_version", "", "as it is", SPLAT_OK,
+        [] { return splat_version() != 0 ? SPLAT_OK : SPLAT_ERROR_INTERNAL; });
+    add("splat_version_string", "", "as it is", SPLAT_OK,
+        [given] { return given(splat_version_string()); });
+    add("splat_build_info", "", "as it is", SPLAT_OK,
+        [given] { return given(splat_build_info()); });
+    for (const splat_result code : {INT32_MIN, -12, 2, INT32_MAX}) {
+        add("splat_result_name", "code", "no code", SPLAT_OK,
+            [given, code] { return given(splat_result_name(code)); });
+        add("splat_result_sentence", "code", "no code", SPLAT_OK,
+            [given, code] { return given(splat_result_sentence(code)); });
+    }
+    add("splat_last_error_message", "", "as it is", SPLAT_OK,
+        [] { return splat_last_error_message() != nullptr ? SPLAT_OK : SPLAT_ERROR_INTERNAL; });
+    add("splat_last_error_copy", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+        [] { return splat_last_error_copy(nullptr, SIZE_MAX, nullptr); });
+    add("splat_last_error_copy", "capacity", "0", SPLAT_INCOMPLETE,
+        [this] { return splat_last_error_copy(*outputs.text.out(), 0, nullptr); });
+    add("splat_last_error_copy", "needed", "NULL", SPLAT_INCOMPLETE,
+        [] { return splat_last_error_copy(nullptr, 0, nullptr); });
+    const splat_log_callback other = [](void*, splat_log_level, const char*) {};
+    for (const splat_log_level level : {INT32_MIN, -1, 5, INT32_MAX})
+        for (const char* parameter : {"min_level", "callback", "user"})
+            add("splat_log_set_callback", parameter, "with a level that is none", kArgument,
+                [level, other] { return splat_log_set_callback(other, nullptr, level); });
+    add("splat_op_list", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+        [] { return splat_op_list(nullptr, SIZE_MAX, nullptr); });
+    add("splat_op_list", "capacity", "0", SPLAT_INCOMPLETE,
+        [this] { return splat_op_list(*outputs.text.out(), 0, nullptr); });
+    add("splat_op_list", "needed", "NULL", SPLAT_INCOMPLETE,
+        [] { return splat_op_list(nullptr, 0, nullptr); });
+}
+
+void MisuseTable::device_rows() {
+    add("splat_device_count", "count", "NULL", kArgument,
+        [] { return splat_device_count(nullptr); });
+    infos<splat_device_info>("splat_device_describe", "info", [](splat_device_info* info) {
+        return splat_device_describe(0, info);
+    });
+    for (const std::uint32_t index : {1U << 16, UINT32_MAX})
+        add("splat_device_describe", "index", "beyond the count", kArgument,
+            [this, index] { return splat_device_describe(index, outputs.device_info.out()); });
+    handles<splat_device>("splat_device_destroy", "device", splat_device_destroy, SPLAT_OK);
+    handles<splat_device>(
+        "splat_device_get_info", "device",
+        [this](splat_device d) { return splat_device_get_info(d, outputs.device_info.out()); },
+        kHandle);
+    infos<splat_device_info>("splat_device_get_info", "info", [this](splat_device_info* info) {
+        return splat_device_get_info(device_, info);
+    });
+    handles<splat_device>(
+        "splat_device_get_memory", "device",
+        [this](splat_device d) { return splat_device_get_memory(d, outputs.memory.out()); },
+        kHandle);
+    infos<splat_memory_info>("splat_device_get_memory", "info", [this](splat_memory_info* info) {
+        return splat_device_get_memory(device_, info);
+    });
+    handles<splat_device>("splat_device_profile_reset", "device", splat_device_profile_reset,
+                          kHandle);
+}
+
+void MisuseTable::device_text_rows() {
+    using Text = splat_result (*)(splat_device, char*, std::size_t, std::size_t*);
+    for (const auto& [name, text] :
+         {std::pair<const char*, Text>{"splat_device_profile_json", splat_device_profile_json},
+          std::pair<const char*, Text>{"splat_device_profile_table", splat_device_profile_table}}) {
+        const Text function = text;
+        handles<splat_device>(
+            name, "device",
+            [this, function](splat_device d) {
+                return function(d, *outputs.text.out(), 16, outputs.size.out());
+            },
+            kHandle);
+        add(name, "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+            [this, function] { return function(device_, nullptr, SIZE_MAX, nullptr); });
+        add(name, "capacity", "0", SPLAT_INCOMPLETE,
+            [this, function] { return function(device_, *outputs.text.out(), 0, nullptr); });
+        add(name, "needed", "NULL", SPLAT_INCOMPLETE,
+            [this, function] { return function(device_, nullptr, 0, nullptr); });
+    }
+}
+
+void MisuseTable::device_desc_rows() {
+    add("splat_device_create", "device", "NULL", kArgument,
+        [] { return splat_device_create(nullptr, nullptr); });
+    const auto create = [this](const splat_device_desc* desc) {
+        return splat_device_create(desc, outputs.device.out());
+    };
+    descs<splat_device_desc>("splat_device_create", device_desc(), create);
+    const auto spoilt = [&](const char* what, std::int32_t splat_device_desc::*field) {
+        for (const std::int32_t value : {INT32_MIN, -1, 6, INT32_MAX}) {
+            splat_device_desc desc = device_desc();
+            desc.*field = value;
+            add("splat_device_create", "desc", what, kArgument,
+                [create, desc] { return create(&desc); });
+        }
+    };
+    spoilt("a select that is none", &splat_device_desc::select);
+    spoilt("a kind that is none", &splat_device_desc::kind);
+    spoilt("kernels that are none", &splat_device_desc::kernels);
+    splat_device_desc desc = device_desc();
+    desc.select = SPLAT_SELECT_BY_KIND;
+    add("splat_device_create", "desc", "by kind without a kind", kArgument,
+        [create, desc] { return create(&desc); });
+}
+
+}  // namespace splat::test

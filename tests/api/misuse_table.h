@@ -1,0 +1,142 @@
+#pragma once
+
+#include <functional>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+
+/// One wrong (or barely right) way to call a function of the header.
+struct Misuse {
+    std::string function;
+    std::string parameter;  ///< the one that is wrong; "" for a function without parameters
+    std::string what;
+    splat_result expected;
+    std::function<splat_result()> call;
+};
+
+/// What the calls write to: stays as it is whenever a call fails.
+struct Outputs {
+    Outputs();
+    [[nodiscard]] bool untouched() const;
+
+    Output<splat_device> device;
+    Output<splat_tensor> tensor;
+    Output<splat_op> op;
+    Output<splat_device_info> device_info;
+    Output<splat_memory_info> memory;
+    Output<splat_tensor_info> tensor_info;
+    Output<splat_tensor_stats> stats;
+    Output<float[16]> values;
+    Output<char[16]> text;
+    Output<std::size_t> size;
+    Output<std::uint32_t> count;
+    Output<void*> pointer;
+};
+
+/// Living and dead objects that the calls are made with.
+class MisuseTable {
+  public:
+    MisuseTable();
+    [[nodiscard]] const std::vector<Misuse>& rows() const { return rows_; }
+
+    Outputs outputs;
+
+  private:
+    void library_rows();
+    void device_rows();
+    void device_text_rows();
+    void device_desc_rows();
+    void tensor_create_rows();
+    void tensor_copy_rows();
+    void tensor_rows();
+    void op_rows();
+    void op_desc_rows();
+
+    template <class Handle>
+    static std::uintptr_t number(Handle handle) {
+        return reinterpret_cast<std::uintptr_t>(handle);
+    }
+
+    void add(const char* function, const char* parameter, const char* what, splat_result expected,
+             std::function<splat_result()> call);
+    /// All handles that are none of the kind: NULL, destroyed, of the other kinds, never given.
+    template <class Handle>
+    void handles(const char* function, const char* parameter,
+                 std::function<splat_result(Handle)> call, splat_result for_null);
+    /// An info or stats struct: NULL, and sizes that no version had.
+    template <class Info>
+    void infos(const char* function, const char* parameter,
+               std::function<splat_result(Info*)> call);
+    /// A desc: the same, unknown flags, and a next.
+    template <class Desc>
+    void descs(const char* function, const Desc& good,
+               std::function<splat_result(const Desc*)> call);
+
+    Device device_ = open_device(SPLAT_DEVICE_PROFILE);
+    Tensor tensor_ = make_tensor(device_, {4}, "mine");
+    Tensor matrix_ = make_tensor(device_, {2, 2});
+    Tensor result_ = make_tensor(device_, {2, 2});
+    OpRequest request_{"linear", {matrix_, matrix_, nullptr}, {result_}};
+    Op op_ = make_op(device_, request_);
+    std::uintptr_t stale_device_ = 0;
+    std::uintptr_t stale_tensor_ = 0;
+    std::uintptr_t stale_op_ = 0;
+    std::vector<Misuse> rows_;
+};
+
+template <class Handle>
+void MisuseTable::handles(const char* function, const char* parameter,
+                          std::function<splat_result(Handle)> call, splat_result for_null) {
+    add(function, parameter, "NULL", for_null, [call] { return call(nullptr); });
+    constexpr bool device = std::is_same_v<Handle, splat_device>;
+    constexpr bool tensor = std::is_same_v<Handle, splat_tensor>;
+    constexpr bool op = std::is_same_v<Handle, splat_op>;
+    const auto bad = [&](const char* what, std::uintptr_t key) {
+        add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
+            [call, key] { return call(reinterpret_cast<Handle>(key)); });
+    };
+    if (!device) bad("a device", number(device_.get()));
+    if (!tensor) bad("a tensor", number(tensor_.get()));
+    if (!op) bad("an operator", number(op_.get()));
+    bad("a destroyed device", stale_device_);
+    bad("a destroyed tensor", stale_tensor_);
+    bad("a destroyed operator", stale_op_);
+    bad("a small number", 1);
+    bad("an address", number(&rows_));
+    bad("all ones", ~std::uintptr_t{0});
+    bad("a handle not yet given", number(op_.get()) + (1U << 20));
+}
+
+template <class Info>
+void MisuseTable::infos(const char* function, const char* parameter,
+                        std::function<splat_result(Info*)> call) {
+    add(function, parameter, "NULL", SPLAT_ERROR_INVALID_ARGUMENT,
+        [call] { return call(nullptr); });
+    for (const std::size_t size : {std::size_t{0}, std::size_t{4}, sizeof(Info) - 1})
+        add(function, parameter, "a struct_size that no version had", SPLAT_ERROR_INVALID_ARGUMENT,
+            [call, size] {
+                Output<Info> info;
+                info.set_struct_size(static_cast<std::uint32_t>(size));
+                const splat_result result = call(info.out());
+                return info.untouched() ? result : SPLAT_ERROR_INTERNAL;
+            });
+}
+
+template <class Desc>
+void MisuseTable::descs(const char* function, const Desc& good,
+                        std::function<splat_result(const Desc*)> call) {
+    const auto spoilt = [&](const char* what, void (*spoil)(Desc&)) {
+        Desc desc = good;
+        spoil(desc);
+        add(function, "desc", what, SPLAT_ERROR_INVALID_ARGUMENT,
+            [call, desc] { return call(&desc); });
+    };
+    spoilt("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
+    spoilt("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
+    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
+    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 7; });
+    spoilt("a next", [](Desc& desc) { desc.next = &desc; });
+}
+
+}  // namespace splat::test

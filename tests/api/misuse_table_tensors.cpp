@@ -1,0 +1,177 @@
+// The rows of tensors and operators.
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+constexpr float kFour[4] = {1, 2, 3, 4};
+
+}  // namespace
+
+void MisuseTable::tensor_create_rows() {
+    const splat_tensor_desc good = tensor_desc({4}, "mine");
+    const auto from_host = [this](splat_device device, const splat_tensor_desc* desc,
+                                  const void* data, std::size_t bytes,
+                                  const std::int64_t* strides) {
+        return splat_tensor_from_host(device, desc, data, bytes, strides, outputs.tensor.out());
+    };
+    const auto both = [&](const char* parameter, const char* what, splat_result expected,
+                          const splat_tensor_desc* desc) {
+        const bool null = desc == nullptr;
+        const splat_tensor_desc copy = null ? good : *desc;
+        add("splat_tensor_create", parameter, what, expected, [this, null, copy] {
+            return splat_tensor_create(device_, null ? nullptr : &copy, outputs.tensor.out());
+        });
+        add("splat_tensor_from_host", parameter, what, expected, [this, from_host, null, copy] {
+            return from_host(device_, null ? nullptr : &copy, kFour, sizeof kFour, nullptr);
+        });
+    };
+    both("desc", "NULL", kArgument, nullptr);
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_tensor_desc&)) {
+        splat_tensor_desc desc = good;
+        spoil(desc);
+        both("desc", what, kArgument, &desc);
+    };
+    spoilt("a rank too high", [](splat_tensor_desc& desc) { desc.rank = SPLAT_MAX_RANK + 1; });
+    spoilt("the highest rank", [](splat_tensor_desc& desc) { desc.rank = UINT32_MAX; });
+    spoilt("a dtype that is none", [](splat_tensor_desc& desc) { desc.dtype = 4; });
+    spoilt("a negative dtype", [](splat_tensor_desc& desc) { desc.dtype = -1; });
+    spoilt("no elements", [](splat_tensor_desc& desc) { desc.dims[0] = 0; });
+    spoilt("too many elements", [](splat_tensor_desc& desc) { desc.dims[0] = INT64_MAX; });
+    descs<splat_tensor_desc>("splat_tensor_create", good, [this](const splat_tensor_desc* desc) {
+        return splat_tensor_create(device_, desc, outputs.tensor.out());
+    });
+    descs<splat_tensor_desc>("splat_tensor_from_host", good,
+                             [this, from_host](const splat_tensor_desc* desc) {
+                                 return from_host(device_, desc, kFour, sizeof kFour, nullptr);
+                             });
+    handles<splat_device>(
+        "splat_tensor_create", "device",
+        [this, good](splat_device d) {
+            return splat_tensor_create(d, &good, outputs.tensor.out());
+        },
+        kHandle);
+    handles<splat_device>(
+        "splat_tensor_from_host", "device",
+        [from_host, good](splat_device d) {
+            return from_host(d, &good, kFour, sizeof kFour, nullptr);
+        },
+        kHandle);
+    add("splat_tensor_create", "tensor", "NULL", kArgument,
+        [this, good] { return splat_tensor_create(device_, &good, nullptr); });
+    add("splat_tensor_from_host", "tensor", "NULL", kArgument, [this, good] {
+        return splat_tensor_from_host(device_, &good, kFour, sizeof kFour, nullptr, nullptr);
+    });
+}
+
+void MisuseTable::tensor_copy_rows() {
+    const splat_tensor_desc good = tensor_desc({4}, "mine");
+    using Copy = std::function<splat_result(bool null, std::size_t, const std::int64_t*)>;
+    const std::pair<const char*, Copy> copies[] = {
+        {"splat_tensor_write",
+         [this](bool null, std::size_t bytes, const std::int64_t* strides) {
+             return splat_tensor_write(tensor_, null ? nullptr : kFour, bytes, strides);
+         }},
+        {"splat_tensor_read",
+         [this](bool null, std::size_t bytes, const std::int64_t* strides) {
+             void* const data = *outputs.values.out();
+             return splat_tensor_read(tensor_, null ? nullptr : data, bytes, strides);
+         }},
+        {"splat_tensor_from_host",
+         [this, good](bool null, std::size_t bytes, const std::int64_t* strides) {
+             return splat_tensor_from_host(device_, &good, null ? nullptr : kFour, bytes, strides,
+                                           outputs.tensor.out());
+         }},
+    };
+    for (const auto& [name, function] : copies) {
+        const Copy copy = function;
+        add(name, "data", "NULL", kArgument, [copy] { return copy(true, 16, nullptr); });
+        for (const std::size_t bytes : {std::size_t{0}, std::size_t{15}})
+            add(name, "bytes", "too few", kArgument,
+                [copy, bytes] { return copy(false, bytes, nullptr); });
+        for (const std::int64_t stride : {std::int64_t{-1}, INT64_MIN, INT64_MAX, std::int64_t{2}})
+            add(name, "strides", "out of the memory given", kArgument,
+                [copy, stride] { return copy(false, 16, &stride); });
+    }
+    handles<splat_tensor>(
+        "splat_tensor_write", "tensor",
+        [](splat_tensor t) { return splat_tensor_write(t, kFour, sizeof kFour, nullptr); },
+        kHandle);
+    handles<splat_tensor>(
+        "splat_tensor_read", "tensor",
+        [this](splat_tensor t) { return splat_tensor_read(t, *outputs.values.out(), 64, nullptr); },
+        kHandle);
+}
+
+void MisuseTable::tensor_rows() {
+    handles<splat_tensor>(
+        "splat_tensor_map", "tensor",
+        [this](splat_tensor t) {
+            return splat_tensor_map(t, SPLAT_ACCESS_READ, outputs.pointer.out(),
+                                    outputs.size.out());
+        },
+        kHandle);
+    for (const splat_access access : {INT32_MIN, -1, 0, 4, INT32_MAX})
+        for (const char* parameter : {"access", "bytes"})
+            add("splat_tensor_map", parameter, "with an access that is none", kArgument,
+                [this, access] {
+                    return splat_tensor_map(tensor_, access, outputs.pointer.out(),
+                                            outputs.size.out());
+                });
+    add("splat_tensor_map", "pointer", "NULL", kArgument, [this] {
+        return splat_tensor_map(tensor_, SPLAT_ACCESS_READ, nullptr, outputs.size.out());
+    });
+    handles<splat_tensor>("splat_tensor_unmap", "tensor", splat_tensor_unmap, kHandle);
+    add("splat_tensor_unmap", "tensor", "not mapped", SPLAT_ERROR_INVALID_STATE,
+        [this] { return splat_tensor_unmap(tensor_); });
+    handles<splat_tensor>(
+        "splat_tensor_get_info", "tensor",
+        [this](splat_tensor t) { return splat_tensor_get_info(t, outputs.tensor_info.out()); },
+        kHandle);
+    infos<splat_tensor_info>("splat_tensor_get_info", "info", [this](splat_tensor_info* info) {
+        return splat_tensor_get_info(tensor_, info);
+    });
+    handles<splat_tensor>(
+        "splat_tensor_check", "tensor",
+        [this](splat_tensor t) { return splat_tensor_check(t, outputs.stats.out()); }, kHandle);
+    infos<splat_tensor_stats>("splat_tensor_check", "stats", [this](splat_tensor_stats* stats) {
+        return splat_tensor_check(tensor_, stats);
+    });
+    handles<splat_tensor>("splat_tensor_destroy", "tensor", splat_tensor_destroy, SPLAT_OK);
+}
+
+void MisuseTable::op_rows() {
+    handles<splat_op>("splat_op_forward", "op", splat_op_forward, kHandle);
+    handles<splat_op>("splat_op_backward", "op", splat_op_backward, kHandle);
+    add("splat_op_backward", "op", "before the first forward", SPLAT_ERROR_INVALID_STATE,
+        [this] { return splat_op_backward(op_); });
+    handles<splat_op>("splat_op_destroy", "op", splat_op_destroy, SPLAT_OK);
+}
+
+void MisuseTable::op_desc_rows() {
+    const auto create = [this](const splat_op_desc* desc) {
+        return splat_op_create(device_, desc, outputs.op.out());
+    };
+    const splat_op_desc good = request_.desc();
+    add("splat_op_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
+    descs<splat_op_desc>("splat_op_create", good, create);
+    handles<splat_device>(
+        "splat_op_create", "device",
+        [this, good](splat_device d) { return splat_op_create(d, &good, outputs.op.out()); },
+        kHandle);
+    add("splat_op_create", "op", "NULL", kArgument,
+        [this, good] { return splat_op_create(device_, &good, nullptr); });
+    handles<splat_tensor>(
+        "splat_op_create", "desc",
+        [this, create](splat_tensor t) {
+            OpRequest request = request_;
+            request.inputs[0] = t;
+            const splat_op_desc desc = request.desc();
+            return create(&desc);
+        },
+        kHandle);
+}
+
+}  // namespace splat::test

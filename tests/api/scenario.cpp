@@ -1,0 +1,239 @@
+#include "api/scenario.h"
+
+#include <map>
+
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+
+class Scenario {
+  public:
+    explicit Scenario(Observer& observer) : observer_(observer) {}
+    Scenario(const Scenario&) = delete;
+    Scenario& operator=(const Scenario&) = delete;
+
+    ~Scenario() {
+        for (const splat_op op : ops_) destroy("splat_op_destroy", splat_op_destroy, op);
+        // Some tensors outlive their device, others do not.
+        bool first = true;
+        for (const auto& [name, tensor] : tensors_) {
+            destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
+            if (first) destroy("splat_device_destroy", splat_device_destroy, device_);
+            first = false;
+        }
+        if (first) destroy("splat_device_destroy", splat_device_destroy, device_);
+    }
+
+    bool run(const splat_device_desc& desc) {
+        profiled_ = (desc.flags & SPLAT_DEVICE_PROFILE) != 0;
+        return create("splat_device_create", device_,
+                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
+               create_tensors() && create_ops() && compute() && read_back() && describe() && tell();
+    }
+
+    ScenarioResults results;
+
+  private:
+    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left its outputs alone.
+    template <class Call, class Untouched>
+    bool call(const char* name, Call&& make, Untouched&& untouched) {
+        for (int attempt = 0;; ++attempt) {
+            observer_.before();
+            const splat_result result = make();
+            observer_.after();
+            if (result >= SPLAT_OK) return true;
+            EXPECT_TRUE(untouched()) << name << " failed, but wrote to its outputs";
+            EXPECT_GT(std::strlen(splat_last_error_message()), 10U) << name;
+            if (attempt > 0)
+                ADD_FAILURE() << name << " failed again: " << splat_last_error_message();
+            if (attempt > 0 || !observer_.retry(name, result)) return false;
+        }
+    }
+
+    template <class Handle, class Call>
+    bool create(const char* name, Handle& handle, Call&& make) {
+        Output<Handle> output;
+        if (!call(
+                name, [&] { return make(output.out()); }, [&] { return output.untouched(); }))
+            return false;
+        handle = output.value();
+        return true;
+    }
+
+    template <class Handle>
+    void destroy(const char* name, splat_result (*function)(Handle), Handle handle) {
+        observer_.before();
+        const splat_result result = function(handle);
+        observer_.after();
+        EXPECT_EQ(result, SPLAT_OK) << name << ": " << splat_last_error_message();
+    }
+
+    bool make(const char* name, const Dims& dims) {
+        const splat_tensor_desc desc = tensor_desc(dims, name);
+        return create("splat_tensor_create", tensors_[name],
+                      [&](splat_tensor* out) { return splat_tensor_create(device_, &desc, out); });
+    }
+
+    bool fill(const char* name, const Dims& dims, std::size_t count, std::uint64_t seed,
+              const std::int64_t* strides = nullptr) {
+        const splat_tensor_desc desc = tensor_desc(dims, name);
+        const std::vector<float> values = normal_fill(count, seed);
+        return create("splat_tensor_from_host", tensors_[name], [&](splat_tensor* out) {
+            return splat_tensor_from_host(device_, &desc, values.data(), count * 4, strides, out);
+        });
+    }
+
+    bool create_tensors() {
+        const std::int64_t channels_last[] = {128, 1, 32, 8};
+        return fill("x", {2, 8, 4, 4}, 256, 1, channels_last) && fill("gamma", {8}, 8, 2) &&
+               fill("beta", {8}, 8, 3) && fill("grad_y", {2, 8, 4, 4}, 256, 4) &&
+               make("y", {2, 8, 4, 4}) && make("grad_x", {2, 8, 4, 4}) && make("grad_gamma", {8}) &&
+               make("grad_beta", {8}) && fill("rows", {3, 8}, 24, 5) &&
+               fill("weight", {5, 8}, 40, 6) && fill("bias", {5}, 5, 7) && make("out", {3, 5});
+    }
+
+    bool create_op(const OpRequest& request) {
+        const splat_op_desc desc = request.desc();
+        splat_op op = nullptr;
+        const bool made = create("splat_op_create", op, [&](splat_op* out) {
+            return splat_op_create(device_, &desc, out);
+        });
+        if (made) ops_.push_back(op);
+        return made;
+    }
+
+    bool create_ops() {
+        OpRequest norm("group_norm", {tensors_["x"], tensors_["gamma"], tensors_["beta"]},
+                       {tensors_["y"]});
+        norm.attributes = R"({"groups": 2, "silu": true})";
+        norm.grad_outputs = {tensors_["grad_y"]};
+        norm.grad_inputs = {tensors_["grad_x"], tensors_["grad_gamma"], tensors_["grad_beta"]};
+        const OpRequest linear("linear", {tensors_["rows"], tensors_["weight"], tensors_["bias"]},
+                               {tensors_["out"]});
+        return create_op(norm) && create_op(linear);
+    }
+
+    bool compute() {
+        const auto run = [this](const char* name, splat_result (*pass)(splat_op), splat_op op) {
+            return call(
+                name, [&] { return pass(op); }, [] { return true; });
+        };
+        return run("splat_op_forward", splat_op_forward, ops_[0]) &&
+               run("splat_op_backward", splat_op_backward, ops_[0]) &&
+               run("splat_op_forward", splat_op_forward, ops_[1]);
+    }
+
+    bool read(const char* name, std::size_t count, const std::int64_t* strides = nullptr) {
+        const std::vector<float> pattern(count, -77.0F);
+        std::vector<float> values = pattern;
+        const bool done = call(
+            "splat_tensor_read",
+            [&] { return splat_tensor_read(tensors_[name], values.data(), count * 4, strides); },
+            [&] { return same_bits(values, pattern); });
+        results.tensors.push_back(std::move(values));
+        return done;
+    }
+
+    bool read_back() {
+        const std::int64_t channels_last[] = {128, 1, 32, 8};
+        return read("y", 256, channels_last) && read("grad_x", 256) && read("grad_gamma", 8) &&
+               read("grad_beta", 8) && map("out", 15);
+    }
+
+    bool map(const char* name, std::size_t count) {
+        Output<void*> pointer;
+        Output<std::size_t> bytes;
+        if (!call(
+                "splat_tensor_map",
+                [&] {
+                    return splat_tensor_map(tensors_[name], SPLAT_ACCESS_READ_WRITE, pointer.out(),
+                                            bytes.out());
+                },
+                [&] { return pointer.untouched() && bytes.untouched(); }))
+            return false;
+        EXPECT_EQ(bytes.value(), count * 4);
+        const auto* const values = static_cast<const float*>(pointer.value());
+        results.tensors.emplace_back(values, values + count);
+        return call(
+            "splat_tensor_unmap", [&] { return splat_tensor_unmap(tensors_[name]); },
+            [] { return true; });
+    }
+
+    bool describe() {
+        Output<splat_tensor_stats> stats;
+        stats.set_struct_size(sizeof(splat_tensor_stats));
+        Output<splat_memory_info> memory;
+        memory.set_struct_size(sizeof(splat_memory_info));
+        Output<splat_tensor_info> info;
+        info.set_struct_size(sizeof(splat_tensor_info));
+        const bool done = call(
+                              "splat_tensor_check",
+                              [&] { return splat_tensor_check(tensors_["y"], stats.out()); },
+                              [&] { return stats.untouched(); }) &&
+                          call(
+                              "splat_device_get_memory",
+                              [&] { return splat_device_get_memory(device_, memory.out()); },
+                              [&] { return memory.untouched(); }) &&
+                          call(
+                              "splat_tensor_get_info",
+                              [&] { return splat_tensor_get_info(tensors_["y"], info.out()); },
+                              [&] { return info.untouched(); });
+        if (done) results.stats = stats.value();
+        return done;
+    }
+
+    /// Texts that the library makes up anew; cut, so that they say SPLAT_INCOMPLETE.
+    bool tell() {
+        Output<char> letter;
+        Output<std::size_t> needed;
+        Output<std::uint32_t> count;
+        const auto untouched = [&] {
+            return letter.untouched() && needed.untouched() && count.untouched();
+        };
+        if (!call(
+                "splat_op_list", [&] { return splat_op_list(letter.out(), 1, needed.out()); },
+                untouched))
+            return false;
+        EXPECT_EQ(letter.value(), '\0');
+        EXPECT_GT(needed.value(), 100U);
+        letter = Output<char>();
+        needed = Output<std::size_t>();
+        if (profiled_ &&
+            !call(
+                "splat_device_profile_json",
+                [&] { return splat_device_profile_json(device_, letter.out(), 1, needed.out()); },
+                untouched))
+            return false;
+        return call(
+            "splat_device_count", [&] { return splat_device_count(count.out()); }, untouched);
+    }
+
+    Observer& observer_;
+    bool profiled_ = false;
+    splat_device device_ = nullptr;
+    std::map<std::string, splat_tensor> tensors_;
+    std::vector<splat_op> ops_;
+};
+
+}  // namespace
+
+bool ScenarioResults::operator==(const ScenarioResults& other) const {
+    if (tensors.size() != other.tensors.size()) return false;
+    for (std::size_t i = 0; i < tensors.size(); ++i)
+        if (!same_bits(tensors[i], other.tensors[i])) return false;
+    return std::memcmp(&stats, &other.stats, sizeof stats) == 0;
+}
+
+std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_device_desc& device) {
+    Scenario scenario(observer);
+    if (!scenario.run(device)) return std::nullopt;
+    return std::move(scenario.results);
+}
+
+}  // namespace splat::test

@@ -1,0 +1,187 @@
+#include "ops/group_norm.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "group_norm_case.h"
+#include "support/gradcheck.h"
+
+namespace splat::test {
+namespace {
+
+class GroupNorm : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(GroupNorm);
+
+/// One element per group: xhat is 0 and nothing reaches x or gamma.
+bool is_degenerate(const GroupNormCase& c) {
+    return c.group_elements() == 1;
+}
+
+void expect_forward(vk::Context& context, const GroupNormCase& c) {
+    OpCall call = c.call();
+    call.grad_outputs.clear();
+    const OpResult gpu = run_op(context, call);
+    ASSERT_OK(gpu.status) << c.text();
+    const auto reference = ref::group_norm_forward(c.reference());
+    const std::string how = reproduce(c.text());
+    EXPECT_TRUE(matches(gpu.outputs[0], reference.y, tolerance("group_norm", "y"), {"y", how}));
+    EXPECT_TRUE(
+        matches(gpu.saved[0], reference.mean, tolerance("group_norm", "mean"), {"mean", how}));
+    EXPECT_TRUE(
+        matches(gpu.saved[1], reference.rstd, tolerance("group_norm", "rstd"), {"rstd", how}));
+}
+
+void expect_backward(vk::Context& context, const GroupNormCase& c) {
+    const OpResult gpu = run_op(context, c.call());
+    ASSERT_OK(gpu.status) << c.text();
+    const auto reference = ref::group_norm_backward(c.reference(), to_double(c.grad_y));
+    const std::string how = reproduce(c.text());
+    const bool zeros = is_degenerate(c);
+    EXPECT_TRUE(matches(gpu.grad_inputs[0], reference.grad_x, tolerance("group_norm", "grad_x"),
+                        {"grad_x", how, true, zeros}));
+    EXPECT_TRUE(matches(gpu.grad_inputs[1], reference.grad_gamma,
+                        tolerance("group_norm", "grad_gamma"), {"grad_gamma", how, true, zeros}));
+    EXPECT_TRUE(matches(gpu.grad_inputs[2], reference.grad_beta,
+                        tolerance("group_norm", "grad_beta"), {"grad_beta", how, true}));
+}
+
+TEST_P(GroupNorm, ForwardMatchesFloat64) {
+    std::uint64_t seed = 100;
+    for (const NormShape& shape : kNormShapes) {
+        expect_forward(context(), GroupNormCase(shape, false, ++seed));
+        expect_forward(context(), GroupNormCase(shape, true, ++seed));
+    }
+}
+
+TEST_P(GroupNorm, BackwardMatchesFloat64) {
+    std::uint64_t seed = 200;
+    for (const NormShape& shape : kNormBackwardShapes) {
+        expect_backward(context(), GroupNormCase(shape, false, ++seed));
+        expect_backward(context(), GroupNormCase(shape, true, ++seed));
+    }
+}
+
+TEST_P(GroupNorm, LargeMeanKeepsPrecision) {
+    for (const double mean : {1.0, 1e2, 1e3, -1e3})
+        for (const NormShape& shape : {NormShape{1, 8, 64, 64, 2}, NormShape{2, 6, 15, 17, 3}}) {
+            const GroupNormCase c(shape, false, 300, mean, 1);
+            const OpResult gpu = run_op(context(), c.call());
+            ASSERT_OK(gpu.status);
+            const auto reference = ref::group_norm_forward(c.reference());
+            for (std::size_t g = 0; g < reference.rstd.value.size(); ++g)
+                EXPECT_NEAR(static_cast<double>(gpu.saved[1][g]) / reference.rstd.value[g], 1, 1e-6)
+                    << "rstd[" << g << "], mean " << mean << ", " << c.text();
+            // The rounding of the mean itself, 2^-24 * mean, is in y: no figure for the whole
+            // tensor.
+            EXPECT_TRUE(within_bound(gpu.outputs[0], reference.y, tolerance("group_norm", "y"),
+                                     {"y", reproduce(c.text())}));
+        }
+}
+
+TEST_P(GroupNorm, ConstantInputGivesBetaExactly) {
+    for (const float constant : {0.0F, 1.0F, 0.1F, 1000.1F, -3e4F, 1e-30F, 1.7e18F})
+        for (const NormShape& shape : {NormShape{2, 6, 3, 7, 2}, NormShape{1, 64, 5, 5, 16},
+                                       NormShape{1, 3, 33, 31, 1}, NormShape{1, 8, 63, 65, 1}}) {
+            GroupNormCase c(shape, false, 400);
+            c.x.assign(c.x.size(), constant);
+            const OpResult gpu = run_op(context(), c.call());
+            ASSERT_OK(gpu.status);
+            std::vector<float> beta(c.x.size());
+            const auto reference = c.reference();
+            for (std::size_t i = 0; i < beta.size(); ++i)
+                beta[i] = c.beta[reference.shape.channel(i)];
+            const std::string how = reproduce(c.text() + " constant " + std::to_string(constant));
+            EXPECT_TRUE(bit_equal(gpu.outputs[0], beta, {"y", how}));
+            for (const auto& gradient : gpu.grad_inputs)
+                EXPECT_TRUE(all_finite(gradient, {"gradient", how}));
+            for (const float gradient : gpu.grad_inputs[1]) EXPECT_EQ(gradient, 0) << how;
+        }
+}
+
+TEST_P(GroupNorm, ConstantInputWithSiluGivesSiluOfBeta) {
+    GroupNormCase c({2, 8, 3, 7, 2}, true, 410);
+    c.x.assign(c.x.size(), 0.1F);
+    const OpResult gpu = run_op(context(), c.call());
+    ASSERT_OK(gpu.status);
+    auto zero_mean = c.reference();
+    zero_mean.x.assign(zero_mean.x.size(), 0);  // the same y, without the rounding of the mean in S
+    const auto reference = ref::group_norm_forward(zero_mean);
+    EXPECT_TRUE(matches(gpu.outputs[0], reference.y, tolerance("group_norm", "y"),
+                        {"y", reproduce(c.text())}));
+}
+
+TEST_P(GroupNorm, OneElementPerGroupGivesBeta) {
+    GroupNormCase c({2, 12, 1, 1, 12}, false, 420);
+    const OpResult gpu = run_op(context(), c.call());
+    ASSERT_OK(gpu.status);
+    for (std::size_t i = 0; i < c.x.size(); ++i) EXPECT_EQ(gpu.outputs[0][i], c.beta[i % 12]);
+    for (const float gradient : gpu.grad_inputs[0]) EXPECT_EQ(gradient, 0);
+    expect_backward(context(), c);
+}
+
+TEST_P(GroupNorm, HugeInputsStayFinite) {
+    for (const double scale : {1e15, 1e18, 1e19})  // squares overflow from 1.8e19 on, sums before
+        for (const bool silu : {false, true}) {
+            const GroupNormCase c({1, 8, 17, 33, 2}, silu, 430, 0, scale);
+            const OpResult gpu = run_op(context(), c.call());
+            ASSERT_OK(gpu.status);
+            const std::string how = reproduce(c.text() + " scale " + std::to_string(scale));
+            EXPECT_TRUE(all_finite(gpu.outputs[0], {"y", how}));
+            EXPECT_TRUE(all_finite(gpu.saved[0], {"mean", how}));
+            EXPECT_TRUE(all_finite(gpu.saved[1], {"rstd", how}));
+            for (const auto& gradient : gpu.grad_inputs)
+                EXPECT_TRUE(all_finite(gradient, {"gradient", how}));
+            if (scale > 1e15) continue;  // beyond, finite is all that is promised
+            EXPECT_TRUE(matches(gpu.outputs[0], ref::group_norm_forward(c.reference()).y,
+                                tolerance("group_norm", "y"), {"y", how}));
+        }
+}
+
+TEST_P(GroupNorm, ExtremeActivationsStayFinite) {
+    GroupNormCase c({1, 8, 5, 5, 2}, true, 440);
+    const float extremes[] = {100, -100, 0.0F, -0.0F, 1e-30F, -1e-30F, 3e38F, -3e38F};
+    std::copy(std::begin(extremes), std::end(extremes), c.beta.begin());
+    const OpResult gpu = run_op(context(), c.call());
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(all_finite(gpu.outputs[0], {"y", reproduce("extreme beta")}));
+    for (const auto& gradient : gpu.grad_inputs)
+        EXPECT_TRUE(all_finite(gradient, {"gradient", reproduce("extreme beta")}));
+}
+
+TEST_P(GroupNorm, AdjointIdentityInGammaAndBeta) {
+    std::uint64_t seed = 500;
+    for (const NormShape& shape : kNormBackwardShapes) {  // without SiLU y is linear in them
+        const GroupNormCase c(shape, false, ++seed);
+        const OpResult gpu = run_op(context(), c.call());
+        ASSERT_OK(gpu.status);
+        const double left = dot(to_double(gpu.outputs[0]), to_double(c.grad_y));
+        const double right = dot(to_double(c.gamma), to_double(gpu.grad_inputs[1])) +
+                             dot(to_double(c.beta), to_double(gpu.grad_inputs[2]));
+        double scale = 0;  // of the sums, which may cancel
+        for (std::size_t i = 0; i < c.grad_y.size(); ++i)
+            scale +=
+                std::abs(static_cast<double>(gpu.outputs[0][i]) * static_cast<double>(c.grad_y[i]));
+        EXPECT_NEAR(left, right, 1e-5 * scale) << c.text();
+    }
+}
+
+TEST_P(GroupNorm, GradientIsOrthogonalToShifts) {
+    const GroupNormCase c({2, 12, 9, 8, 3}, true,
+                          510);  // y does not change when x moves as a whole
+    const OpResult gpu = run_op(context(), c.call());
+    ASSERT_OK(gpu.status);
+    const auto shape = c.reference().shape;
+    std::vector<double> sum(6, 0);
+    std::vector<double> magnitude(6, 0);
+    for (std::size_t i = 0; i < c.x.size(); ++i) {
+        const auto gradient = static_cast<double>(gpu.grad_inputs[0][i]);
+        sum[shape.group(i)] += gradient;
+        magnitude[shape.group(i)] += std::abs(gradient);
+    }
+    for (std::size_t g = 0; g < sum.size(); ++g)
+        EXPECT_LE(std::abs(sum[g]), 1e-6 * magnitude[g]) << g;
+}
+
+}  // namespace
+}  // namespace splat::test

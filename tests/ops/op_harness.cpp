@@ -1,0 +1,111 @@
+#include "op_harness.h"
+
+#include <algorithm>
+
+#include "support/gpu_buffers.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using vk::Buffer;
+using vk::BufferView;
+using vk::Context;
+
+/// Owns the device memory of one call.
+class Tensors {
+  public:
+    explicit Tensors(Context& context) : context_(context) {}
+
+    BufferView upload(const HostTensor& tensor) {
+        if (tensor.values.empty()) return {};
+        EXPECT_EQ(tensor.values.size(), tensor.shape.elements());
+        buffers_.push_back(test::upload(context_, tensor.values));
+        return buffers_.back().view(tensor.shape);
+    }
+
+    BufferView fresh(const Shape& shape) {
+        buffers_.push_back(device_buffer(context_, shape.elements()));
+        return buffers_.back().view(shape);
+    }
+
+    /// The elements; fails if the rest of the last quad no longer holds the fresh memory's poison.
+    std::vector<float> read(const BufferView& view, const char* name) {
+        if (view.block == nullptr) return {};
+        const std::size_t elements = view.shape.elements();
+        const std::vector<std::uint32_t> words = download_words(context_, view, view.bytes / 4);
+        for (std::size_t i = elements; i < words.size(); ++i)
+            EXPECT_EQ(words[i], words[elements]) << name << ": padding was written";
+        if (elements < words.size()) {
+            const bool poison = std::count(std::begin(kPoisonPatterns), std::end(kPoisonPatterns),
+                                           words[elements]) > 0;
+            EXPECT_TRUE(poison) << name << ": padding holds " << std::hex << words[elements];
+        }
+        return download(context_, view, elements);
+    }
+
+  private:
+    Context& context_;
+    std::vector<Buffer> buffers_;
+};
+
+Status run(Context& context, const OpCall& call, OpResult& result) {
+    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(call.op));
+    Tensors memory(context);
+    nn::OpInstance::Tensors tensors;
+    std::vector<Shape> shapes;
+    for (const HostTensor& input : call.inputs) {
+        tensors.inputs.push_back(memory.upload(input));
+        shapes.push_back(tensors.inputs.back().shape);
+    }
+    const vk::Recorder recorder(context);
+    SPLAT_ASSIGN(const Json attributes, nn::complete_attributes(*row, call.attributes));
+    SPLAT_ASSIGN(const nn::OpPlan plan, row->plan(recorder, attributes, shapes));
+    for (const Shape& shape : plan.outputs) tensors.outputs.push_back(memory.fresh(shape));
+    for (const HostTensor& grad : call.grad_outputs)
+        tensors.grad_outputs.push_back(memory.upload(grad));
+    if (!call.grad_outputs.empty())
+        for (std::size_t i = 0; i < call.inputs.size(); ++i) {
+            const HostTensor& input = call.inputs[i];
+            BufferView view;
+            if (!input.values.empty() && !call.accumulate_to.empty())
+                view = memory.upload({input.shape, call.accumulate_to[i]});
+            else if (!input.values.empty())
+                view = memory.fresh(input.shape);
+            tensors.grad_inputs.push_back(view);
+        }
+    tensors.accumulate = !call.accumulate_to.empty();
+
+    SPLAT_ASSIGN(const auto op, nn::OpInstance::create(context, *row, call.attributes, tensors));
+    for (int i = 0; i < call.runs; ++i) {
+        SPLAT_TRY(op->forward());
+        if (!call.grad_outputs.empty()) SPLAT_TRY(op->backward());
+    }
+    for (std::size_t i = 0; i < plan.outputs.size(); ++i)
+        result.outputs.push_back(memory.read(tensors.outputs[i], row->outputs[i].name));
+    for (std::size_t i = 0; i < plan.saved.size(); ++i)
+        result.saved.push_back(memory.read(op->saved(i), row->saved[i]));
+    for (std::size_t i = 0; i < tensors.grad_inputs.size(); ++i)
+        result.grad_inputs.push_back(memory.read(tensors.grad_inputs[i], row->inputs[i].name));
+    return context.memory().check_guards();
+}
+
+}  // namespace
+
+OpResult run_op(Context& context, const OpCall& call) {
+    OpResult result;
+    result.status = run(context, call, result);
+    return result;
+}
+
+void KernelsTest::SetUp() {
+    const std::vector<vk::Kernels> possible = kernels_to_test();
+    ASSERT_FALSE(possible.empty());
+    if (std::find(possible.begin(), possible.end(), GetParam()) == possible.end())
+        GTEST_SKIP() << "this device's subgroups do not allow " << vk::kernels_name(GetParam())
+                     << " kernels";
+    context_ = shared_context(GetParam());
+    ASSERT_NE(context_, nullptr);
+}
+
+}  // namespace splat::test

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "nn/op_instance.h"
+#include "support/compare.h"
+#include "support/expect_status.h"
+#include "support/gpu_env.h"
+
+namespace splat::test {
+
+struct HostTensor {
+    Shape shape;
+    std::vector<float> values;  ///< row-major; empty: the tensor is absent
+};
+
+/// One call of an operator of nn/op_table.cpp on row-major tensors.
+struct OpCall {
+    std::string op;
+    Json attributes = Json::object();
+    std::vector<HostTensor> inputs;
+    std::vector<HostTensor> grad_outputs;  ///< empty: forward only
+    std::vector<std::vector<float>>
+        accumulate_to;  ///< gradients to add to, one per input; empty: overwrite
+    int runs = 1;       ///< forward and backward are run so often
+};
+
+/// The tensors after the last run. Absent tensors are empty.
+struct OpResult {
+    Status status;
+    std::vector<std::vector<float>> outputs;
+    std::vector<std::vector<float>> saved;
+    std::vector<std::vector<float>> grad_inputs;
+};
+
+/// Runs a call. Fails the test if the padding behind the last element of an output changed, or a
+/// guard byte.
+OpResult run_op(vk::Context& context, const OpCall& call);
+
+/// Test suites run once per set of kernels: TEST_P(GroupNorm, ...) with context() of those kernels.
+class KernelsTest : public testing::TestWithParam<vk::Kernels> {
+  protected:
+    void SetUp() override;
+    [[nodiscard]] vk::Context& context() const { return *context_; }
+
+  private:
+    vk::Context* context_ = nullptr;
+};
+
+inline std::string kernels_test_name(const testing::TestParamInfo<vk::Kernels>& info) {
+    return vk::kernels_name(info.param);
+}
+
+}  // namespace splat::test
+
+#define SPLAT_INSTANTIATE_KERNELS(suite)                                          \
+    INSTANTIATE_TEST_SUITE_P(                                                     \
+        Kernels, suite,                                                           \
+        testing::Values(::splat::vk::Kernels::kPlain, ::splat::vk::Kernels::kCpu, \
+                        ::splat::vk::Kernels::kGpu),                              \
+        ::splat::test::kernels_test_name)

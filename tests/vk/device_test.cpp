@@ -1,0 +1,189 @@
+#include "vk/device.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "core/environment.h"
+#include "core/fault.h"
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/gpu_env.h"
+#include "test_shaders.h"
+
+namespace splat::vk {
+namespace {
+
+/// Opens devices without SPLAT_KERNELS, whatever the run was started with.
+class Device : public testing::Test {
+  protected:
+    void SetUp() override {
+        kernels_ = environment("SPLAT_KERNELS");
+        unsetenv("SPLAT_KERNELS");
+        instance_ = Instance::get(test::validation_on()).value();
+        infos_ = describe_devices(*instance_).value();
+        ASSERT_FALSE(infos_.empty());
+    }
+    void TearDown() override {
+        if (kernels_) setenv("SPLAT_KERNELS", kernels_->c_str(), 1);
+    }
+
+    static DeviceDesc desc() { return test::context_desc().device; }
+    static Status open(const DeviceDesc& desc) { return vk::Device::create(desc).status(); }
+
+    std::optional<std::string> kernels_;
+    std::shared_ptr<Instance> instance_;
+    std::vector<DeviceInfo> infos_;
+};
+
+TEST_F(Device, DescribesEveryDevice) {
+    for (std::uint32_t i = 0; i < infos_.size(); ++i) {
+        const DeviceInfo& info = infos_[i];
+        EXPECT_EQ(info.index, i);
+        EXPECT_FALSE(info.name.empty());
+        EXPECT_STRNE(device_kind_name(info.kind), "unknown");
+        if (!info.usable()) continue;
+        EXPECT_GE(info.limits.max_storage_buffer_bytes, 1U << 27);  // the least Vulkan 1.2 allows
+        EXPECT_GE(info.limits.max_texel_elements, 65536U);
+        EXPECT_GE(info.limits.max_group_invocations, 128U);
+        EXPECT_GE(info.limits.push_constant_bytes, 128U);
+        EXPECT_GE(info.limits.heap_bytes, 1U << 20);
+        EXPECT_EQ(info.limits.offset_alignment % 16, 0U);
+        EXPECT_GE(info.limits.subgroup_size, 1U);
+    }
+}
+
+TEST_F(Device, OpensTheBestByDefault) {
+    const auto device = vk::Device::create(desc());
+    ASSERT_OK(device.status());
+    for (const DeviceInfo& info : infos_)
+        if (info.usable()) {
+            EXPECT_GE(device.value()->info().kind, info.kind);
+        }
+}
+
+TEST_F(Device, OpensByIndexUuidAndKind) {
+    for (const DeviceInfo& info : infos_) {
+        if (!info.usable()) continue;
+        DeviceDesc wish = desc();
+        wish.select = DeviceSelect::kByIndex;
+        wish.index = info.index;
+        EXPECT_EQ(vk::Device::create(wish).value()->info().index, info.index);
+        wish = desc();
+        wish.select = DeviceSelect::kByUuid;
+        wish.uuid = info.uuid;
+        EXPECT_EQ(vk::Device::create(wish).value()->info().uuid, info.uuid);
+        wish = desc();
+        wish.select = DeviceSelect::kByKind;
+        wish.kind = info.kind;
+        EXPECT_EQ(vk::Device::create(wish).value()->info().kind, info.kind);
+    }
+}
+
+TEST_F(Device, AbsentDeviceIsAnErrorThatListsWhatThereIs) {
+    DeviceDesc wish = desc();
+    wish.select = DeviceSelect::kByIndex;
+    wish.index = 99;
+    EXPECT_ERROR(open(wish), Code::kNoDevice, "with index 99");
+    EXPECT_ERROR(open(wish), Code::kNoDevice, infos_[0].name);
+    wish = desc();
+    wish.select = DeviceSelect::kByUuid;
+    wish.uuid.fill(0xEE);
+    EXPECT_ERROR(open(wish), Code::kNoDevice, "eeeeeeee");
+    wish = desc();
+    wish.select = DeviceSelect::kByKind;
+    for (const DeviceKind kind :
+         {DeviceKind::kOther, DeviceKind::kVirtual, DeviceKind::kDiscrete}) {
+        wish.kind = kind;
+        const bool there = std::any_of(infos_.begin(), infos_.end(),
+                                       [&](const DeviceInfo& info) { return info.kind == kind; });
+        if (!there) {
+            EXPECT_ERROR(open(wish), Code::kNoDevice, device_kind_name(kind));
+        }
+    }
+}
+
+TEST_F(Device, EnvironmentForcesKernels) {
+    for (const Kernels kernels : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu}) {
+        if (kernels != Kernels::kPlain && infos_[0].kernels == Kernels::kPlain) continue;
+        setenv("SPLAT_KERNELS", kernels_name(kernels), 1);
+        EXPECT_EQ(vk::Device::create(desc()).value()->kernels(), kernels);
+    }
+    setenv("SPLAT_KERNELS", "auto", 1);
+    EXPECT_OK(open(desc()));
+    setenv("SPLAT_KERNELS", "fastest", 1);
+    EXPECT_ERROR(open(desc()), Code::kInvalidArgument, "'fastest'");
+    unsetenv("SPLAT_KERNELS");
+}
+
+TEST_F(Device, KernelsFollowSubgroups) {
+    DeviceDesc narrow = desc();
+    narrow.fake = [](DeviceInfo& info) { info.limits.subgroup_size = 4; };
+    EXPECT_EQ(vk::Device::create(narrow).value()->kernels(), Kernels::kPlain);
+    narrow.kernels = Kernels::kGpu;
+    EXPECT_ERROR(open(narrow), Code::kUnsupported, "subgroups of 4 lanes");
+    DeviceDesc silent = desc();
+    silent.fake = [](DeviceInfo& info) { info.features.subgroup_shuffle = false; };
+    EXPECT_EQ(vk::Device::create(silent).value()->kernels(), Kernels::kPlain);
+    silent.kernels = Kernels::kCpu;
+    EXPECT_ERROR(open(silent), Code::kUnsupported, "shuffle");
+}
+
+TEST_F(Device, FakedLimitsAreWhatTheRestSees) {
+    ContextDesc lowered = test::context_desc();
+    lowered.device.fake = [](DeviceInfo& info) { info.limits.max_groups = {2, 2, 2}; };
+    const auto context = test::make_context(lowered);
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::device_buffer(*context, 256);
+    const Buffer y = test::device_buffer(*context, 256);
+    vk::Recorder recorder(*context);
+    EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 128, 1)));
+    EXPECT_ERROR(recorder.dispatch(test::scale(x.range(), y.range(), 129, 1)), Code::kUnsupported,
+                 "1 to 2");
+}
+
+TEST_F(Device, SharesOneInstancePerWishForValidation) {
+    EXPECT_EQ(Instance::get(test::validation_on()).value(), instance_);
+    if (test::validation_on()) {
+        EXPECT_NE(Instance::get(false).value(), instance_);
+    }
+}
+
+TEST_F(Device, TimeoutScaleMustBeANumber) {
+    setenv("SPLAT_TIMEOUT_SCALE", "soon", 1);
+    EXPECT_ERROR(Context::create(test::context_desc()).status(), Code::kInvalidArgument,
+                 "SPLAT_TIMEOUT_SCALE");
+    unsetenv("SPLAT_TIMEOUT_SCALE");
+}
+
+TEST_F(Device, VulkanResultsBecomeStatusCodes) {
+    const auto device = std::move(vk::Device::create(desc()).value());
+    EXPECT_OK(device->check(VK_SUCCESS, "vkX"));
+    EXPECT_OK(device->check(VK_INCOMPLETE, "vkX"));
+    const std::pair<VkResult, Code> cases[] = {
+        {VK_ERROR_OUT_OF_HOST_MEMORY, Code::kOutOfHostMemory},
+        {VK_ERROR_OUT_OF_DEVICE_MEMORY, Code::kOutOfDeviceMemory},
+        {VK_ERROR_FRAGMENTED_POOL, Code::kOutOfDeviceMemory},
+        {VK_ERROR_TOO_MANY_OBJECTS, Code::kOutOfDeviceMemory},
+        {VK_ERROR_FEATURE_NOT_PRESENT, Code::kUnsupported},
+        {VK_ERROR_UNKNOWN, Code::kInternal},
+    };
+    for (const auto& [result, code] : cases)
+        EXPECT_ERROR(device->check(result, "vkX"), code, "vkX");
+    EXPECT_OK(device->alive());
+    EXPECT_ERROR(device->check(VK_ERROR_DEVICE_LOST, "vkX"), Code::kDeviceLost, "vkX");
+    EXPECT_ERROR(device->alive(), Code::kDeviceLost, "earlier call");
+}
+
+#if SPLAT_FAULT_POINTS
+TEST_F(Device, FailuresToOpenAreClean) {
+    fault::arm("vk.create_device", 1, 1);
+    EXPECT_ERROR(open(desc()), Code::kOutOfDeviceMemory, "vkCreateDevice");
+    EXPECT_EQ(fault::disarm(), 1U);
+    EXPECT_OK(open(desc()));
+}
+#endif
+
+}  // namespace
+}  // namespace splat::vk

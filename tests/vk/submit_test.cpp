@@ -1,0 +1,234 @@
+#include "vk/submit.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "core/fault.h"
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/gpu_env.h"
+#include "test_shaders.h"
+
+namespace splat::vk {
+namespace {
+
+using test::device_buffer;
+using test::scale;
+
+constexpr std::uint32_t kN = 256;
+
+/// Replacements in the function table; one test at a time uses them.
+int g_timeouts = 0;
+int g_calls = 0;
+PFN_vkWaitForFences g_wait = nullptr;
+PFN_vkQueueSubmit g_submit = nullptr;
+
+VKAPI_ATTR VkResult VKAPI_CALL wait_with_timeouts(VkDevice device, std::uint32_t count,
+                                                  const VkFence* fences, VkBool32 all,
+                                                  std::uint64_t timeout) {
+    ++g_calls;
+    if (g_timeouts-- > 0) return VK_TIMEOUT;
+    return g_wait(device, count, fences, all, timeout);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL submit_loses_device(VkQueue, std::uint32_t, const VkSubmitInfo*,
+                                                   VkFence) {
+    return VK_ERROR_DEVICE_LOST;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL wait_loses_device(VkDevice device, std::uint32_t count,
+                                                 const VkFence* fences, VkBool32 all,
+                                                 std::uint64_t timeout) {
+    g_wait(device, count, fences, all, timeout);
+    return VK_ERROR_DEVICE_LOST;
+}
+
+CommandList record_scale(Context& context, const BufferView& x, const BufferView& y, float factor) {
+    Recorder recorder(context);
+    EXPECT_OK(recorder.dispatch(scale(x, y, kN, factor)));
+    return std::move(recorder.finish().value());
+}
+
+TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
+    const Buffer y = device_buffer(*context, kN);
+    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+
+    VolkDeviceTable& vk = context->device().vk;
+    g_wait = vk.vkWaitForFences;
+    vk.vkWaitForFences = wait_with_timeouts;
+    g_timeouts = 2;
+    g_calls = 0;
+    EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
+    std::vector<float> values(kN, -1);
+    EXPECT_ERROR(context->read(y.range(), values.data(), kN * 4), Code::kTimeout, "did not finish");
+    EXPECT_EQ(values, std::vector<float>(kN, -1)) << "outputs untouched";
+    EXPECT_EQ(g_calls, 2);
+    EXPECT_OK(context->run(list));  // first waits for the run before
+    EXPECT_EQ(g_calls, 4);
+    EXPECT_EQ(test::download(*context, y.range(), kN), std::vector<float>(kN, 3));
+}
+
+TEST(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
+    const Buffer keep = device_buffer(*context, kN);
+    {
+        Buffer y = device_buffer(*context, kN);
+        const BufferView range = y.range();
+        CommandList list = record_scale(*context, x.range(), y.range(), 3);
+        VolkDeviceTable& vk = context->device().vk;
+        g_wait = vk.vkWaitForFences;
+        vk.vkWaitForFences = wait_with_timeouts;
+        g_timeouts = 1;
+        EXPECT_ERROR(context->run(list), Code::kTimeout, "");
+        y = Buffer();
+        const Buffer fresh = device_buffer(*context, kN);
+        EXPECT_FALSE(fresh.range().overlaps(range)) << "the device may still write there";
+    }  // list and fresh are destroyed while the run counts as pending
+    EXPECT_OK(context->fill(keep.range(), 5));
+    EXPECT_EQ(test::download_words(*context, keep.range(), kN), std::vector<std::uint32_t>(kN, 5));
+    const Buffer after = device_buffer(*context, kN);
+    EXPECT_OK(context->fill(after.range(), 6));
+}
+
+void expect_lost_for_ever(Context& context, CommandList& list, const BufferView& view) {
+    std::vector<float> values(kN, -1);
+    for (int round = 0; round < 2; ++round) {
+        EXPECT_ERROR(context.run(list), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.write(view, values.data(), kN * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.read(view, values.data(), kN * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.fill(view, 1), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x").status(),
+                     Code::kDeviceLost, "lost");
+        Recorder recorder(context);
+        EXPECT_OK(recorder.fill(view, 1));
+        EXPECT_ERROR(recorder.finish().status(), Code::kDeviceLost, "lost");
+    }
+    EXPECT_EQ(values, std::vector<float>(kN, -1));
+}
+
+void expect_new_context_works() {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
+    const Buffer y = device_buffer(*context, kN);
+    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+    EXPECT_OK(context->run(list));
+    EXPECT_EQ(test::download(*context, y.range(), kN), std::vector<float>(kN, 3));
+}
+
+TEST(Submit, LossAtSubmitIsSticky) {
+    {
+        const auto context = test::make_context();
+        ASSERT_NE(context, nullptr);
+        const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
+        const Buffer y = device_buffer(*context, kN);
+        CommandList list = record_scale(*context, x.range(), y.range(), 3);
+        VolkDeviceTable& vk = context->device().vk;
+        g_submit = vk.vkQueueSubmit;
+        vk.vkQueueSubmit = submit_loses_device;
+        EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkQueueSubmit");
+        vk.vkQueueSubmit = g_submit;  // even if the driver works again
+        expect_lost_for_ever(*context, list, y.range());
+    }
+    expect_new_context_works();
+}
+
+TEST(Submit, LossAtWaitIsSticky) {
+    {
+        const auto context = test::make_context();
+        ASSERT_NE(context, nullptr);
+        const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
+        const Buffer y = device_buffer(*context, kN);
+        CommandList list = record_scale(*context, x.range(), y.range(), 3);
+        VolkDeviceTable& vk = context->device().vk;
+        g_wait = vk.vkWaitForFences;
+        vk.vkWaitForFences = wait_loses_device;
+        EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkWaitForFences");
+        vk.vkWaitForFences = g_wait;
+        expect_lost_for_ever(*context, list, y.range());
+    }
+    expect_new_context_works();
+}
+
+TEST(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer y = device_buffer(*context, 64);
+    const double flops = test::flops_for(*context, 5);
+    Recorder recorder(*context);
+    EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, flops)));
+    CommandList list = std::move(recorder.finish().value());
+    ASSERT_GT(list.submit_count(), 2U);
+    static int submits;
+    submits = 0;
+    g_submit = context->device().vk.vkQueueSubmit;
+    context->device().vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count,
+                                            const VkSubmitInfo* info, VkFence fence) {
+        if (++submits == 3) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+        return g_submit(queue, count, info, fence);
+    };
+    EXPECT_ERROR(context->run(list), Code::kOutOfDeviceMemory, "vkQueueSubmit");
+    EXPECT_OK(context->run(list));
+    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+}
+
+#if SPLAT_FAULT_POINTS
+/// Allocate, compute, read back; through staging, so that every fault point of the Vulkan layer
+/// lies on the way.
+Status scenario(Context& context, std::vector<float>& result) {
+    const std::vector<float> ones(kN, 1);
+    SPLAT_ASSIGN(const Buffer x, context.memory().allocate(kN * 4, MemoryKind::kDevice, "x"));
+    SPLAT_ASSIGN(const Buffer y, context.memory().allocate(kN * 4, MemoryKind::kDevice, "y"));
+    SPLAT_TRY(context.write(x.range(), ones.data(), kN * 4));
+    Recorder recorder(context);
+    SPLAT_TRY(recorder.dispatch(scale(x.range(), y.range(), kN, 3)));
+    SPLAT_ASSIGN(CommandList list, recorder.finish());
+    SPLAT_TRY(context.run(list));
+    return context.read(y.range(), result.data(), kN * 4);
+}
+
+TEST(Submit, EveryFaultPointFailsCleanlyAndRetries) {
+    ContextDesc desc = test::context_desc();
+    desc.memory.hide_host = true;
+    std::vector<float> result(kN, -1);
+    fault::arm(nullptr, ~std::uint64_t{0} - 1, 1);  // never fails: counts
+    {
+        const auto context = test::make_context(desc);
+        ASSERT_NE(context, nullptr);
+        ASSERT_OK(scenario(*context, result));
+    }
+    const std::uint64_t points = fault::disarm();
+    EXPECT_GT(points, 15U);
+    ASSERT_EQ(result, std::vector<float>(kN, 3));
+
+    for (std::uint64_t n = 1; n <= points; ++n) {
+        result.assign(kN, -1);
+        fault::arm(nullptr, n, 1);
+        auto opened = Context::create(desc);
+        if (!opened.ok()) {
+            EXPECT_GE(fault::disarm(), n);
+            EXPECT_NE(opened.status().message(), "");
+            continue;
+        }
+        const auto context = std::move(opened.value());
+        const Status failed = scenario(*context, result);
+        EXPECT_GE(fault::disarm(), n);
+        EXPECT_FALSE(failed.ok()) << "point " << n << " of " << points;
+        EXPECT_EQ(result, std::vector<float>(kN, -1)) << n;
+        EXPECT_EQ(context->memory().use().live, 0U) << n;
+        if (failed.code() == Code::kDeviceLost) continue;
+        EXPECT_OK(scenario(*context, result)) << n;
+        EXPECT_EQ(result, std::vector<float>(kN, 3)) << n;
+    }
+}
+#endif
+
+}  // namespace
+}  // namespace splat::vk

@@ -1,0 +1,125 @@
+// How an operator is timed: two devices, one run of each in turn, device time by dispatch.
+
+#include <algorithm>
+#include <chrono>
+
+#include "vkrun/bench.h"
+#include "vkrun/command.h"
+
+namespace vkrun {
+namespace {
+
+/// Conversions between the caller's layout and the operators' own: at the graph's edges, or when a
+/// weight changes.
+bool is_layout(const std::string& label) {
+    return label.rfind("quads_", 0) == 0 || label.find("_pack") != std::string::npos;
+}
+
+void add_sample(splat_device device, KernelFigures& figures) {
+    const auto profile =
+        Json::parse(whole_text([device](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_device_profile_json(device, buffer, capacity, needed);
+        }));
+    double time = 0;
+    double layout = 0;
+    figures.bytes = 0;
+    figures.flops = 0;
+    figures.dispatches.clear();
+    for (const Json& row : profile.at("ops")) {
+        const double total = row.at("total_ms").get<double>();
+        const auto label = row.at("op").get<std::string>();
+        figures.dispatches.push_back({label, row.at("kernel").get<std::string>(), total});
+        if (is_layout(label)) {
+            layout += total;
+            continue;
+        }
+        const double count = row.at("count").get<double>();
+        time += total;
+        figures.bytes += count * row.at("bytes").get<double>();
+        figures.flops += count * row.at("flops").get<double>();
+    }
+    if (time <= 0)
+        throw Failure(kFailed, "the profile of the device holds no time: it has no timestamps");
+    figures.times_ms.push_back(time);
+    figures.layout_ms.push_back(layout);
+}
+
+struct Side {
+    splat_device device;
+    CaseOnDevice run;
+    KernelFigures* figures;
+};
+
+void sample(Side& side, bool backward) {
+    check(splat_device_profile_reset(side.device));
+    if (backward)
+        side.run.backward();
+    else
+        side.run.forward();
+    add_sample(side.device, *side.figures);
+}
+
+double median_of(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+Json shapes_of(const OpCase& op_case) {
+    Json shapes;
+    for (const CaseTensor& input : op_case.inputs) shapes[input.name] = input.dims;
+    shapes[op_case.output.name] = op_case.output.dims;
+    return shapes;
+}
+
+}  // namespace
+
+double KernelFigures::min_ms() const {
+    return *std::min_element(times_ms.begin(), times_ms.end());
+}
+
+double KernelFigures::median_ms() const {
+    return median_of(times_ms);
+}
+
+double KernelFigures::median_layout_ms() const {
+    return median_of(layout_ms);
+}
+
+std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_case,
+                                 const Effort& effort) {
+    const CaseReference reference = reference_of(op_case);
+    std::vector<Measurement> measurements;
+    Side plain{devices.plain.get(), CaseOnDevice(devices.plain.get(), op_case), nullptr};
+    Side fast{devices.fast.get(), CaseOnDevice(devices.fast.get(), op_case), nullptr};
+    for (const bool backward : {false, true}) {
+        Measurement one{op_case.op,
+                        op_case.title,
+                        op_case.attributes,
+                        shapes_of(op_case),
+                        backward ? "backward" : "forward",
+                        {},
+                        {}};
+        plain.figures = &one.plain;
+        fast.figures = &one.fast;
+        for (Side* side : {&plain, &fast}) {  // a first run outside the figures: pipelines, caches
+            side->figures->kernels = kernels_name(info_of(side->device).kernels);
+            sample(*side, backward);
+            side->figures->times_ms.clear();
+            side->figures->layout_ms.clear();
+            side->figures->errors = backward ? backward_errors(op_case, side->run, reference)
+                                             : forward_errors(op_case, side->run, reference);
+        }
+        const auto start = std::chrono::steady_clock::now();
+        for (int i = 0; i < effort.repeat; ++i) {
+            const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+            if (i >= kFewestRuns && passed.count() > effort.seconds) break;
+            sample(plain, backward);
+            sample(fast, backward);
+        }
+        measurements.push_back(std::move(one));
+    }
+    return measurements;
+}
+
+}  // namespace vkrun

@@ -1,0 +1,215 @@
+// vkrun bench: how fast this device is, and how right.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "vkrun/bench.h"
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kFooter =
+    R"(Every operator runs on the shapes of the network, forward and backward, with the plain and
+the fast kernels of the device, which take turns (A B A B) within this one process.
+
+  runs               how often each ran: --repeat times, or less often when --seconds are over
+  min ms, median ms  device time of the operator's own dispatches over the runs
+  GB/s, GFLOP/s      bytes that must be moved, or operations that must be done, per second of
+                     the shortest run; the same numerator for plain and fast
+  plain/fast         shortest plain run over shortest fast run: above 1, fast is faster
+  rel. L2            norm of the difference to float64 over the norm of the float64 result
+  max error          largest difference of an element to float64; both over all results
+  layout ms          packing and unpacking beside it (median): a network does it once at its
+                     edges and when a weight changes, so it is not in the other figures
+
+JSON: {library, device, kernels, repeat, notes, results: [{op, case, attributes, shapes,
+direction, bytes, flops, plain, fast, ratio_min, ratio_median}]}; 'plain' and 'fast' hold the
+figures above, the errors by tensor, the time of every run, the dispatches of the last run, and
+max_roundings: the largest error in units of 2^-24 * (1 + sqrt(K)) * S for a sum of K terms
+whose magnitudes add up to S. More than 4 is a wrong result.
+
+Exit status: 0 all results are right, 1 a result is wrong or a run failed, 2 wrong usage,
+3 no device.
+
+Examples:
+  vkrun bench ops --only linear --repeat 30
+  vkrun bench ops --device discrete --json > bench.json
+)";
+
+struct Options {
+    std::vector<std::string> only;
+    std::string device = "best";
+    int repeat = 0;
+    double seconds = 4;
+    bool json = false;
+    bool table = false;
+    bool quick = false;
+};
+
+Device open_with(const Options& options, splat_kernels kernels) {
+    splat_device_desc desc = device_desc(options.device);
+    desc.kernels = kernels;
+    desc.flags = SPLAT_DEVICE_PROFILE;
+    return open_device(desc);
+}
+
+/// What the reader has to know about this run.
+std::vector<std::string> notes_on(const splat_device_info& plain, const splat_device_info& fast) {
+    std::vector<std::string> notes;
+    const char* forced = std::getenv("SPLAT_KERNELS");
+    const bool is_forced = forced != nullptr && *forced != '\0' && std::string(forced) != "auto";
+    if (is_forced)
+        notes.push_back(std::string("SPLAT_KERNELS=") + forced +
+                        ": both sides run the same kernels, so plain/fast is noise");
+    else if (plain.kernels == fast.kernels)
+        notes.emplace_back(
+            "this device has plain kernels only: both sides run them, so plain/fast is noise");
+    const char* validation = std::getenv("SPLAT_VALIDATION");
+    if (validation != nullptr && *validation != '\0' && std::string(validation) != "0")
+        notes.emplace_back("SPLAT_VALIDATION is set: the times are those of instrumented shaders");
+    if ((fast.features & SPLAT_FEATURE_TIMESTAMPS) == 0)
+        notes.emplace_back("this device has no timestamps");
+    return notes;
+}
+
+/// Wrong results, one sentence each.
+std::vector<std::string> wrong_results(const std::vector<Measurement>& measurements) {
+    std::vector<std::string> sentences;
+    for (const Measurement& m : measurements)
+        for (const KernelFigures* figures : {&m.plain, &m.fast})
+            for (const TensorError& error : figures->errors)
+                if (!good({error}))
+                    sentences.push_back(
+                        format("%s %s, %s kernels: %s is wrong by up to %.3g roundings, "
+                               "expected at most %g",
+                               m.op.c_str(), m.title.c_str(), figures->kernels.c_str(),
+                               error.tensor.c_str(), error.max_roundings, kErrorLimit));
+    return sentences;
+}
+
+void print_json(const splat_device_info& plain, const splat_device_info& fast, int repeat,
+                const std::vector<std::string>& notes,
+                const std::vector<Measurement>& measurements) {
+    Json document;
+    document["library"] = splat_version_string();
+    document["device"] = device_json(fast);
+    document["kernels"]["plain"] = kernels_name(plain.kernels);
+    document["kernels"]["fast"] = kernels_name(fast.kernels);
+    document["same_kernels"] = plain.kernels == fast.kernels;
+    document["repeat"] = repeat;
+    document["notes"] = notes;
+    document["results"] = Json::array();
+    for (const Measurement& measurement : measurements)
+        document["results"].push_back(measurement_json(measurement));
+    std::printf("%s\n", json_text(document).c_str());
+}
+
+void print_table(const splat_device_info& info, int repeat, const std::vector<std::string>& notes,
+                 const std::vector<Measurement>& measurements) {
+    std::printf("device %u: %s (%s, %s); libsplat %s; up to %d runs of each, in turns\n",
+                info.index, info.name, kind_name(info.kind), info.driver, splat_version_string(),
+                repeat);
+    for (const std::string& note : notes) std::printf("note: %s\n", note.c_str());
+    std::printf("\n%s", measurement_table(measurements).c_str());
+}
+
+/// For --only: empty if there are cases for the operator, else what is wrong.
+std::string check_op(const std::string& name) {
+    std::string names;
+    for (const std::string& op : bench_ops()) {
+        if (op == name) return {};
+        names += (names.empty() ? "" : ", ") + op;
+    }
+    return "no operator '" + name + "'; there are: " + names;
+}
+
+int run_ops(Options options) {
+    if (options.only.empty()) options.only = bench_ops();
+    if (options.repeat == 0) options.repeat = options.quick ? 2 : 10;
+    const BenchDevices devices{open_with(options, SPLAT_KERNELS_PLAIN),
+                               open_with(options, SPLAT_KERNELS_AUTO)};
+    const splat_device_info plain = info_of(devices.plain.get());
+    const splat_device_info fast = info_of(devices.fast.get());
+    std::vector<Measurement> measurements;
+    for (const std::string& op : options.only)
+        for (const OpCase& op_case : bench_cases(op, options.quick)) {
+            std::fprintf(stderr, "bench: %s %s\n", op.c_str(), op_case.title.c_str());
+            for (Measurement& one : measure(devices, op_case, {options.repeat, options.seconds}))
+                measurements.push_back(std::move(one));
+        }
+    const std::vector<std::string> notes = notes_on(plain, fast);
+    if (options.json)
+        print_json(plain, fast, options.repeat, notes, measurements);
+    else
+        print_table(fast, options.repeat, notes, measurements);
+    const std::vector<std::string> wrong = wrong_results(measurements);
+    std::fflush(stdout);
+    for (const std::string& sentence : wrong) std::fprintf(stderr, "vkrun: %s\n", sentence.c_str());
+    return wrong.empty() ? kSuccess : kFailed;
+}
+
+}  // namespace
+
+std::vector<std::string> bench_ops() {
+    return {"group_norm", "linear"};
+}
+
+std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
+    if (op == "linear") {
+        if (quick) return {linear_case(17, 32, 24)};
+        // FiLM of a batch of 4, two layers on the pixels of 32x32 and 64x64 images, and an odd one.
+        return {linear_case(4, 512, 512), linear_case(1024, 256, 768), linear_case(4096, 256, 256),
+                linear_case(257, 130, 129)};
+    }
+    if (quick) return {group_norm_case(1, 32, 8, 8, 4, true)};
+    std::vector<OpCase> cases;
+    for (const bool silu : {false, true}) {
+        cases.push_back(group_norm_case(1, 128, 128, 128, 32, silu));
+        cases.push_back(group_norm_case(1, 256, 32, 32, 32, silu));
+        cases.push_back(group_norm_case(8, 256, 16, 16, 32, silu));
+        cases.push_back(group_norm_case(1, 512, 16, 16, 32, silu));
+    }
+    return cases;
+}
+
+void add_bench(CLI::App& app, int& exit_code) {
+    CLI::App* bench = app.add_subcommand("bench", "Measure speed and error on this machine.");
+    bench->group("Commands");
+    bench->require_subcommand(1);
+    bench->footer("'vkrun bench ops --help' tells more.\n");
+    CLI::App* ops = bench->add_subcommand(
+        "ops", "Time fast kernels against plain ones, and compare both with float64.");
+    ops->group("Commands");
+    const auto options = std::make_shared<Options>();
+    ops->add_option("--only", options->only,
+                    "Operators to measure, separated by commas:\ngroup_norm, linear")
+        ->type_name("OP[,OP]")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Validator(check_op, ""));
+    ops->add_option("--repeat", options->repeat,
+                    "Most runs of each set of kernels; 10,\nor 2 with --quick")
+        ->type_name("N")
+        ->check(CLI::Range(1, 10000).description(""));
+    ops->add_option(
+           "--seconds", options->seconds,
+           "Stop repeating a case in one direction after this\ntime, but not before 3 runs")
+        ->type_name("S")
+        ->default_str("4")
+        ->check(CLI::Range(0.0, 1e6).description(""));
+    add_device_option(*ops, options->device);
+    ops->add_flag("--quick", options->quick, "One small shape per operator: shows that all works");
+    ops->add_flag("--table", options->table, "Print tables (the default)");
+    ops->add_flag("--json", options->json, "Print one JSON object on standard output");
+    ops->footer(kFooter);
+    ops->callback([options, &exit_code] {
+        if (options->json && options->table) throw CLI::ExcludesError("--json", "--table");
+        exit_code = run_ops(*options);
+    });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace vkrun {
+
+/// Exit statuses of vkrun, as its help states them.
+enum ExitCode : int {
+    kSuccess = 0,
+    kFailed = 1,
+    kUsageError = 2,
+    kNoDevice = 3,
+};
+
+/// Ends a command: main() prints the sentence on standard error and exits with the status.
+class Failure : public std::runtime_error {
+  public:
+    Failure(ExitCode code, const std::string& sentence)
+        : std::runtime_error(sentence), code_(code) {}
+    [[nodiscard]] ExitCode code() const { return code_; }
+
+  private:
+    ExitCode code_;
+};
+
+/// Each adds one command to the command line; the command leaves its status in `exit_code`.
+void add_devices(CLI::App& app, int& exit_code);
+void add_doctor(CLI::App& app, int& exit_code);
+void add_bench(CLI::App& app, int& exit_code);
+
+}  // namespace vkrun

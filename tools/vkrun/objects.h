@@ -1,0 +1,69 @@
+#pragma once
+
+#include <splat.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vkrun {
+
+/// Owner of a handle of the library.
+template <class T, splat_result (*Destroy)(T)>
+class Owner {
+  public:
+    Owner() = default;
+    Owner(Owner&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+    Owner& operator=(Owner&& other) noexcept {
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    Owner(const Owner&) = delete;
+    Owner& operator=(const Owner&) = delete;
+    ~Owner() {
+        if (handle_ != nullptr) Destroy(handle_);
+    }
+
+    [[nodiscard]] T get() const { return handle_; }
+    T* out() { return &handle_; }
+
+  private:
+    T handle_ = nullptr;
+};
+
+using Device = Owner<splat_device, splat_device_destroy>;
+using Tensor = Owner<splat_tensor, splat_tensor_destroy>;
+using Op = Owner<splat_op, splat_op_destroy>;
+
+/// A zeroed struct of the library with its size set.
+template <class T>
+T sized() {
+    T value{};
+    value.struct_size = sizeof value;
+    return value;
+}
+
+/// Throws a Failure with the library's message unless `result` is a success.
+void check(splat_result result);
+
+/// Every device of this machine, usable or not. Throws if there is no loader or no driver.
+std::vector<splat_device_info> all_devices();
+
+Device open_device(const splat_device_desc& desc);
+splat_device_info info_of(splat_device device);
+
+/// `data` may be empty: zeros.
+Tensor make_tensor(splat_device device, const std::string& name,
+                   const std::vector<std::int64_t>& dims, const std::vector<float>& data);
+std::vector<float> read_tensor(splat_tensor tensor);
+
+/// The text of a function that takes (buffer, capacity, needed).
+std::string whole_text(const std::function<splat_result(char*, std::size_t, std::size_t*)>& get);
+
+/// Send the library's warnings, all its messages if verbose, to standard error.
+void log_to_stderr();
+void set_verbose(bool verbose);
+
+}  // namespace vkrun

@@ -1,0 +1,217 @@
+#include "vkrun/op_case.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "ref/group_norm_ref.h"
+#include "ref/linear_ref.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+namespace ref = splat::ref;
+
+/// SplitMix64 and the Box-Muller transform: the same values on every machine.
+class Normal {
+  public:
+    explicit Normal(std::uint64_t seed) : state_(seed) {}
+    float next(double mean, double deviation) {
+        const double radius = std::sqrt(-2 * std::log(uniform()));
+        const double normal = radius * std::cos(2 * std::numbers::pi * uniform());
+        return static_cast<float>(mean + deviation * normal);
+    }
+
+  private:
+    double uniform() {
+        state_ += 0x9E3779B97F4A7C15ULL;
+        std::uint64_t z = state_;
+        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+        z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+        z ^= z >> 31;
+        return (static_cast<double>(z >> 11) + 0.5) * 0x1p-53;
+    }
+    std::uint64_t state_;
+};
+
+CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::uint64_t seed,
+                  double mean, double deviation) {
+    CaseTensor tensor{name, {}, {}};
+    std::size_t elements = 1;
+    for (const std::size_t size : dims) {
+        tensor.dims.push_back(static_cast<std::int64_t>(size));
+        elements *= size;
+    }
+    Normal normal(seed);
+    tensor.values.resize(elements);
+    for (float& value : tensor.values) value = normal.next(mean, deviation);
+    return tensor;
+}
+
+std::vector<double> to_double(const std::vector<float>& values) {
+    return {values.begin(), values.end()};
+}
+
+std::size_t dim(const CaseTensor& tensor, std::size_t axis) {
+    return static_cast<std::size_t>(tensor.dims[axis]);
+}
+
+CaseReference group_norm_reference(const OpCase& op_case) {
+    const CaseTensor& x = op_case.inputs[0];
+    ref::GroupNormInput<double> input;
+    input.shape = {.N = dim(x, 0),
+                   .C = dim(x, 1),
+                   .pixels = dim(x, 2) * dim(x, 3),
+                   .G = op_case.attributes["groups"].get<std::size_t>()};
+    // The library holds eps as a float.
+    input.eps = static_cast<double>(op_case.attributes["eps"].get<float>());
+    input.silu = op_case.attributes["silu"].get<bool>();
+    input.x = to_double(x.values);
+    input.gamma = to_double(op_case.inputs[1].values);
+    input.beta = to_double(op_case.inputs[2].values);
+    CaseReference result;
+    result.y = std::move(ref::group_norm_forward(input).y);
+    auto gradients = ref::group_norm_backward(input, to_double(op_case.output.values));
+    result.grad_inputs.push_back(std::move(gradients.grad_x));
+    result.grad_inputs.push_back(std::move(gradients.grad_gamma));
+    result.grad_inputs.push_back(std::move(gradients.grad_beta));
+    return result;
+}
+
+CaseReference linear_reference(const OpCase& op_case) {
+    ref::LinearInput<double> input;
+    input.shape = {.rows = dim(op_case.inputs[0], 0),
+                   .in = dim(op_case.inputs[0], 1),
+                   .out = dim(op_case.inputs[1], 0)};
+    input.x = to_double(op_case.inputs[0].values);
+    input.weight = to_double(op_case.inputs[1].values);
+    input.bias = to_double(op_case.inputs[2].values);
+    CaseReference result;
+    result.y = ref::linear_forward(input);
+    auto gradients = ref::linear_backward(input, to_double(op_case.output.values));
+    result.grad_inputs.push_back(std::move(gradients.grad_x));
+    result.grad_inputs.push_back(std::move(gradients.grad_weight));
+    result.grad_inputs.push_back(std::move(gradients.grad_bias));
+    return result;
+}
+
+/// The larger one, or NaN if one of them is NaN.
+double larger(double a, double b) {
+    return a > b || std::isnan(a) ? a : b;
+}
+
+}  // namespace
+
+OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
+                       std::size_t groups, bool silu) {
+    OpCase result;
+    result.op = "group_norm";
+    result.title = format("[%zu,%zu,%zu,%zu] G=%zu%s", N, C, H, W, groups, silu ? " silu" : "");
+    result.attributes["groups"] = groups;
+    result.attributes["eps"] = 1e-6;
+    result.attributes["silu"] = silu;
+    result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
+                     filled("beta", {C}, 3, 0, 0.25)};
+    result.output = filled("y", {N, C, H, W}, 4, 0, 1);
+    return result;
+}
+
+OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
+    OpCase result;
+    result.op = "linear";
+    result.title = format("%zu x %zu->%zu", rows, in, out);
+    result.attributes = Json::object();
+    const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
+    result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
+                     filled("bias", {out}, 3, 0, 0.25)};
+    result.output = filled("y", {rows, out}, 4, 0, 1);
+    return result;
+}
+
+CaseReference reference_of(const OpCase& op_case) {
+    return op_case.op == "linear" ? linear_reference(op_case) : group_norm_reference(op_case);
+}
+
+CaseOnDevice::CaseOnDevice(splat_device device, const OpCase& op_case) {
+    std::vector<splat_tensor> inputs;
+    std::vector<splat_tensor> grad_inputs;
+    for (const CaseTensor& input : op_case.inputs) {
+        inputs_.push_back(make_tensor(device, input.name, input.dims, input.values));
+        grad_inputs_.push_back(make_tensor(device, "grad_" + input.name, input.dims, {}));
+        inputs.push_back(inputs_.back().get());
+        grad_inputs.push_back(grad_inputs_.back().get());
+    }
+    const CaseTensor& output = op_case.output;
+    output_ = make_tensor(device, output.name, output.dims, {});
+    grad_output_ = make_tensor(device, "grad_" + output.name, output.dims, output.values);
+    splat_tensor output_handle = output_.get();
+    splat_tensor grad_output_handle = grad_output_.get();
+    const std::string attributes = op_case.attributes.dump();
+    auto desc = sized<splat_op_desc>();
+    desc.type = op_case.op.c_str();
+    desc.attributes = attributes.c_str();
+    desc.input_count = static_cast<std::uint32_t>(inputs.size());
+    desc.output_count = 1;
+    desc.inputs = inputs.data();
+    desc.outputs = &output_handle;
+    desc.grad_outputs = &grad_output_handle;
+    desc.grad_inputs = grad_inputs.data();
+    check(splat_op_create(device, &desc, op_.out()));
+}
+
+void CaseOnDevice::forward() {
+    check(splat_op_forward(op_.get()));
+}
+
+void CaseOnDevice::backward() {
+    check(splat_op_backward(op_.get()));
+}
+
+TensorError compare(const std::string& name, const std::vector<float>& gpu,
+                    const ref::Summed<double>& reference) {
+    TensorError error{.tensor = name};
+    const double rounding = 0x1p-24 * (1 + std::sqrt(static_cast<double>(reference.terms)));
+    double sum = 0;
+    double reference_sum = 0;
+    for (std::size_t i = 0; i < gpu.size(); ++i) {
+        const double difference = std::abs(static_cast<double>(gpu[i]) - reference.value[i]);
+        sum += difference * difference;
+        reference_sum += reference.value[i] * reference.value[i];
+        error.max_abs = larger(error.max_abs, difference);
+        const double unit =
+            rounding * reference.magnitude[i] + 1e-37;  // float32's smallest numbers
+        error.max_roundings = larger(error.max_roundings, difference / unit);
+    }
+    error.relative_l2 = std::sqrt(sum / std::max(reference_sum, 1e-300));
+    return error;
+}
+
+std::vector<TensorError> forward_errors(const OpCase& op_case, const CaseOnDevice& run,
+                                        const CaseReference& reference) {
+    return {compare(op_case.output.name, run.y(), reference.y)};
+}
+
+std::vector<TensorError> backward_errors(const OpCase& op_case, const CaseOnDevice& run,
+                                         const CaseReference& reference) {
+    std::vector<TensorError> errors;
+    for (std::size_t i = 0; i < op_case.inputs.size(); ++i)
+        errors.push_back(
+            compare("grad_" + op_case.inputs[i].name, run.grad_input(i), reference.grad_inputs[i]));
+    return errors;
+}
+
+TensorError worst(const std::vector<TensorError>& errors) {
+    TensorError most;
+    for (const TensorError& error : errors) {
+        most.relative_l2 = larger(most.relative_l2, error.relative_l2);
+        most.max_abs = larger(most.max_abs, error.max_abs);
+        most.max_roundings = larger(most.max_roundings, error.max_roundings);
+    }
+    return most;
+}
+
+bool good(const std::vector<TensorError>& errors) {
+    return worst(errors).max_roundings <= kErrorLimit;  // false for NaN
+}
+
+}  // namespace vkrun
