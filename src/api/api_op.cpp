@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/json.h"
 #include "nn/op_table.h"
 
 using namespace splat;
@@ -71,9 +72,9 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
     SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));
-    Json attributes = Json::object();
+    std::vector<JsonScalar> attributes;
     if (desc->attributes != nullptr) {
-        SPLAT_ASSIGN(attributes, parse_json(desc->attributes, "splat_op_desc.attributes"));
+        SPLAT_ASSIGN(attributes, parse_flat_json(desc->attributes, "splat_op_desc.attributes"));
     }
 
     TensorList list(row->name, *owner->context);
@@ -114,28 +115,34 @@ splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
     });
 }
 
+/// ["a", "b"]
+template <class Items, class Text>
+std::string json_list(const Items& items, Text&& text) {
+    std::string list;
+    for (const auto& item : items) list += (list.empty() ? "" : ", ") + text(item);
+    return "[" + list + "]";
+}
+
+std::string describe(const nn::OpRow& row) {
+    const auto port = [](const nn::Port& p) {
+        return json_quote(std::string(p.name) + (p.optional ? "?" : ""));
+    };
+    const auto attribute = [](const nn::Attribute& a) {
+        return format("{\"name\": %s, \"type\": %s, \"default\": %s, \"about\": %s}",
+                      json_quote(a.name).c_str(), json_quote(a.type).c_str(), a.fallback,
+                      json_quote(a.about).c_str());
+    };
+    return format(
+        "\n {\"name\": %s, \"equation\": %s,\n  \"inputs\": %s, \"outputs\": %s, \"saved\": %s,\n"
+        "  \"attributes\": %s}",
+        json_quote(row.name).c_str(), json_quote(row.equation).c_str(),
+        json_list(row.inputs, port).c_str(), json_list(row.outputs, port).c_str(),
+        json_list(row.saved, [](const char* name) { return json_quote(name); }).c_str(),
+        json_list(row.attributes, attribute).c_str());
+}
+
 std::string make_list() {
-    Json list = Json::array();
-    for (const nn::OpRow& row : nn::op_table()) {
-        Json inputs = Json::array();
-        for (const nn::Port& port : row.inputs)
-            inputs.push_back(std::string(port.name) + (port.optional ? "?" : ""));
-        Json outputs = Json::array();
-        for (const nn::Port& port : row.outputs) outputs.push_back(port.name);
-        Json attributes = Json::array();
-        for (const nn::Attribute& attribute : row.attributes)
-            attributes.push_back({{"name", attribute.name},
-                                  {"type", attribute.type},
-                                  {"default", Json::parse(attribute.fallback)},
-                                  {"about", attribute.about}});
-        list.push_back({{"name", row.name},
-                        {"equation", row.equation},
-                        {"inputs", inputs},
-                        {"outputs", outputs},
-                        {"saved", std::vector<std::string>(row.saved.begin(), row.saved.end())},
-                        {"attributes", attributes}});
-    }
-    return list.dump(2);
+    return json_list(nn::op_table(), describe);
 }
 
 }  // namespace

@@ -9,23 +9,23 @@
 
 namespace {
 
-std::string make_build_info() {
-    splat::Json shaders = splat::Json::array();
-    for (const splat::vk::ShaderModule& module : splat::vk::shader_modules())
-        shaders.push_back(
-            {{"name", module.name}, {"hash", module.sha256}, {"bytes", module.words.size_bytes()}});
-    const splat::Json info = {
-        {"version", splat_version_string()},
-        {"compiler", __VERSION__},
 #ifdef NDEBUG
-        {"assertions", false},
+constexpr const char* kAssertions = "false";
 #else
-        {"assertions", true},
+constexpr const char* kAssertions = "true";
 #endif
-        {"fault_points", SPLAT_FAULT_POINTS != 0},
-        {"shaders", shaders},
-    };
-    return info.dump();
+
+std::string make_build_info() {
+    std::string shaders;
+    for (const splat::vk::ShaderModule& module : splat::vk::shader_modules())
+        shaders += splat::format("%s\n  {\"name\": \"%s\", \"hash\": \"%s\", \"bytes\": %zu}",
+                                 shaders.empty() ? "" : ",", module.name, module.sha256,
+                                 module.words.size_bytes());
+    return splat::format(
+        "{\"version\": \"%s\", \"compiler\": %s, \"assertions\": %s, \"fault_points\": %s,\n"
+        " \"shaders\": [%s]}",
+        splat_version_string(), splat::json_quote(__VERSION__).c_str(), kAssertions,
+        SPLAT_FAULT_POINTS != 0 ? "true" : "false", shaders.c_str());
 }
 
 }  // namespace

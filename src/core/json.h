@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <variant>
+#include <vector>
 
 #include "core/status.h"
 
@@ -17,5 +19,19 @@ inline constexpr int kMaxJsonDepth = 64;
 /// larger than kMaxJsonBytes or nests deeper than kMaxJsonDepth; `what` names the text in the
 /// message.
 Result<Json> parse_json(std::string_view text, const char* what);
+
+/// A member of a flat JSON object.
+struct JsonScalar {
+    std::string name;
+    std::variant<std::int64_t, double, bool> value;
+};
+
+/// Parse an object of numbers and booleans without building a tree: nlohmann's destroys itself with
+/// allocations, which ends the process where memory has run out, so entry points of the C API must
+/// not use it. Errors: kInvalidArgument for anything else than such an object.
+Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what);
+
+/// A JSON string: quoted and escaped; what is no UTF-8 becomes U+FFFD.
+std::string json_quote(std::string_view text);
 
 }  // namespace splat

@@ -16,10 +16,10 @@ bool present(const BufferView& view) {
 }  // namespace
 
 Result<std::unique_ptr<OpInstance>> OpInstance::create(vk::Context& context, const OpRow& row,
-                                                       const Json& attributes,
+                                                       std::span<const JsonScalar> attributes,
                                                        const Tensors& tensors) {
     std::unique_ptr<OpInstance> op(new OpInstance(context, row));
-    SPLAT_ASSIGN(const Json complete, complete_attributes(row, attributes));
+    SPLAT_ASSIGN(const Attributes complete, complete_attributes(row, attributes));
     std::vector<Shape> shapes;
     for (std::size_t i = 0; i < row.inputs.size(); ++i) {
         const BufferView& input = tensors.inputs[i];
@@ -122,7 +122,7 @@ Status OpInstance::allocate(const OpPlan& plan, const Tensors& tensors) {
     return {};
 }
 
-Status OpInstance::record(const Json& attributes, const Tensors& tensors) {
+Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) {
     vk::Recorder recorder(context_);
     for (std::size_t i = 0; i < row_.inputs.size(); ++i)
         if (row_.inputs[i].layout == Layout::kQuads && present(tensors.inputs[i]))

@@ -24,7 +24,7 @@ class OpInstance {
     /// Errors: kShape (which tensor, its shape, the one expected), and those of the operator and
     /// the device's memory.
     static Result<std::unique_ptr<OpInstance>> create(vk::Context& context, const OpRow& row,
-                                                      const Json& attributes,
+                                                      std::span<const JsonScalar> attributes,
                                                       const Tensors& tensors);
 
     Status forward();
@@ -39,7 +39,7 @@ class OpInstance {
     OpInstance(vk::Context& context, const OpRow& row) : context_(context), row_(row) {}
     Status check_shapes(const OpPlan& plan, const Tensors& tensors) const;
     Status allocate(const OpPlan& plan, const Tensors& tensors);
-    Status record(const Json& attributes, const Tensors& tensors);
+    Status record(const Attributes& attributes, const Tensors& tensors);
     Result<vk::BufferView> scratch(const Shape& shape, Layout layout);
     Result<vk::BufferView> on_device(const vk::BufferView& tensor, Layout layout);
 

@@ -37,23 +37,23 @@ constexpr Attribute kGroupNormAttributes[] = {
     {"silu", "boolean", "false", "apply SiLU in the same pass"},
 };
 
-Result<ops::GroupNormDesc> group_norm_desc(const Json& attributes, const Shape& x) {
+Result<ops::GroupNormDesc> group_norm_desc(const Attributes& attributes, const Shape& x) {
     if (x.rank() < 2)
         return error(Code::kShape, "group_norm: tensor 'x' has shape %s, expected [N, C, ...]",
                      x.text().c_str());
     ops::GroupNormDesc desc;
     SPLAT_ASSIGN(desc.x, ops::quad_dims(x));
-    const auto groups = attributes["groups"].get<std::int64_t>();
+    const auto groups = attributes.integer("groups");
     if (groups < 1 || groups > desc.x.c)
         return error(Code::kInvalidArgument, "group_norm: groups is %lld, expected 1 to %u",
                      static_cast<long long>(groups), desc.x.c);
     desc.groups = static_cast<std::uint32_t>(groups);
-    desc.eps = attributes["eps"].get<float>();
-    desc.silu = attributes["silu"].get<bool>();
+    desc.eps = static_cast<float>(attributes.number("eps"));
+    desc.silu = attributes.boolean("silu");
     return desc;
 }
 
-Result<OpPlan> group_norm_plan(const vk::Recorder& recorder, const Json& attributes,
+Result<OpPlan> group_norm_plan(const vk::Recorder& recorder, const Attributes& attributes,
                                std::span<const Shape> inputs) {
     SPLAT_ASSIGN(const ops::GroupNormDesc desc, group_norm_desc(attributes, inputs[0]));
     SPLAT_TRY(ops::group_norm_check(recorder.device(), desc));
@@ -66,13 +66,13 @@ Result<OpPlan> group_norm_plan(const vk::Recorder& recorder, const Json& attribu
     return plan;
 }
 
-Status group_norm_forward(vk::Recorder& recorder, const Json& attributes, const OpViews& v) {
+Status group_norm_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
     SPLAT_ASSIGN(const ops::GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
     return ops::group_norm_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2],
                                    v.outputs[0], v.saved[0], v.saved[1]);
 }
 
-Status group_norm_backward(vk::Recorder& recorder, const Json& attributes, const OpViews& v) {
+Status group_norm_backward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
     SPLAT_ASSIGN(const ops::GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
     return ops::group_norm_backward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2],
                                     v.saved[0], v.saved[1], v.grad_outputs[0], v.grad_inputs[0],
@@ -94,7 +94,7 @@ std::uint64_t packed_end(const vk::Recorder& recorder, const ops::LinearDesc& de
                     recorder.device().limits.offset_alignment);
 }
 
-Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Json&,
+Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Attributes&,
                            std::span<const Shape> inputs) {
     const Shape& x = inputs[0];
     const Shape& weight = inputs[1];
@@ -127,7 +127,7 @@ Result<BufferView> pack(vk::Recorder& recorder, const ops::LinearDesc& desc, con
     return packed;
 }
 
-Status linear_forward(vk::Recorder& recorder, const Json&, const OpViews& v) {
+Status linear_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     const bool bias = v.inputs[2].block != nullptr;
     const ops::LinearDesc desc = linear_desc(v.inputs[0].shape, v.inputs[1].shape, bias);
     SPLAT_ASSIGN(const BufferView weight, pack(recorder, desc, v, false));
@@ -135,7 +135,7 @@ Status linear_forward(vk::Recorder& recorder, const Json&, const OpViews& v) {
                                bias ? v.inputs[2] : v.inputs[1], v.outputs[0]);
 }
 
-Status linear_backward(vk::Recorder& recorder, const Json&, const OpViews& v) {
+Status linear_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     const bool bias = v.inputs[2].block != nullptr;
     const ops::LinearDesc desc = linear_desc(v.inputs[0].shape, v.inputs[1].shape, bias);
     SPLAT_ASSIGN(const BufferView weight, pack(recorder, desc, v, true));
@@ -188,32 +188,66 @@ Result<const OpRow*> find_op(std::string_view name) {
                  std::string(name).c_str(), names.c_str());
 }
 
-Result<Json> complete_attributes(const OpRow& row, const Json& given) {
-    if (!given.is_object())
-        return error(Code::kInvalidArgument, "%s: attributes are no JSON object, but %s", row.name,
-                     given.dump().c_str());
-    Json complete = Json::object();
+namespace {
+
+std::string text_of(const JsonScalar& scalar) {
+    if (const auto* flag = std::get_if<bool>(&scalar.value)) return *flag ? "true" : "false";
+    if (const auto* number = std::get_if<double>(&scalar.value)) return format("%.9g", *number);
+    return std::to_string(std::get<std::int64_t>(scalar.value));
+}
+
+}  // namespace
+
+Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonScalar> given) {
+    std::vector<JsonScalar> complete;
     for (const Attribute& attribute : row.attributes) {
-        const auto found = given.find(attribute.name);
-        Json value = found == given.end() ? Json::parse(attribute.fallback) : *found;
-        const std::string_view type = attribute.type;
-        const bool fits = type == "integer"  ? value.is_number_integer()
-                          : type == "number" ? value.is_number()
-                                             : value.is_boolean();
-        if (!fits)
-            return error(Code::kInvalidArgument, "%s: attribute '%s' is %s, expected type %s",
-                         row.name, attribute.name, value.dump().c_str(), attribute.type);
-        complete[attribute.name] = std::move(value);
+        SPLAT_ASSIGN(std::vector<JsonScalar> fallback,
+                     parse_flat_json(format("{\"%s\": %s}", attribute.name, attribute.fallback),
+                                     "attribute default"));
+        complete.push_back(std::move(fallback[0]));
     }
-    for (const auto& item : given.items())
-        if (!complete.contains(item.key())) {
+    for (const JsonScalar& scalar : given) {
+        std::size_t at = 0;
+        while (at < complete.size() && complete[at].name != scalar.name) ++at;
+        if (at == complete.size()) {
             std::string names;
             for (const Attribute& attribute : row.attributes)
                 names += std::string(" ") + attribute.name;
             return error(Code::kInvalidArgument, "%s: no attribute '%s'; there are:%s", row.name,
-                         item.key().c_str(), names.empty() ? " none" : names.c_str());
+                         scalar.name.c_str(), names.empty() ? " none" : names.c_str());
         }
-    return complete;
+        const std::string_view expected = row.attributes[at].type;
+        const bool is_integer = std::holds_alternative<std::int64_t>(scalar.value);
+        const bool fits = expected == "integer"   ? is_integer
+                          : expected == "boolean" ? std::holds_alternative<bool>(scalar.value)
+                                                  : !std::holds_alternative<bool>(scalar.value);
+        if (!fits)
+            return error(Code::kInvalidArgument, "%s: attribute '%s' is %s, expected type %s",
+                         row.name, scalar.name.c_str(), text_of(scalar).c_str(),
+                         row.attributes[at].type);
+        complete[at].value = scalar.value;
+    }
+    return Attributes(std::move(complete));
+}
+
+const JsonScalar& Attributes::find(std::string_view name) const {
+    std::size_t at = 0;
+    while (values_[at].name != name) ++at;  // operators ask for what their row lists
+    return values_[at];
+}
+
+std::int64_t Attributes::integer(std::string_view name) const {
+    return std::get<std::int64_t>(find(name).value);
+}
+
+double Attributes::number(std::string_view name) const {
+    const auto& value = find(name).value;
+    const auto* integer = std::get_if<std::int64_t>(&value);
+    return integer != nullptr ? static_cast<double>(*integer) : std::get<double>(value);
+}
+
+bool Attributes::boolean(std::string_view name) const {
+    return std::get<bool>(find(name).value);
 }
 
 }  // namespace splat::nn

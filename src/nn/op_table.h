@@ -28,6 +28,19 @@ struct Attribute {
     const char* about;
 };
 
+/// Checked attribute values of one call: every attribute of the row, given or default.
+class Attributes {
+  public:
+    explicit Attributes(std::vector<JsonScalar> values) : values_(std::move(values)) {}
+    [[nodiscard]] std::int64_t integer(std::string_view name) const;
+    [[nodiscard]] double number(std::string_view name) const;
+    [[nodiscard]] bool boolean(std::string_view name) const;
+
+  private:
+    [[nodiscard]] const JsonScalar& find(std::string_view name) const;
+    std::vector<JsonScalar> values_;
+};
+
 /// What an operator's outputs and workspaces look like for given inputs.
 struct OpPlan {
     std::vector<Shape> outputs;
@@ -57,10 +70,10 @@ struct OpRow {
     std::span<const Port> outputs;
     std::span<const char* const> saved;
     std::span<const Attribute> attributes;
-    Result<OpPlan> (*plan)(const vk::Recorder&, const Json& attributes,
+    Result<OpPlan> (*plan)(const vk::Recorder&, const Attributes& attributes,
                            std::span<const Shape> inputs);
-    Status (*forward)(vk::Recorder&, const Json& attributes, const OpViews&);
-    Status (*backward)(vk::Recorder&, const Json& attributes, const OpViews&);
+    Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
+    Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
 };
 
 /// All operators, by name.
@@ -71,6 +84,6 @@ Result<const OpRow*> find_op(std::string_view name);
 
 /// Check `given` against the row (unknown name, wrong type) and fill in the defaults. Errors:
 /// kInvalidArgument.
-Result<Json> complete_attributes(const OpRow& row, const Json& given);
+Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonScalar> given);
 
 }  // namespace splat::nn

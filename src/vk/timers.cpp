@@ -38,17 +38,16 @@ std::vector<Profile::Row> Profile::rows() const {
 }
 
 std::string Profile::json(const std::string& device) const {
-    Json ops = Json::array();
+    std::string ops;
     for (const Row& row : rows())
-        ops.push_back({{"op", row.key->first},
-                       {"kernel", row.key->second},
-                       {"count", row.entry->count},
-                       {"total_ms", row.entry->total_ms},
-                       {"min_ms", row.entry->min_ms},
-                       {"median_ms", row.median_ms},
-                       {"bytes", row.entry->work.bytes},
-                       {"flops", row.entry->work.flops}});
-    return Json{{"device", device}, {"ops", std::move(ops)}}.dump(2);
+        ops += format(
+            "%s\n  {\"op\": %s, \"kernel\": %s, \"count\": %llu, \"total_ms\": %.9g, "
+            "\"min_ms\": %.9g, \"median_ms\": %.9g, \"bytes\": %.17g, \"flops\": %.17g}",
+            ops.empty() ? "" : ",", json_quote(row.key->first).c_str(),
+            json_quote(row.key->second).c_str(), static_cast<unsigned long long>(row.entry->count),
+            row.entry->total_ms, row.entry->min_ms, row.median_ms, row.entry->work.bytes,
+            row.entry->work.flops);
+    return format("{\"device\": %s,\n \"ops\": [%s]}", json_quote(device).c_str(), ops.c_str());
 }
 
 std::string Profile::table(const std::string& device) const {

@@ -71,25 +71,26 @@ TEST_F(ApiOpRefuses, Attributes) {
     };
     for (const Row& row : {
              Row{R"({"group": 2})", "'group'; there are: groups eps silu"},
-             Row{R"({"groups": 2.5})", "'groups' is 2.5, expected type integer"},
-             Row{R"({"groups": "2"})", "'groups'"},
+             Row{R"({"groups": 2.5})", "'groups' has type number, expected integer"},
+             Row{R"({"groups": "2"})", "'groups' is a string"},
              Row{R"({"groups": null})", "'groups' is null"},
-             Row{R"({"groups": [2]})", "'groups'"},
-             Row{R"({"groups": true})", "'groups' is true"},
+             Row{R"({"groups": [2]})", "'groups' is an array"},
+             Row{R"({"groups": {}})", "'groups' is an object"},
+             Row{R"({"groups": true})", "'groups' has type boolean, expected integer"},
              Row{R"({"groups": 0})", "groups is 0, expected 1 to 6"},
              Row{R"({"groups": -1})", "groups is -1"},
              Row{R"({"groups": 7})", "groups is 7"},
              Row{R"({"groups": 99999999999999999999})", "'groups'"},
              Row{R"({"groups": 18446744073709551615})", "groups"},
-             Row{R"({"eps": "x"})", "'eps' is \"x\", expected type number"},
+             Row{R"({"eps": "x"})", "'eps' is a string"},
              Row{R"({"eps": 0})", "eps is 0"},
              Row{R"({"eps": -1e-6})", "eps is -1e-06"},
              Row{R"({"eps": 1e-60})", "eps"},
              Row{R"({"eps": 1e60})", "eps"},
              Row{R"({"eps": 1e600})", "attributes"},
-             Row{R"({"silu": 1})", "'silu' is 1, expected type boolean"},
-             Row{"[]", "no JSON object"},
-             Row{"7", "no JSON object"},
+             Row{R"({"silu": 1})", "'silu' has type integer, expected boolean"},
+             Row{"[]", "expected a JSON object"},
+             Row{"7", "expected a JSON object"},
              Row{"", "not valid JSON"},
              Row{"{", "not valid JSON"},
              Row{R"({"groups": 2} x)", "not valid JSON"},
@@ -100,8 +101,10 @@ TEST_F(ApiOpRefuses, Attributes) {
     OpRequest request = linear();
     request.attributes = R"({"groups": 2})";
     expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "there are: none");
-    const std::string deep = std::string(100, '[') + std::string(100, ']');
-    expect(norm(deep.c_str()), SPLAT_ERROR_INVALID_ARGUMENT, "deeper than 64");
+    const std::string deep(1'000'000, '[');
+    expect(norm(deep.c_str()), SPLAT_ERROR_INVALID_ARGUMENT, "expected a JSON object");
+    const std::string large = "{}" + std::string(17 << 20, ' ');
+    expect(norm(large.c_str()), SPLAT_ERROR_INVALID_ARGUMENT, "bytes of JSON, expected at most");
 }
 
 TEST_F(ApiOpRefuses, Counts) {

@@ -59,7 +59,9 @@ Status run(Context& context, const OpCall& call, OpResult& result) {
         shapes.push_back(tensors.inputs.back().shape);
     }
     const vk::Recorder recorder(context);
-    SPLAT_ASSIGN(const Json attributes, nn::complete_attributes(*row, call.attributes));
+    SPLAT_ASSIGN(const std::vector<JsonScalar> given,
+                 parse_flat_json(call.attributes.dump(), "attributes"));
+    SPLAT_ASSIGN(const nn::Attributes attributes, nn::complete_attributes(*row, given));
     SPLAT_ASSIGN(const nn::OpPlan plan, row->plan(recorder, attributes, shapes));
     for (const Shape& shape : plan.outputs) tensors.outputs.push_back(memory.fresh(shape));
     for (const HostTensor& grad : call.grad_outputs)
@@ -76,7 +78,7 @@ Status run(Context& context, const OpCall& call, OpResult& result) {
         }
     tensors.accumulate = !call.accumulate_to.empty();
 
-    SPLAT_ASSIGN(const auto op, nn::OpInstance::create(context, *row, call.attributes, tensors));
+    SPLAT_ASSIGN(const auto op, nn::OpInstance::create(context, *row, given, tensors));
     for (int i = 0; i < call.runs; ++i) {
         SPLAT_TRY(op->forward());
         if (!call.grad_outputs.empty()) SPLAT_TRY(op->backward());

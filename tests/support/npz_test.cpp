@@ -15,7 +15,7 @@ std::vector<std::byte> bytes_of(const std::string& text) {
 
 std::string little(std::uint64_t value, std::size_t bytes) {
     std::string text;
-    for (std::size_t i = 0; i < bytes; ++i) text += static_cast<char>(value >> 8 * i & 0xFF);
+    for (; text.size() < bytes; value >>= 8) text += static_cast<char>(value & 0xFF);
     return text;
 }
 
