@@ -51,7 +51,7 @@ macro(splat_shader_module source name)
   set(spv ${CMAKE_CURRENT_BINARY_DIR}/${name}.spv)
   set(cpp ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   add_custom_command(
-    OUTPUT ${cpp}
+    OUTPUT ${spv} ${cpp}
     COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2
             -I${PROJECT_SOURCE_DIR}/shaders/include ${ARGN} --depfile ${spv}.d
             -o ${spv} ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp

@@ -32,7 +32,7 @@ class ScopedModule {
 
 }  // namespace
 
-Pipelines::Pipelines(Device& device, std::string cache_folder) : device_(device) {
+Pipelines::Pipelines(Device& device, const std::string& cache_folder) : device_(device) {
     if (!cache_folder.empty()) file_ = pipeline_cache_path(cache_folder, device.info());
     open_cache();
 }

@@ -32,7 +32,7 @@ struct Pipeline {
 class Pipelines {
   public:
     /// `cache_folder` "" = no file.
-    Pipelines(Device& device, std::string cache_folder);
+    Pipelines(Device& device, const std::string& cache_folder);
     ~Pipelines();
     Pipelines(const Pipelines&) = delete;
     Pipelines& operator=(const Pipelines&) = delete;

@@ -149,7 +149,8 @@ std::string whole_text(Call&& call) {
     return text;
 }
 
-/// Lines of the validation layer that came through the log so far. Any fails the program at its end.
+/// Lines of the validation layer that came through the log so far. Any fails the program at its
+/// end.
 std::uint64_t validation_messages();
 
 /// The log callback that counts them: a test that sets its own puts this one back.

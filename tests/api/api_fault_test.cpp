@@ -1,4 +1,5 @@
-// The driver fails at each place where it can, once and from there on; devices get lost, and waits end too early.
+// The driver fails at each place where it can, once and from there on; devices get lost, and waits
+// end too early.
 #include <unistd.h>
 
 #include <cstdio>

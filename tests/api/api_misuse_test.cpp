@@ -1,4 +1,5 @@
-// Every function of the header, with every parameter wrong: a documented code and a sentence, outputs as they were, no crash.
+// Every function of the header, with every parameter wrong: a documented code and a sentence,
+// outputs as they were, no crash.
 #include <fstream>
 #include <map>
 #include <regex>

@@ -127,7 +127,8 @@ class ApiOom : public testing::Test {
             EXPECT_EQ(file.path().extension(), ".bin") << file << " was left behind";
     }
 
-    /// All allocations, or every `step`-th of them; every `validated_step`-th of these under the validation layer.
+    /// All allocations, or every `step`-th of them; every `validated_step`-th of these under the
+    /// validation layer.
     void run(std::uint64_t step, std::uint64_t validated_step) {
         ASSERT_GT(count_, 500U) << "the library's allocations are not seen";
         std::uint64_t runs = 0;

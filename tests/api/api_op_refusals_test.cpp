@@ -71,12 +71,12 @@ TEST_F(ApiOpRefuses, Attributes) {
     };
     for (const Row& row : {
              Row{R"({"group": 2})", "'group'; there are: groups eps silu"},
-             Row{R"({"groups": 2.5})", "'groups' has type number, expected integer"},
+             Row{R"({"groups": 2.5})", "'groups' is 2.5, expected type integer"},
              Row{R"({"groups": "2"})", "'groups' is a string"},
              Row{R"({"groups": null})", "'groups' is null"},
              Row{R"({"groups": [2]})", "'groups' is an array"},
              Row{R"({"groups": {}})", "'groups' is an object"},
-             Row{R"({"groups": true})", "'groups' has type boolean, expected integer"},
+             Row{R"({"groups": true})", "'groups' is true, expected type integer"},
              Row{R"({"groups": 0})", "groups is 0, expected 1 to 6"},
              Row{R"({"groups": -1})", "groups is -1"},
              Row{R"({"groups": 7})", "groups is 7"},
@@ -88,7 +88,7 @@ TEST_F(ApiOpRefuses, Attributes) {
              Row{R"({"eps": 1e-60})", "eps"},
              Row{R"({"eps": 1e60})", "eps"},
              Row{R"({"eps": 1e600})", "attributes"},
-             Row{R"({"silu": 1})", "'silu' has type integer, expected boolean"},
+             Row{R"({"silu": 1})", "'silu' is 1, expected type boolean"},
              Row{"[]", "expected a JSON object"},
              Row{"7", "expected a JSON object"},
              Row{"", "not valid JSON"},

@@ -1,4 +1,5 @@
-// Many threads: one device for all, and one device for each. Results are those of a single thread, bit by bit.
+// Many threads: one device for all, and one device for each. Results are those of a single thread,
+// bit by bit.
 #include <unistd.h>
 
 #include <array>

@@ -40,7 +40,8 @@ class Scenario {
     ScenarioResults results;
 
   private:
-    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left its outputs alone.
+    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left
+    /// its outputs alone.
     template <class Call, class Untouched>
     bool call(const char* name, Call&& make, Untouched&& untouched) {
         for (int attempt = 0;; ++attempt) {

@@ -13,7 +13,8 @@ class Observer {
     virtual void before() {}
     virtual void after() {}
 
-    /// A call failed and left its outputs alone. True: make the same call once more; false: give up and destroy everything.
+    /// A call failed and left its outputs alone. True: make the same call once more; false: give up
+    /// and destroy everything.
     virtual bool retry(const char* call, splat_result result) {
         ADD_FAILURE() << call << ": " << splat_result_name(result) << ": "
                       << splat_last_error_message();
@@ -29,11 +30,11 @@ struct ScenarioResults {
     bool operator==(const ScenarioResults& other) const;
 };
 
-/// A life: create a device and tensors, run group_norm forward and backward and linear forward, read back, map, check, describe,
-/// destroy.
+/// A life: create a device and tensors, run group_norm forward and backward and linear forward,
+/// read back, map, check, describe, destroy.
 ///
-/// Every call's outputs are checked to be untouched when it fails, and every destroy to succeed. Returns the results, or nothing
-/// if the observer gave up.
+/// Every call's outputs are checked to be untouched when it fails, and every destroy to succeed.
+/// Returns the results, or nothing if the observer gave up.
 std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_device_desc& device);
 
 }  // namespace splat::test

@@ -11,7 +11,8 @@
 namespace splat::house {
 namespace {
 
-/// Layer -> what it may include: names of layers, "params", "splat.h", or single headers as "vk/timers.h".
+/// Layer -> what it may include: names of layers, "params", "splat.h", or single headers as
+/// "vk/timers.h".
 using Table = std::map<std::string, std::set<std::string>>;
 
 /// Headers of Vulkan and of libraries that only some layers may know.

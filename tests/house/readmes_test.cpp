@@ -1,4 +1,5 @@
-// Every folder explains itself, in few lines, and what it names exists. No file knows the machine it was written on.
+// Every folder explains itself, in few lines, and what it names exists. No file knows the machine
+// it was written on.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +22,8 @@ std::set<std::string> paths_of(const std::vector<TextFile>& files) {
     return paths;
 }
 
-/// A folder with sources has a README.md. Folders below tests, shaders and tools may leave it to the folder above.
+/// A folder with sources has a README.md. Folders below tests, shaders and tools may leave it to
+/// the folder above.
 Findings check_presence(const std::vector<TextFile>& files) {
     const std::set<std::string> paths = paths_of(files);
     std::set<std::string> missing;
@@ -47,8 +49,8 @@ Findings check_length(const TextFile& file) {
             std::to_string(kMaxReadmeLines)};
 }
 
-/// `src/...` and its like between backquotes is a path that exists, from the root or from the file's folder, unless it
-/// has a placeholder in it.
+/// `src/...` and its like between backquotes is a path that exists, from the root or from the
+/// file's folder, unless it has a placeholder in it.
 Findings check_paths(const TextFile& file, const std::set<std::string>& paths) {
     static const std::regex quoted(
         R"re(`((?:src|shaders|tests|tools|include|cmake|bindings)/[A-Za-z0-9_./-]*)`)re");

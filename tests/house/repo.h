@@ -6,7 +6,8 @@
 
 namespace splat::house {
 
-/// A file of the repository; of a binary one only the path. Tests of the rules make their own, in memory.
+/// A file of the repository; of a binary one only the path. Tests of the rules make their own, in
+/// memory.
 struct TextFile {
     std::string path;  ///< from the root, with '/'
     std::string text;
@@ -47,7 +48,8 @@ std::string at(const TextFile& file, std::size_t line_index, std::string_view wh
 /// Fails the current test if there are findings, and lists them.
 void expect_none(const Findings& findings);
 
-/// Fails the current test unless the findings are as many as given and the first one has `part` in it.
+/// Fails the current test unless the findings are as many as given and the first one has `part` in
+/// it.
 void expect_found(const Findings& findings, std::size_t count, std::string_view part);
 
 /// Standard output of a command, and its exit status.
