@@ -69,16 +69,18 @@ bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
     if (failed) return false;
     const std::string part = path + "." + std::to_string(getpid()) + ".tmp";
+    struct
+        Cleanup {  // whatever happens, also when memory runs out; after the rename there is nothing
+        const std::string& name;
+        ~Cleanup() { std::remove(name.c_str()); }
+    } const cleanup{part};
     const Header header = header_for(info, data);
     std::ofstream file(part, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(&header), sizeof header);
     file.write(reinterpret_cast<const char*>(data.data()),
                static_cast<std::streamsize>(data.size()));
     file.close();
-    if (!file.fail()) std::filesystem::rename(part, path, failed);
-    if (!file.fail() && !failed) return true;
-    std::filesystem::remove(part, failed);
-    return false;
+    return !file.fail() && std::rename(part.c_str(), path.c_str()) == 0;
 }
 
 }  // namespace splat::vk

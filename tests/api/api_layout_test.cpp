@@ -34,118 +34,125 @@ struct Layout {
 #field, offsetof(type, field), sizeof(type::field), frozen_offset, frozen_size \
     }
 
-const Layout kDeviceInfo = {"splat_device_info",
-                            sizeof(splat_device_info),
-                            864,
-                            {
-                                SPLAT_FIELD(splat_device_info, struct_size, 0, 4),
-                                SPLAT_FIELD(splat_device_info, index, 4, 4),
-                                SPLAT_FIELD(splat_device_info, kind, 8, 4),
-                                SPLAT_FIELD(splat_device_info, usable, 12, 4),
-                                SPLAT_FIELD(splat_device_info, vendor_id, 16, 4),
-                                SPLAT_FIELD(splat_device_info, device_id, 20, 4),
-                                SPLAT_FIELD(splat_device_info, vulkan_version, 24, 4),
-                                SPLAT_FIELD(splat_device_info, driver_version, 28, 4),
-                                SPLAT_FIELD(splat_device_info, uuid, 32, 16),
-                                SPLAT_FIELD(splat_device_info, heap_bytes, 48, 8),
-                                SPLAT_FIELD(splat_device_info, max_allocation_bytes, 56, 8),
-                                SPLAT_FIELD(splat_device_info, max_storage_buffer_bytes, 64, 8),
-                                SPLAT_FIELD(splat_device_info, max_workgroup_invocations, 72, 4),
-                                SPLAT_FIELD(splat_device_info, shared_memory_bytes, 76, 4),
-                                SPLAT_FIELD(splat_device_info, subgroup_size, 80, 4),
-                                SPLAT_FIELD(splat_device_info, features, 84, 4),
-                                SPLAT_FIELD(splat_device_info, kernels, 88, 4),
-                                SPLAT_FIELD(splat_device_info, reserved, 92, 4),
-                                SPLAT_FIELD(splat_device_info, name, 96, 256),
-                                SPLAT_FIELD(splat_device_info, driver, 352, 256),
-                                SPLAT_FIELD(splat_device_info, reason, 608, 256),
-                            }};
+const Layout kDeviceInfo = {  // clang-format off
+    "splat_device_info",
+    sizeof(splat_device_info),
+    864,
+    {
+    SPLAT_FIELD(splat_device_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_device_info, index, 4, 4),
+    SPLAT_FIELD(splat_device_info, kind, 8, 4),
+    SPLAT_FIELD(splat_device_info, usable, 12, 4),
+    SPLAT_FIELD(splat_device_info, vendor_id, 16, 4),
+    SPLAT_FIELD(splat_device_info, device_id, 20, 4),
+    SPLAT_FIELD(splat_device_info, vulkan_version, 24, 4),
+    SPLAT_FIELD(splat_device_info, driver_version, 28, 4),
+    SPLAT_FIELD(splat_device_info, uuid, 32, 16),
+    SPLAT_FIELD(splat_device_info, heap_bytes, 48, 8),
+    SPLAT_FIELD(splat_device_info, max_allocation_bytes, 56, 8),
+    SPLAT_FIELD(splat_device_info, max_storage_buffer_bytes, 64, 8),
+    SPLAT_FIELD(splat_device_info, max_workgroup_invocations, 72, 4),
+    SPLAT_FIELD(splat_device_info, shared_memory_bytes, 76, 4),
+    SPLAT_FIELD(splat_device_info, subgroup_size, 80, 4),
+    SPLAT_FIELD(splat_device_info, features, 84, 4),
+    SPLAT_FIELD(splat_device_info, kernels, 88, 4),
+    SPLAT_FIELD(splat_device_info, reserved, 92, 4),
+    SPLAT_FIELD(splat_device_info, name, 96, 256),
+    SPLAT_FIELD(splat_device_info, driver, 352, 256),
+    SPLAT_FIELD(splat_device_info, reason, 608, 256),}
+};  // clang-format on
 
-const Layout kDeviceDesc = {"splat_device_desc",
-                            sizeof(splat_device_desc),
-                            72,
-                            {
-                                SPLAT_FIELD(splat_device_desc, struct_size, 0, 4),
-                                SPLAT_FIELD(splat_device_desc, flags, 4, 4),
-                                SPLAT_FIELD(splat_device_desc, next, 8, 8),
-                                SPLAT_FIELD(splat_device_desc, select, 16, 4),
-                                SPLAT_FIELD(splat_device_desc, index, 20, 4),
-                                SPLAT_FIELD(splat_device_desc, kind, 24, 4),
-                                SPLAT_FIELD(splat_device_desc, kernels, 28, 4),
-                                SPLAT_FIELD(splat_device_desc, uuid, 32, 16),
-                                SPLAT_FIELD(splat_device_desc, max_device_bytes, 48, 8),
-                                SPLAT_FIELD(splat_device_desc, timeout_ns, 56, 8),
-                                SPLAT_FIELD(splat_device_desc, cache_folder, 64, 8),
-                            }};
+const Layout kDeviceDesc = {  // clang-format off
+    "splat_device_desc",
+    sizeof(splat_device_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_device_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_device_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_device_desc, next, 8, 8),
+    SPLAT_FIELD(splat_device_desc, select, 16, 4),
+    SPLAT_FIELD(splat_device_desc, index, 20, 4),
+    SPLAT_FIELD(splat_device_desc, kind, 24, 4),
+    SPLAT_FIELD(splat_device_desc, kernels, 28, 4),
+    SPLAT_FIELD(splat_device_desc, uuid, 32, 16),
+    SPLAT_FIELD(splat_device_desc, max_device_bytes, 48, 8),
+    SPLAT_FIELD(splat_device_desc, timeout_ns, 56, 8),
+    SPLAT_FIELD(splat_device_desc, cache_folder, 64, 8),}
+};  // clang-format on
 
-const Layout kMemoryInfo = {"splat_memory_info",
-                            sizeof(splat_memory_info),
-                            40,
-                            {
-                                SPLAT_FIELD(splat_memory_info, struct_size, 0, 4),
-                                SPLAT_FIELD(splat_memory_info, allocations, 4, 4),
-                                SPLAT_FIELD(splat_memory_info, used_bytes, 8, 8),
-                                SPLAT_FIELD(splat_memory_info, live_bytes, 16, 8),
-                                SPLAT_FIELD(splat_memory_info, peak_bytes, 24, 8),
-                                SPLAT_FIELD(splat_memory_info, budget_bytes, 32, 8),
-                            }};
+const Layout kMemoryInfo = {  // clang-format off
+    "splat_memory_info",
+    sizeof(splat_memory_info),
+    40,
+    {
+    SPLAT_FIELD(splat_memory_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_memory_info, allocations, 4, 4),
+    SPLAT_FIELD(splat_memory_info, used_bytes, 8, 8),
+    SPLAT_FIELD(splat_memory_info, live_bytes, 16, 8),
+    SPLAT_FIELD(splat_memory_info, peak_bytes, 24, 8),
+    SPLAT_FIELD(splat_memory_info, budget_bytes, 32, 8),}
+};  // clang-format on
 
-const Layout kTensorDesc = {"splat_tensor_desc",
-                            sizeof(splat_tensor_desc),
-                            96,
-                            {
-                                SPLAT_FIELD(splat_tensor_desc, struct_size, 0, 4),
-                                SPLAT_FIELD(splat_tensor_desc, flags, 4, 4),
-                                SPLAT_FIELD(splat_tensor_desc, next, 8, 8),
-                                SPLAT_FIELD(splat_tensor_desc, name, 16, 8),
-                                SPLAT_FIELD(splat_tensor_desc, dtype, 24, 4),
-                                SPLAT_FIELD(splat_tensor_desc, rank, 28, 4),
-                                SPLAT_FIELD(splat_tensor_desc, dims, 32, 64),
-                            }};
+const Layout kTensorDesc = {  // clang-format off
+    "splat_tensor_desc",
+    sizeof(splat_tensor_desc),
+    96,
+    {
+    SPLAT_FIELD(splat_tensor_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_tensor_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_tensor_desc, next, 8, 8),
+    SPLAT_FIELD(splat_tensor_desc, name, 16, 8),
+    SPLAT_FIELD(splat_tensor_desc, dtype, 24, 4),
+    SPLAT_FIELD(splat_tensor_desc, rank, 28, 4),
+    SPLAT_FIELD(splat_tensor_desc, dims, 32, 64),}
+};  // clang-format on
 
-const Layout kTensorInfo = {"splat_tensor_info",
-                            sizeof(splat_tensor_info),
-                            160,
-                            {
-                                SPLAT_FIELD(splat_tensor_info, struct_size, 0, 4),
-                                SPLAT_FIELD(splat_tensor_info, dtype, 4, 4),
-                                SPLAT_FIELD(splat_tensor_info, rank, 8, 4),
-                                SPLAT_FIELD(splat_tensor_info, mapped, 12, 4),
-                                SPLAT_FIELD(splat_tensor_info, dims, 16, 64),
-                                SPLAT_FIELD(splat_tensor_info, elements, 80, 8),
-                                SPLAT_FIELD(splat_tensor_info, bytes, 88, 8),
-                                SPLAT_FIELD(splat_tensor_info, name, 96, 64),
-                            }};
+const Layout kTensorInfo = {  // clang-format off
+    "splat_tensor_info",
+    sizeof(splat_tensor_info),
+    160,
+    {
+    SPLAT_FIELD(splat_tensor_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_tensor_info, dtype, 4, 4),
+    SPLAT_FIELD(splat_tensor_info, rank, 8, 4),
+    SPLAT_FIELD(splat_tensor_info, mapped, 12, 4),
+    SPLAT_FIELD(splat_tensor_info, dims, 16, 64),
+    SPLAT_FIELD(splat_tensor_info, elements, 80, 8),
+    SPLAT_FIELD(splat_tensor_info, bytes, 88, 8),
+    SPLAT_FIELD(splat_tensor_info, name, 96, 64),}
+};  // clang-format on
 
-const Layout kTensorStats = {"splat_tensor_stats",
-                             sizeof(splat_tensor_stats),
-                             48,
-                             {
-                                 SPLAT_FIELD(splat_tensor_stats, struct_size, 0, 4),
-                                 SPLAT_FIELD(splat_tensor_stats, reserved, 4, 4),
-                                 SPLAT_FIELD(splat_tensor_stats, nan_count, 8, 8),
-                                 SPLAT_FIELD(splat_tensor_stats, inf_count, 16, 8),
-                                 SPLAT_FIELD(splat_tensor_stats, min, 24, 8),
-                                 SPLAT_FIELD(splat_tensor_stats, max, 32, 8),
-                                 SPLAT_FIELD(splat_tensor_stats, mean, 40, 8),
-                             }};
+const Layout kTensorStats = {  // clang-format off
+    "splat_tensor_stats",
+    sizeof(splat_tensor_stats),
+    48,
+    {
+    SPLAT_FIELD(splat_tensor_stats, struct_size, 0, 4),
+    SPLAT_FIELD(splat_tensor_stats, reserved, 4, 4),
+    SPLAT_FIELD(splat_tensor_stats, nan_count, 8, 8),
+    SPLAT_FIELD(splat_tensor_stats, inf_count, 16, 8),
+    SPLAT_FIELD(splat_tensor_stats, min, 24, 8),
+    SPLAT_FIELD(splat_tensor_stats, max, 32, 8),
+    SPLAT_FIELD(splat_tensor_stats, mean, 40, 8),}
+};  // clang-format on
 
-const Layout kOpDesc = {"splat_op_desc",
-                        sizeof(splat_op_desc),
-                        72,
-                        {
-                            SPLAT_FIELD(splat_op_desc, struct_size, 0, 4),
-                            SPLAT_FIELD(splat_op_desc, flags, 4, 4),
-                            SPLAT_FIELD(splat_op_desc, next, 8, 8),
-                            SPLAT_FIELD(splat_op_desc, type, 16, 8),
-                            SPLAT_FIELD(splat_op_desc, attributes, 24, 8),
-                            SPLAT_FIELD(splat_op_desc, input_count, 32, 4),
-                            SPLAT_FIELD(splat_op_desc, output_count, 36, 4),
-                            SPLAT_FIELD(splat_op_desc, inputs, 40, 8),
-                            SPLAT_FIELD(splat_op_desc, outputs, 48, 8),
-                            SPLAT_FIELD(splat_op_desc, grad_outputs, 56, 8),
-                            SPLAT_FIELD(splat_op_desc, grad_inputs, 64, 8),
-                        }};
+const Layout kOpDesc = {  // clang-format off
+    "splat_op_desc",
+    sizeof(splat_op_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_op_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_op_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_op_desc, next, 8, 8),
+    SPLAT_FIELD(splat_op_desc, type, 16, 8),
+    SPLAT_FIELD(splat_op_desc, attributes, 24, 8),
+    SPLAT_FIELD(splat_op_desc, input_count, 32, 4),
+    SPLAT_FIELD(splat_op_desc, output_count, 36, 4),
+    SPLAT_FIELD(splat_op_desc, inputs, 40, 8),
+    SPLAT_FIELD(splat_op_desc, outputs, 48, 8),
+    SPLAT_FIELD(splat_op_desc, grad_outputs, 56, 8),
+    SPLAT_FIELD(splat_op_desc, grad_inputs, 64, 8),}
+};  // clang-format on
 
 const Layout kLayouts[] = {kDeviceInfo, kDeviceDesc,  kMemoryInfo, kTensorDesc,
                            kTensorInfo, kTensorStats, kOpDesc};
