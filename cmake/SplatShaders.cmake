@@ -1,4 +1,4 @@
-# splat_shader_library(<target> [SHADERS <path>...] [FAST <path>...])
+# splat_shader_library(<target> [SHADERS <path>...] [FAST <path>...] [LOADS <path>...] [CPU <path>...])
 #
 # A static library of embedded SPIR-V with its table (src/vk/shaders.h). Paths have no extension and
 # are relative to the calling folder; a module is named after its file.
@@ -6,8 +6,10 @@
 #   FAST     modules <stem>_cpu and <stem>_gpu from <stem>_fast.comp: the same source, reading its
 #            arrays through texel buffers on CPU devices and storage buffers on GPUs
 #            (shaders/include/load.glsl)
+#   LOADS    modules <stem> and <stem>_cpu from <stem>.comp, which differ in the same way only
+#   CPU      module <stem>_cpu from <stem>_cpu.comp, which reads through texel buffers
 function(splat_shader_library target)
-  cmake_parse_arguments(ARG "" "" "SHADERS;FAST" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SHADERS;FAST;LOADS;CPU" ${ARGN})
   set(sources "")
   set(names "")
   foreach(path IN LISTS ARG_SHADERS)
@@ -18,6 +20,16 @@ function(splat_shader_library target)
     get_filename_component(name ${path} NAME)
     splat_shader_module(${path}_fast ${name}_cpu -DTEXEL_LOADS=1)
     splat_shader_module(${path}_fast ${name}_gpu -DTEXEL_LOADS=0)
+  endforeach()
+
+  foreach(path IN LISTS ARG_LOADS)
+    get_filename_component(name ${path} NAME)
+    splat_shader_module(${path} ${name} -DTEXEL_LOADS=0)
+    splat_shader_module(${path} ${name}_cpu -DTEXEL_LOADS=1)
+  endforeach()
+  foreach(path IN LISTS ARG_CPU)
+    get_filename_component(name ${path} NAME)
+    splat_shader_module(${path}_cpu ${name}_cpu -DTEXEL_LOADS=1)
   endforeach()
 
   set(declarations "")

@@ -4,6 +4,8 @@
 //
 //   QUADS(binding, name)    declares a readonly array of vec4
 //   LD4(name, i)            reads its i-th element
+//   UINTS(binding, name)    declares a readonly array of uint
+//   LD1(name, i)            reads its i-th element
 
 #ifndef SPLAT_LOAD_GLSL
 #define SPLAT_LOAD_GLSL
@@ -11,9 +13,13 @@
 #if TEXEL_LOADS
 #define QUADS(slot, name) layout(set = 0, binding = slot) uniform samplerBuffer name
 #define LD4(name, i) texelFetch(name, int(i))
+#define UINTS(slot, name) layout(set = 0, binding = slot) uniform usamplerBuffer name
+#define LD1(name, i) texelFetch(name, int(i)).x
 #else
 #define QUADS(slot, name) layout(set = 0, binding = slot, std430) readonly buffer name##Buffer { vec4 name[]; }
 #define LD4(name, i) name[i]
+#define UINTS(slot, name) layout(set = 0, binding = slot, std430) readonly buffer name##Buffer { uint name[]; }
+#define LD1(name, i) name[i]
 #endif
 
 #endif

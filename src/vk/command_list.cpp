@@ -9,7 +9,10 @@
 namespace splat::vk {
 namespace {
 
-constexpr VkFormat kTexelFormat = VK_FORMAT_R32G32B32A32_SFLOAT;
+VkFormat texel_format(DescriptorType type) {
+    return type == DescriptorType::kUintTexelBuffer ? VK_FORMAT_R32_UINT
+                                                    : VK_FORMAT_R32G32B32A32_SFLOAT;
+}
 
 VkMemoryBarrier memory_barrier(VkAccessFlags from, VkAccessFlags to) {
     VkMemoryBarrier barrier{};
@@ -97,7 +100,7 @@ Status CommandList::Objects::make_set(Command& command) {
         VkBufferViewCreateInfo info{};
         info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
         info.buffer = view.buffer;
-        info.format = kTexelFormat;
+        info.format = texel_format(bindings[i].type);
         info.offset = view.offset;
         info.range = view.bytes;
         VkBufferView texels = VK_NULL_HANDLE;

@@ -22,6 +22,17 @@ Rates rates(const DeviceInfo& info, Kernels kernels) {
     return kernels == Kernels::kPlain ? Rates{5e8, 5e8} : Rates{1e10, 1e9};
 }
 
+std::uint64_t binding_bytes(const DeviceLimits& limits, DescriptorType type) {
+    switch (type) {
+        case DescriptorType::kFloatTexelBuffer:
+            return limits.max_texel_elements * 16;
+        case DescriptorType::kUintTexelBuffer:
+            return limits.max_texel_elements * 4;
+        default:
+            return limits.max_storage_buffer_bytes;
+    }
+}
+
 bool overlaps_partly(const BufferView& a, const BufferView& b) {
     return a.overlaps(b) && !a.same_range(b);
 }
@@ -83,9 +94,7 @@ Status Recorder::check_limits(const Dispatch& dispatch, const ShaderInterface& i
         const BufferView& view = dispatch.accesses[i].view;
         SPLAT_ASSERT(view.buffer != VK_NULL_HANDLE && view.bytes > 0 &&
                      view.offset % limits.offset_alignment == 0);
-        const bool texel = interface.bindings[i].type == DescriptorType::kUniformTexelBuffer;
-        const std::uint64_t most =
-            texel ? limits.max_texel_elements * 16 : limits.max_storage_buffer_bytes;
+        const std::uint64_t most = binding_bytes(limits, interface.bindings[i].type);
         if (view.bytes > most)
             return error(
                 Code::kUnsupported,

@@ -160,7 +160,10 @@ class Parser {
         if (variable.storage == UniformConstant) {
             if (type.op != OpTypeSampledImage)
                 return error(Code::kInternal, "binding %u is no texel buffer", *own.binding);
-            binding.type = DescriptorType::kUniformTexelBuffer;
+            const Type& image = types_[type.operands.at(0)];
+            binding.type = types_[image.operands.at(0)].op == OpTypeInt
+                               ? DescriptorType::kUintTexelBuffer
+                               : DescriptorType::kFloatTexelBuffer;
             binding.writes = false;
         } else {
             const Marks& members = marks_[pointee];

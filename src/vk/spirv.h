@@ -8,7 +8,9 @@
 
 namespace splat::vk {
 
-enum class DescriptorType : int { kStorageBuffer, kUniformTexelBuffer };
+/// A texel buffer of floats is read as quads (RGBA32F), one of unsigned integers singly (R32UI).
+enum class DescriptorType : int { kStorageBuffer, kFloatTexelBuffer, kUintTexelBuffer };
+
 
 /// One binding of descriptor set 0, as the shader declares it.
 struct ShaderBinding {

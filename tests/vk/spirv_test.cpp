@@ -35,7 +35,7 @@ TEST(Spirv, ReadsBindingsAndPushConstants) {
     EXPECT_EQ(accumulate.push_bytes, 4U);
 
     const ShaderInterface texel = interface_of("test_texel");
-    EXPECT_EQ(texel.bindings[0].type, DescriptorType::kUniformTexelBuffer);
+    EXPECT_EQ(texel.bindings[0].type, DescriptorType::kFloatTexelBuffer);
     EXPECT_TRUE(texel.bindings[0].reads);
     EXPECT_FALSE(texel.bindings[0].writes);
     EXPECT_EQ(texel.bindings[1].type, DescriptorType::kStorageBuffer);

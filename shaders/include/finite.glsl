@@ -1,0 +1,10 @@
+// Tests for NaN and infinity by bit pattern: GLSL lets a compiler assume that there are none.
+
+#ifndef SPLAT_FINITE_GLSL
+#define SPLAT_FINITE_GLSL
+
+bool finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }
+bool finite(vec3 v) { return finite(v.x) && finite(v.y) && finite(v.z); }
+bool finite(vec4 v) { return finite(v.xyz) && finite(v.w); }
+
+#endif

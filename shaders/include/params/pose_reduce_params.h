@@ -1,0 +1,21 @@
+#ifndef SPLAT_POSE_REDUCE_PARAMS_H
+#define SPLAT_POSE_REDUCE_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct PoseReduceParams {
+    uint groups;      // partial sums per view
+    uint views;
+    uint accumulate;  // 1: added to what is there
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(PoseReduceParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,48 @@
+#ifndef SPLAT_PROJECT_PARAMS_H
+#define SPLAT_PROJECT_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#define SPLAT_FLAG inline constexpr uint
+#else
+#define SPLAT_FLAG const uint
+#endif
+
+// Bits of ProjectParams::flags.
+SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
+SPLAT_FLAG kFlagAntialias = 2u;         // opacity compensates for the dilation
+SPLAT_FLAG kFlagDirectColors = 4u;      // colours are given, not spherical harmonics
+SPLAT_FLAG kFlagOriginalGradient = 8u;  // 3dgs: the original's gradient with its quirks
+SPLAT_FLAG kFlagOpacityExtent = 16u;    // skip: extents that depend on the opacity
+SPLAT_FLAG kFlagExactTiles = 32u;       // skip: tiles that the ellipse does not touch
+SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the window can see
+SPLAT_FLAG kFlagPose = 128u;            // gradient of the camera pose wanted
+
+// An item is a Gaussian in a view: view * gaussians + Gaussian.
+struct ProjectParams {
+    uint gaussians;
+    uint first;  // this dispatch does the Gaussians first to first + count - 1
+    uint count;
+    uint width;   // pixels
+    uint height;
+    uint row_begin;  // tile rows of this pass: [row_begin, row_end)
+    uint row_end;
+    uint sh_degree;
+    uint sh_quads;  // vec4 per Gaussian in the colours
+    float near_plane;
+    float far_plane;
+    uint flags;
+    uint accumulate;  // backward: 1 adds to the gradients
+    uint views;
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#undef SPLAT_FLAG
+#ifdef __cplusplus
+static_assert(sizeof(ProjectParams) <= 128);
+}
+#endif
+
+#endif

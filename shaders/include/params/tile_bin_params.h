@@ -1,0 +1,43 @@
+#ifndef SPLAT_TILE_BIN_PARAMS_H
+#define SPLAT_TILE_BIN_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#define SPLAT_STAT inline constexpr uint
+#else
+#define SPLAT_STAT const uint
+#endif
+
+// Words of the statistics that one pass writes.
+SPLAT_STAT kStatVisible = 0u;     // entries of the depth order
+SPLAT_STAT kStatNeeded = 1u;      // pairs there are, at most 2^32 - 1
+SPLAT_STAT kStatPairs = 2u;       // pairs made: 0 if there are more than fit
+SPLAT_STAT kStatLongest = 3u;     // longest list of a tile
+SPLAT_STAT kStatEmptyTiles = 4u;  // tiles without a list
+SPLAT_STAT kStatWords = 8u;
+
+struct TileBinParams {
+    uint gaussians;  // per view
+    uint items;      // gaussians * views
+    uint capacity;   // pairs that the arrays hold
+    uint lanes;      // of the scan; each sums a contiguous chunk
+    uint width;
+    uint height;
+    uint row_begin;
+    uint row_end;
+    uint tiles;  // of the window, all views
+    uint flags;  // of ProjectParams
+    uint groups_x;
+    uint emit_group;  // invocations per workgroup of tile_bin_emit
+    uint max_groups;  // per row of an indirect dispatch
+};
+
+#undef SPLAT_STAT
+#ifdef __cplusplus
+static_assert(sizeof(TileBinParams) <= 128);
+}
+#endif
+
+#endif

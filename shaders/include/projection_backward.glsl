@@ -1,0 +1,101 @@
+// Gradient of projection.glsl: from the conic, the mean in the image, the depth and the opacity to the
+// Gaussian and to the camera. Formulas: chain rule over Sigma' = A A^T + kDilation I, rows v1, v2 of A;
+// the three quirks of the original 3dgs gradient under kFlagOriginalGradient.
+
+#ifndef SPLAT_PROJECTION_BACKWARD_GLSL
+#define SPLAT_PROJECTION_BACKWARD_GLSL
+
+#include "projection.glsl"
+
+struct ImageGradient {
+    vec2 mean;
+    vec3 conic;     // A, B, C of sigma = (A dx^2 + C dy^2) / 2 + B dx dy
+    float opacity;  // after compensation
+    float depth;
+};
+
+struct GaussianGradient {
+    vec3 mean;
+    vec3 scale;
+    mat3 rq;        // by the rotation matrix; column k, row r
+    float opacity;
+};
+
+struct PoseGradient {
+    mat3 rotation;  // column k, row r, as View::rotation
+    vec3 translation;
+};
+
+// dL/dSigma' as (g_a, g_b, g_c): dL = g_a da + g_b db + g_c dc.
+vec3 covariance_gradient(Projection p, vec3 conic_gradient, uint flags) {
+    const float a = p.a / p.det, b = p.b / p.det, c = p.c / p.det;  // conic: c, -b, a
+    const float ga = conic_gradient.x, gb = conic_gradient.y, gc = conic_gradient.z;
+    vec3 g = -vec3(c * c * ga - b * c * gb + b * b * gc,
+                   -2 * b * c * ga + (a * c + b * b) * gb - 2 * a * b * gc,
+                   b * b * ga - a * b * gb + a * a * gc);
+    if ((flags & kFlagOriginalGradient) != 0) g *= p.det * p.det / (p.det * p.det + kConicGradMin);
+    return g;
+}
+
+// Adds the gradient of rho = sqrt(max(kAaFloor, det0 / det)); returns rho.
+float compensation_gradient(Projection p, float grad_rho, inout vec3 g) {
+    const float ratio = p.det0 / p.det;
+    if (!(ratio > kAaFloor)) return sqrt(kAaFloor);
+    const float rho = sqrt(ratio);
+    // d rho = rho / 2 (d det0 / det0 - d det / det), det0 = a0 c0 - b^2, det = a c - b^2.
+    const float k0 = 0.5 * grad_rho / (rho * p.det), k = 0.5 * grad_rho * rho / p.det;
+    const float a0 = p.a - kDilation, c0 = p.c - kDilation;
+    g += k0 * vec3(c0, -2 * p.b, a0) - k * vec3(p.c, -2 * p.b, p.a);
+    return rho;
+}
+
+void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float opacity, ImageGradient g,
+                         uint flags, out GaussianGradient out_gaussian, out PoseGradient out_pose) {
+    vec3 grad_cov = covariance_gradient(p, g.conic, flags);
+    out_gaussian.opacity = g.opacity;
+    if ((flags & kFlagAntialias) != 0)
+        out_gaussian.opacity *= compensation_gradient(p, g.opacity * opacity, grad_cov);
+
+    const vec3 grad_v1 = 2 * grad_cov.x * p.v1 + grad_cov.y * p.v2;
+    const vec3 grad_v2 = 2 * grad_cov.z * p.v2 + grad_cov.y * p.v1;
+    out_gaussian.scale = grad_v1 * (p.r1 * p.rq) + grad_v2 * (p.r2 * p.rq);
+    const vec3 grad_p1 = grad_v1 * scale, grad_p2 = grad_v2 * scale;
+    out_gaussian.rq = outerProduct(p.r1, grad_p1) + outerProduct(p.r2, grad_p2);
+    const vec3 grad_r1 = p.rq * grad_p1, grad_r2 = p.rq * grad_p2;
+
+    const vec3 w2 = vec3(view.rotation[0][2], view.rotation[1][2], view.rotation[2][2]);
+    const float iz = 1.0 / p.m.z;
+    const vec2 f = view.intrinsics.xy * iz;
+    const vec2 inside = p.t * iz;
+    // r1 = f (w0 - inside w2): by f, which falls as 1 / z, and by inside = x / z unless it is clamped.
+    const vec2 by_w2 = vec2(dot(grad_r1, w2), dot(grad_r2, w2));
+    const vec2 by_f = vec2(dot(grad_r1, p.r1), dot(grad_r2, p.r2)) / f;
+    const vec2 by_inside = mix(-f * by_w2, vec2(0), p.clamped);
+    vec3 grad_m;
+    grad_m.xy = iz * by_inside + f * g.mean;
+    grad_m.z = g.depth - iz * (dot(f, by_f) + dot(inside, by_inside) + dot(f * p.m.xy, g.mean));
+    if ((flags & kFlagOriginalGradient) != 0)
+        grad_m.z += iz * dot(mix(vec2(0), f * inside, p.clamped), by_w2);
+
+    out_gaussian.mean = grad_m * view.rotation;
+    out_pose.translation = grad_m;
+    mat3 rows;  // rows[r] = gradient by row r of the rotation
+    rows[0] = grad_m.x * mean + f.x * grad_r1;
+    rows[1] = grad_m.y * mean + f.y * grad_r2;
+    rows[2] = grad_m.z * mean - f.x * inside.x * grad_r1 - f.y * inside.y * grad_r2;
+    out_pose.rotation = transpose(rows);
+}
+
+// Gradient by the quaternion w, x, y, z of the matrix of quaternion_matrix().
+vec4 quaternion_backward(vec4 q, mat3 g) {
+    const float w = q.x, x = q.y, y = q.z, z = q.w;
+    const float g00 = g[0][0], g11 = g[1][1], g22 = g[2][2];
+    const vec3 odd = vec3(g[1][2] - g[2][1], g[2][0] - g[0][2], g[0][1] - g[1][0]);
+    const float xy = g[0][1] + g[1][0], xz = g[0][2] + g[2][0], yz = g[1][2] + g[2][1];
+    return 2 * vec4(dot(q.yzw, odd),
+                    y * xy + z * xz + w * odd.x - 2 * x * (g11 + g22),
+                    x * xy + z * yz + w * odd.y - 2 * y * (g00 + g22),
+                    x * xz + y * yz + w * odd.z - 2 * z * (g00 + g11));
+}
+
+#endif

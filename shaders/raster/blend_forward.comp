@@ -1,0 +1,71 @@
+#version 460
+// Front-to-back blending of each tile's list: image = sum_i w_i c_i + T background, w_i = alpha_i T_i,
+// T_(i+1) = T_i (1 - alpha_i), alpha_i = min(kAlphaMax, opacity exp2(-|L^T q|^2)), skipped below
+// kAlphaMin; a pixel stops before T would fall below params.stop_below. Kerbl et al. 2023, section 6.
+// One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
+// Bindings: splats, items, pairs (sorted), ranges, background vec4; image [V,H,W] vec4 (rgb, alpha),
+// state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w depth, expected
+// depth, contributors, 0). Specialisation: 10 = write extra. The workgroup has kTileSize^2 invocations.
+#extension GL_GOOGLE_include_directive : require
+#include "blend.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kExtra = false;
+layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Pairs { uint pairs[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
+layout(push_constant) uniform Push { BlendParams params; };
+
+const uint kBatch = 64;
+shared vec4 batch_a[kBatch];
+shared vec4 batch_b[kBatch];
+shared vec4 batch_c[kBatch];
+
+void main() {
+    const uint lane = gl_LocalInvocationID.x;
+    const uvec2 tile = uvec2(gl_WorkGroupID.x, gl_WorkGroupID.y);
+    const uint view = gl_WorkGroupID.z;
+    const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
+    const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
+    const bool inside = corner.x + at.x < params.width && corner.y + at.y < params.height;
+    const vec2 centre = vec2(at) + 0.5;
+    const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+
+    float t = 1.0;
+    bool stopped = !inside;
+    uint entries = 0, contributors = 0;
+    vec4 sum = vec4(0);
+    for (uint start = range.x; start < range.y; start += kBatch) {
+        barrier();
+        const uint filled = min(kBatch, range.y - start);
+        if (lane < filled) {
+            const uint item = items[pairs[start + lane]];
+            batch_a[lane] = splats[item * 3] - vec4(corner, 0, 0);
+            batch_b[lane] = splats[item * 3 + 1];
+            batch_c[lane] = splats[item * 3 + 2];
+        }
+        barrier();
+        for (uint i = 0; i < filled; ++i) {
+            const vec4 a = batch_a[i];
+            precise float alpha = min(kAlphaMax, a.z * exp2(log2_weight(a.xy, batch_b[i].xyz, centre)));
+            alpha = alpha >= kAlphaMin ? alpha : 0.0;
+            const float next = t - t * alpha;
+            stopped = stopped || next < params.stop_below;
+            const float w = stopped ? 0.0 : alpha * t;
+            t = stopped ? t : next;
+            sum += w * vec4(batch_c[i].xyz, a.w);
+            entries += stopped ? 0 : 1;
+            contributors += w > 0.0 ? 1 : 0;
+        }
+    }
+    if (!inside) return;
+    const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
+    image[pixel] = vec4(sum.rgb + t * background[0].rgb, 1.0 - t);
+    state[pixel] = vec2(t, float(entries));
+    if (kExtra) extra[pixel] = vec4(sum.w, sum.w / max(1.0 - t, kExpectedAlphaMin), float(contributors), 0);
+}

@@ -1,0 +1,26 @@
+#version 460
+// dL/d[R|t] of each view: the workgroups' sums of project_backward.comp added in a fixed order.
+// One workgroup does one view. Bindings: partial [groups][V][3] vec4; pose [V][3] vec4.
+#extension GL_GOOGLE_include_directive : require
+#include "params/pose_reduce_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(set = 0, binding = 0, std430) readonly buffer Partial { vec4 partial[]; };
+layout(set = 0, binding = 1, std430) buffer Pose { vec4 pose[]; };  // accumulates
+layout(push_constant) uniform Push { PoseReduceParams params; };
+
+#include "reduce.glsl"
+
+void main() {
+    const uint view = gl_WorkGroupID.x;
+    for (uint row = 0; row < 3; ++row) {
+        vec4 sum = vec4(0);
+        for (uint g = gl_LocalInvocationID.x; g < params.groups; g += gl_WorkGroupSize.x)
+            sum += partial[(g * params.views + view) * 3 + row];
+        sum = workgroup_sum(sum);
+        if (gl_LocalInvocationID.x == 0) {
+            const uint at = view * 3 + row;
+            pose[at] = params.accumulate != 0 ? pose[at] + sum : sum;
+        }
+    }
+}

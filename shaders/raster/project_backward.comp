@@ -1,0 +1,174 @@
+#version 460
+// Sums each Gaussian's records of the blending backward pass, in their fixed order, and carries the
+// gradient back through projection.glsl and the spherical harmonics, over all views.
+// One invocation computes one Gaussian. Gaussians that reached no tile cost a store.
+// Bindings: gaussians, colors, cameras, splats, counts, begins, record_a, record_b, record_c;
+// grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
+// exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
+// pose [groups][V][3] vec4 (rows of dL/d[R|t] of this workgroup).
+// Specialisation: 10 = degree, 11 = write exported, 12 = write pose.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "projection_backward.glsl"
+#include "sh.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kDegree = 0;
+layout(constant_id = 11) const bool kExport = false;
+layout(constant_id = 12) const bool kPose = false;
+QUADS(0, gaussians);
+QUADS(1, colors);
+QUADS(2, cameras);
+QUADS(3, splats);
+UINTS(4, counts);
+UINTS(5, begins);
+QUADS(6, record_a);
+QUADS(7, record_b);
+QUADS(8, record_c);
+layout(set = 0, binding = 9, std430) buffer GradGaussians { vec4 grad_gaussians[]; };  // accumulates
+layout(set = 0, binding = 10, std430) buffer GradColors { vec4 grad_colors[]; };       // accumulates
+layout(set = 0, binding = 11, std430) buffer Exported { vec4 exported[]; };            // accumulates
+layout(set = 0, binding = 12, std430) writeonly buffer Pose { vec4 pose[]; };
+layout(push_constant) uniform Push { ProjectParams params; };
+
+#include "launch.glsl"
+#include "reduce.glsl"
+
+const uint kTerms = (kDegree + 1) * (kDegree + 1);
+const uint kColorQuads = (3 * kTerms + 3) / 4;
+
+vec3 grad_mean, grad_scale;
+vec4 grad_q;
+float grad_opacity;
+float grad_sh[48];
+
+// Gradient by the direction's end, the mean; adds to grad_sh.
+vec3 color_backward(uint index, vec3 mean, vec3 position, vec3 color, vec3 g) {
+    if ((params.flags & kFlagDirectColors) != 0) {
+        grad_sh[0] += g.x;
+        grad_sh[1] += g.y;
+        grad_sh[2] += g.z;
+        return vec3(0);
+    }
+    g = mix(vec3(0), g, greaterThan(color, vec3(0)));
+    const vec3 offset = mean - position;
+    const float d2 = dot(offset, offset);
+    const float inverse = d2 > 0.0 ? inversesqrt(d2) : 0.0;
+    const vec3 d = offset * inverse;
+    float basis[16];
+    sh_basis(kDegree, d, basis);
+    [[unroll]] for (uint k = 0; k < kTerms; ++k)
+        [[unroll]] for (uint c = 0; c < 3; ++c) grad_sh[3 * k + c] += basis[k] * g[c];
+    if (kDegree == 0) return vec3(0);
+    float f[48];
+    [[unroll]] for (uint i = 0; i < kColorQuads; ++i) {
+        const vec4 v = LD4(colors, index * params.sh_quads + i);
+        [[unroll]] for (uint c = 0; c < 4; ++c) f[4 * i + c] = v[c];
+    }
+    float weight[16];
+    [[unroll]] for (uint k = 0; k < kTerms; ++k) weight[k] = dot(g, vec3(f[3 * k], f[3 * k + 1], f[3 * k + 2]));
+    const vec3 by_d = sh_direction_gradient(kDegree, d, weight);
+    return inverse * (by_d - dot(by_d, d) * d);
+}
+
+void main() {
+    const uint index = invocation_index(params.groups_x);
+    const bool present = index < params.count;
+    const uint group = (params.first + index) / gl_WorkGroupSize.x;
+    const vec4 g0 = present ? LD4(gaussians, index * 3) : vec4(0);
+    const vec4 g1 = present ? LD4(gaussians, index * 3 + 1) : vec4(1);
+    const vec4 raw_q = present ? LD4(gaussians, index * 3 + 2) : vec4(1, 0, 0, 0);
+    const float q_norm = max(length(raw_q), kQuaternionMin);
+    const bool normalise = (params.flags & kFlagGsplat) != 0;
+    const vec4 q = normalise ? raw_q / q_norm : raw_q;
+
+    grad_mean = vec3(0);
+    grad_scale = vec3(0);
+    grad_q = vec4(0);
+    grad_opacity = 0;
+    [[unroll]] for (uint i = 0; i < 4 * kColorQuads; ++i) grad_sh[i] = 0;
+    for (uint v = 0; v < params.views; ++v) {
+        const uint item = v * params.gaussians + params.first + index;
+        const uint pairs = present ? LD1(counts, item) : 0;
+        vec4 sum_a = vec4(0), sum_b = vec4(0), sum_c = vec4(0);
+        vec4 splat = vec4(0);
+        if (pairs > 0) splat = LD4(splats, item * 3);
+        const bool seen = splat.z > 0.0;
+        vec4 pose0 = vec4(0), pose1 = vec4(0), pose2 = vec4(0);
+        if (seen) {
+            const uint begin = LD1(begins, item);
+            for (uint i = begin; i < begin + pairs; ++i) {
+                sum_a += LD4(record_a, i);
+                sum_b += LD4(record_b, i);
+                sum_c += LD4(record_c, i);
+            }
+            View view;
+            LOAD_VIEW(view, cameras, v);
+            const Projection p = project(view, g0.xyz, g1.xyz, q);
+            ImageGradient g;
+            const vec3 conic = vec3(p.c, -p.b, p.a) / p.det;
+            g.mean = -vec2(dot(conic.xy, sum_a.yz), dot(conic.yz, sum_a.yz));
+            g.conic = -vec3(0.5 * sum_a.w, sum_b.x, 0.5 * sum_b.y);
+            g.opacity = sum_a.x / splat.z;
+            g.depth = sum_c.w;
+            GaussianGradient gaussian;
+            PoseGradient pose_gradient;
+            projection_backward(view, p, g0.xyz, g1.xyz, g0.w, g, params.flags, gaussian, pose_gradient);
+            const vec3 color = LD4(splats, item * 3 + 2).xyz;
+            const vec3 by_direction = color_backward(index, g0.xyz, view.position, color, sum_c.xyz);
+            grad_mean += gaussian.mean + by_direction;
+            grad_scale += gaussian.scale;
+            grad_q += quaternion_backward(q, gaussian.rq);
+            grad_opacity += gaussian.opacity;
+            if (kPose) {
+                // The camera's position is -R^T t, and the direction ends there.
+                const vec3 moved = view.rotation * by_direction;
+                const mat3 rotation = transpose(pose_gradient.rotation + outerProduct(moved, view.position));
+                const vec3 translation = pose_gradient.translation + moved;
+                pose0 = vec4(rotation[0], translation.x);
+                pose1 = vec4(rotation[1], translation.y);
+                pose2 = vec4(rotation[2], translation.z);
+            }
+            if (kExport) {
+                const vec4 before0 = params.accumulate != 0 ? exported[item * 3] : vec4(0);
+                const vec4 before1 = params.accumulate != 0 ? exported[item * 3 + 1] : vec4(0);
+                const vec4 before2 = params.accumulate != 0 ? exported[item * 3 + 2] : vec4(0);
+                exported[item * 3] = before0 + vec4(g.mean, sum_b.zw);
+                exported[item * 3 + 1] = before1 + vec4(g.conic, g.opacity);
+                exported[item * 3 + 2] = before2 + sum_c;
+            }
+        } else if (kExport && present && params.accumulate == 0) {
+            exported[item * 3] = vec4(0);
+            exported[item * 3 + 1] = vec4(0);
+            exported[item * 3 + 2] = vec4(0);
+        }
+        if (kPose) {
+            pose0 = workgroup_sum(pose0);
+            pose1 = workgroup_sum(pose1);
+            pose2 = workgroup_sum(pose2);
+            if (gl_LocalInvocationID.x == 0) {
+                pose[(group * params.views + v) * 3] = pose0;
+                pose[(group * params.views + v) * 3 + 1] = pose1;
+                pose[(group * params.views + v) * 3 + 2] = pose2;
+            }
+        }
+    }
+    if (!present) return;
+    if (normalise) grad_q = (grad_q - dot(grad_q, q) * q) / q_norm;
+    const bool add = params.accumulate != 0;
+    vec4 out0 = vec4(grad_mean, grad_opacity), out1 = vec4(grad_scale, 0), out2 = grad_q;
+    if (add) {
+        out0 += grad_gaussians[index * 3];
+        out1 += grad_gaussians[index * 3 + 1];
+        out2 += grad_gaussians[index * 3 + 2];
+    }
+    grad_gaussians[index * 3] = out0;
+    grad_gaussians[index * 3 + 1] = out1;
+    grad_gaussians[index * 3 + 2] = out2;
+    [[unroll]] for (uint i = 0; i < kColorQuads; ++i) {
+        vec4 g = vec4(grad_sh[4 * i], grad_sh[4 * i + 1], grad_sh[4 * i + 2], grad_sh[4 * i + 3]);
+        if (add) g += grad_colors[index * params.sh_quads + i];
+        grad_colors[index * params.sh_quads + i] = g;
+    }
+}

@@ -1,0 +1,103 @@
+#version 460
+// Project every Gaussian into every view and count the tiles it can reach.
+// One invocation computes one item (gl_WorkGroupID.z is the view); what is culled gets radius 0, no
+// tiles and the key 0xFFFFFFFF.
+// Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), cameras [V][6] vec4
+// (rows of [R|t]; fx fy cx cy; limits of the Jacobian; position);
+// splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 of tile_footprint.glsl, 3dgs half size;
+// colour of project_colors.comp), counts [V*N] tiles, keys [V*N] bits of the depth, radii [V*N] vec2.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "projection.glsl"
+#include "tile_footprint.glsl"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, gaussians);
+QUADS(1, cameras);
+layout(set = 0, binding = 2, std430) writeonly buffer Splats { vec4 splats[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Counts { uint counts[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Keys { uint keys[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer Radii { vec2 radii[]; };
+layout(push_constant) uniform Push { ProjectParams params; };
+
+#include "launch.glsl"
+
+// sqrt(log2(e) / 2): exp(-sigma) = exp2(-|L^T q|^2).
+const float kRootHalfLog2e = 0.849321800288;
+
+bool is_set(uint flag) { return (params.flags & flag) != 0; }
+
+// Radius in pixels per axis; 0 if no pixel of the image can see it.
+vec2 visible_radius(Projection p, vec2 mean, float opacity) {
+    const vec2 size = vec2(params.width, params.height);
+    if (is_set(kFlagGsplat)) {
+        if (!(opacity >= kAlphaMin)) return vec2(0);
+        const float k = min(kMaxSigma, sqrt(2.0 * log(255.0 * opacity)));
+        const vec2 r = ceil(k * sqrt(vec2(p.a, p.c)));
+        const bool outside = any(lessThanEqual(mean + r, vec2(0))) || any(greaterThanEqual(mean - r, size));
+        return outside ? vec2(0) : r;
+    }
+    const float half_gap = 0.5 * (p.a - p.c);
+    const float lambda = 0.5 * (p.a + p.c) + sqrt(max(kLambdaFloor, half_gap * half_gap + p.b * p.b));
+    const float r = ceil(kSigma3dgs * sqrt(lambda));
+    const vec2 u = mean - 0.5;
+    const vec2 tiles = ceil(size / float(kTileSize));
+    const vec2 first = trunc(clamp((u - r) / float(kTileSize), vec2(0), tiles));
+    const vec2 last = trunc(clamp((u + r + 15.0) / float(kTileSize), vec2(0), tiles));
+    return any(lessThanEqual(last, first)) ? vec2(0) : vec2(r);
+}
+
+uint tile_count(vec4 a, vec4 b) {
+    if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
+    const ivec2 size = ivec2(params.width, params.height);
+    const Footprint f = tile_footprint(a, b, params.flags, size, ivec2(params.row_begin, params.row_end));
+    uint count = 0;
+    for (int row = f.rect.y; row < f.rect.w; ++row) {
+        const ivec2 columns = tile_columns(f, row, size);
+        count += uint(max(columns.y - columns.x, 0));
+    }
+    return count;
+}
+
+void main() {
+    const uint index = invocation_index(params.groups_x);
+    if (index >= params.count) return;
+    const uint view_index = gl_WorkGroupID.z;
+    const uint local = index + params.first;
+    const uint item = view_index * params.gaussians + local;
+    const vec4 g0 = LD4(gaussians, index * 3);
+    const vec4 g1 = LD4(gaussians, index * 3 + 1);
+    vec4 q = LD4(gaussians, index * 3 + 2);
+    View view;
+    LOAD_VIEW(view, cameras, view_index);
+
+    const float q2 = dot(q, q);
+    bool valid = finite(g0) && finite(g1.xyz) && finite(q) && g0.w > 0.0 &&
+                 q2 >= kQuaternionMin * kQuaternionMin;
+    if (is_set(kFlagGsplat)) q *= inversesqrt(max(q2, kQuaternionMin * kQuaternionMin));
+    const Projection p = project(view, g0.xyz, g1.xyz, q);
+    const float z = p.m.z;
+    valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane
+                                          : z > params.near_plane && z <= params.far_plane);
+    valid = valid && finite(p.det) && finite(vec3(p.a, p.b, p.c));
+    const vec2 mean = view.intrinsics.xy * (p.m.xy / z) + view.intrinsics.zw;
+    valid = valid && finite(vec3(mean, 0.0));
+    float opacity = g0.w;
+    if (is_set(kFlagAntialias)) opacity *= sqrt(max(kAaFloor, p.det0 / p.det));
+
+    const vec2 radius = valid ? visible_radius(p, mean, opacity) : vec2(0);
+    valid = valid && radius.x > 0.0 && radius.y > 0.0;
+    const vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
+    // Cholesky factor of the conic: l11 = sqrt(c / det), l21 = -b / sqrt(c det), l22 = 1 / sqrt(c).
+    const float root_c = sqrt(p.c), root_det = sqrt(p.det);
+    const vec3 l = vec3(root_c / root_det, -p.b / (root_c * root_det), 1.0 / root_c);
+    const vec4 b = valid ? vec4(kRootHalfLog2e * l, is_set(kFlagGsplat) ? 0.0 : radius.x) : vec4(1, 0, 1, 0);
+    const uint count = valid ? tile_count(a, b) : 0u;
+    splats[item * 3] = a;
+    splats[item * 3 + 1] = b;
+    splats[item * 3 + 2] = vec4(0);
+    counts[item] = count;
+    const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
+    keys[item] = sorted ? floatBitsToUint(z) : 0xFFFFFFFFu;
+    radii[item] = valid ? radius : vec2(0);
+}

@@ -1,0 +1,40 @@
+#version 460
+// Exclusive sum of the lanes' sums, and with it the number of pairs: what this pass does next is
+// decided here, on the device. More pairs than fit: none is made, and the host reads how many there
+// are. One workgroup of one invocation.
+// Bindings: sums [lanes] in place, sorted (entries of the depth order), stats
+// (include/params/tile_bin_params.h), groups (for the indirect dispatch of tile_bin_emit.comp), pairs
+// (their number, for the sort).
+#extension GL_GOOGLE_include_directive : require
+#include "params/tile_bin_params.h"
+#include "saturating.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(set = 0, binding = 0, std430) buffer Sums { uint sums[]; };  // accumulates
+layout(set = 0, binding = 1, std430) readonly buffer Sorted { uint sorted[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer Stats { uint stats[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer GroupsOut { uint groups[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Pairs { uint pairs[]; };
+layout(push_constant) uniform Push { TileBinParams params; };
+
+void main() {
+    if (gl_GlobalInvocationID.x != 0) return;
+    uint total = 0;
+    for (uint lane = 0; lane < params.lanes; ++lane) {
+        const uint sum = sums[lane];
+        sums[lane] = total;
+        total = saturating_add(total, sum);
+    }
+    const bool fits = total <= params.capacity;
+    const uint length = fits ? sorted[0] : 0;
+    stats[kStatVisible] = sorted[0];
+    stats[kStatNeeded] = total;
+    stats[kStatPairs] = fits ? total : 0;
+    pairs[0] = fits ? total : 0;
+    stats[kStatLongest] = 0;
+    stats[kStatEmptyTiles] = 0;
+    const uint wanted = (length + params.emit_group - 1) / params.emit_group;
+    groups[0] = min(wanted, params.max_groups);
+    groups[1] = (wanted + params.max_groups - 1) / params.max_groups;
+    groups[2] = 1;
+}

@@ -1,0 +1,37 @@
+#version 460
+// Where each tile's list lies among the sorted pairs, by binary search: [first, last). One invocation
+// does one tile. Bindings: keys (sorted), sorted (their number); ranges [tiles] uvec2, stats.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/tile_bin_params.h"
+
+layout(local_size_x_id = 0) in;
+UINTS(0, keys);
+UINTS(1, sorted);
+layout(set = 0, binding = 2, std430) writeonly buffer Ranges { uvec2 ranges[]; };
+layout(set = 0, binding = 3, std430) buffer Stats { uint stats[]; };  // accumulates
+layout(push_constant) uniform Push { TileBinParams params; };
+
+#include "launch.glsl"
+
+// Number of keys below `key`.
+uint lower_bound(uint key, uint count) {
+    uint low = 0;
+    while (count > 0) {
+        const uint half_count = count / 2;
+        const bool below = LD1(keys, low + half_count) < key;
+        low = below ? low + half_count + 1 : low;
+        count = below ? count - half_count - 1 : half_count;
+    }
+    return low;
+}
+
+void main() {
+    const uint tile = invocation_index(params.groups_x);
+    if (tile >= params.tiles) return;
+    const uint count = LD1(sorted, 0);
+    const uint first = lower_bound(tile, count), last = lower_bound(tile + 1, count);
+    ranges[tile] = uvec2(first, last);
+    atomicMax(stats[kStatLongest], last - first);
+    if (first == last) atomicAdd(stats[kStatEmptyTiles], 1u);
+}

@@ -1,0 +1,77 @@
+#include "raster/blend.h"
+
+#include <cmath>
+
+#include "ops/launch.h"
+#include "params/blend_params.h"
+#include "raster_constants.h"
+
+namespace splat::raster {
+namespace {
+
+constexpr std::uint32_t kTilePixels = kTileSize * kTileSize;
+
+params::BlendParams params_of(const RasterDesc& desc, const Window& window) {
+    params::BlendParams params{};
+    params.width = desc.width;
+    params.height = desc.height;
+    params.tiles_x = desc.tiles_x();
+    params.row_begin = window.row_begin;
+    params.rows = window.rows();
+    // 3dgs stops when T would be < the limit, gsplat when it would be <=.
+    params.stop_below = desc.convention == Convention::k3dgs
+                            ? kTransmittanceMin
+                            : std::nextafter(kTransmittanceMin, 1.0F);
+    params.straight_through = desc.original_gradient ? 1 : 0;
+    return params;
+}
+
+}  // namespace
+
+Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                     const BlendViews& views, std::uint64_t pairs_estimate) {
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const auto pairs = static_cast<double>(pairs_estimate);
+    std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
+                                               {10, desc.extra ? 1U : 0U}};
+    if (cpu) constants.push_back({11, desc.skips.early_out ? 0U : 1U});
+    return recorder.dispatch({
+        .op = "blend_forward",
+        .shader = cpu ? "blend_forward_cpu" : "blend_forward",
+        .constants = constants,
+        .push = params_of(desc, window),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+                     vk::read(views.ranges), vk::read(views.background), vk::write(views.image),
+                     vk::write(views.state), vk::write(views.extra)},
+        .groups = {desc.tiles_x() * (cpu ? 4 : 1), window.rows(), desc.views},
+        .work = {.flops = 20 * pairs * kTilePixels,
+                 .bytes = 56 * pairs + 24 * static_cast<double>(desc.pixels())},
+    });
+}
+
+Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                      const BlendViews& views, const vk::BufferView& grad_image,
+                      const vk::BufferView& grad_depth, const RecordViews& records,
+                      std::uint64_t pairs_estimate) {
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const auto pairs = static_cast<double>(pairs_estimate);
+    std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
+                                               {10, desc.grad_depth ? 1U : 0U},
+                                               {11, desc.export_gradients ? 1U : 0U}};
+    if (cpu) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
+    return recorder.dispatch({
+        .op = "blend_backward",
+        .shader = cpu ? "blend_backward_cpu" : "blend_backward",
+        .constants = constants,
+        .push = params_of(desc, window),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+                     vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
+                     vk::read(grad_image), vk::read(grad_depth), vk::write(records.a),
+                     vk::write(records.b), vk::write(records.c)},
+        .groups = {desc.tiles_x(), window.rows(), desc.views},
+        .work = {.flops = 40 * pairs * kTilePixels,
+                 .bytes = 104 * pairs + 24 * static_cast<double>(desc.pixels())},
+    });
+}
+
+}  // namespace splat::raster

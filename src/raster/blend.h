@@ -1,0 +1,39 @@
+#pragma once
+
+#include "raster/project.h"
+
+namespace splat::raster {
+
+struct BlendViews {
+    vk::BufferView splats;      ///< of project_forward and project_colors
+    vk::BufferView items;       ///< [pairs] uint32: item of a pair
+    vk::BufferView pairs;       ///< [pairs] uint32: pairs by tile, then depth
+    vk::BufferView ranges;      ///< [tiles] 2 uint32
+    vk::BufferView background;  ///< one quad: RGB
+    vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
+    vk::BufferView state;       ///< [V,H,W] 2 float32: transmittance, entries before the stop
+    vk::BufferView extra;       ///< [V,H,W] quads: accumulated and expected depth, contributors;
+                                ///< one quad if not desc.extra
+};
+
+/// Blend each tile's list front to back.
+///
+/// pairs_estimate  expected number of pairs, for the length of submits
+/// Errors       the recorder's
+/// Precision    1e-5 absolute off pixels where a decision lies within float32 rounding
+/// Determinism  bit-exact for any thread count
+/// Source       Kerbl et al. 2023 section 6; shaders/raster/blend_forward.comp
+Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                     const BlendViews& views, std::uint64_t pairs_estimate);
+
+/// The gradient, as one record per pair.
+///
+/// grad_image   [V,H,W] quads: by RGB and alpha
+/// grad_depth   [V,H,W] float32: by the accumulated depth; any quad if not desc.grad_depth
+/// Determinism  bit-exact for any thread count; no atomics
+Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                      const BlendViews& views, const vk::BufferView& grad_image,
+                      const vk::BufferView& grad_depth, const RecordViews& records,
+                      std::uint64_t pairs_estimate);
+
+}  // namespace splat::raster

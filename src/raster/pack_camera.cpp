@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <cmath>
+
+#include "raster/rasterizer.h"
+#include "raster_constants.h"
+
+namespace splat::raster {
+namespace {
+
+using Matrix = std::array<double, 9>;
+
+/// Below this volume of the axes a camera maps space onto a plane; poses are rotations, so about 1.
+constexpr double kLeastDeterminant = 1e-9;
+
+double determinant(const Matrix& m) {
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+           m[2] * (m[3] * m[7] - m[4] * m[6]);
+}
+
+/// -R^-1 t by Cramer's rule.
+std::array<double, 3> position(const Matrix& r, const std::array<double, 3>& t, double det) {
+    std::array<double, 3> p{};
+    for (std::size_t column = 0; column < 3; ++column) {
+        Matrix with_t = r;
+        for (std::size_t row = 0; row < 3; ++row) with_t[3 * row + column] = -t[row];
+        p[column] = determinant(with_t) / det;
+    }
+    return p;
+}
+
+/// Bounds of x/z (or y/z) in the Jacobian; see shaders/include/raster_constants.h.
+std::array<double, 2> limits(double size, double focal, double centre, Convention convention) {
+    const double half_field = size / (2 * focal);
+    if (convention == Convention::k3dgs)
+        return {-kFovMargin3dgs * half_field, kFovMargin3dgs * half_field};
+    const double margin = kFovMarginGsplat * half_field;
+    return {-(centre / focal + margin), (size - centre) / focal + margin};
+}
+
+}  // namespace
+
+Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& camera,
+                                                        Convention convention) {
+    const auto& m = camera.world_to_camera;
+    const char* name = camera.name.empty() ? "?" : camera.name.c_str();
+    const bool finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
+    if (!finite || !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
+        !std::isfinite(camera.fx) || !std::isfinite(camera.fy))
+        return error(Code::kInvalidArgument, "camera %s: a pose or intrinsic is not finite", name);
+    if (!(camera.fx > 0) || !(camera.fy > 0))
+        return error(Code::kInvalidArgument,
+                     "camera %s: focal lengths are %g and %g pixels, expected > 0", name, camera.fx,
+                     camera.fy);
+    const Matrix r = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+    const std::array<double, 3> t = {m[3], m[7], m[11]};
+    const double det = determinant(r);
+    if (!(std::abs(det) > kLeastDeterminant))
+        return error(Code::kInvalidArgument,
+                     "camera %s: its rotation is singular (determinant %g), expected about 1", name,
+                     det);
+    const auto p = position(r, t, det);
+    const auto lx = limits(camera.width, camera.fx, camera.cx, convention);
+    const auto ly = limits(camera.height, camera.fy, camera.cy, convention);
+    const std::array<double, 4 * kCameraQuads> values = {
+        r[0],      r[1],      r[2],      t[0],       //
+        r[3],      r[4],      r[5],      t[1],       //
+        r[6],      r[7],      r[8],      t[2],       //
+        camera.fx, camera.fy, camera.cx, camera.cy,  //
+        lx[0],     lx[1],     ly[0],     ly[1],      //
+        p[0],      p[1],      p[2],      0};
+    std::array<float, 4 * kCameraQuads> packed{};
+    std::transform(values.begin(), values.end(), packed.begin(),
+                   [](double x) { return static_cast<float>(x); });
+    return packed;
+}
+
+}  // namespace splat::raster

@@ -1,0 +1,159 @@
+#include "raster/project.h"
+
+#include <algorithm>
+
+#include "core/checked_math.h"
+#include "ops/launch.h"
+#include "params/pose_reduce_params.h"
+#include "params/project_params.h"
+
+namespace splat::raster {
+namespace {
+
+/// Flops of one projection and its gradient; only the length of submits depends on them.
+constexpr double kForwardFlops = 400;
+constexpr double kBackwardFlops = 1200;
+
+constexpr std::uint32_t kGroup = 64;
+
+params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
+    params::ProjectParams params{};
+    params.gaussians = desc.gaussians;
+    params.width = desc.width;
+    params.height = desc.height;
+    params.row_begin = window.row_begin;
+    params.row_end = window.row_end;
+    params.sh_degree = desc.sh_degree;
+    params.sh_quads = desc.color_quads();
+    params.near_plane = desc.near_plane;
+    params.far_plane = desc.far_plane;
+    params.flags = desc.flags();
+    params.views = desc.views;
+    return params;
+}
+
+/// Call `record(first, count)` for each slice of Gaussians.
+template <class Record>
+Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Record& record) {
+    const std::uint32_t size = slice_size(recorder.device(), desc);
+    for (std::uint32_t first = 0; first < desc.gaussians; first += size)
+        SPLAT_TRY(record(first, std::min(size, desc.gaussians - first)));
+    return {};
+}
+
+std::uint32_t group_size(const vk::Recorder& recorder) {
+    return ops::workgroup_size(recorder.device(), kGroup);
+}
+
+}  // namespace
+
+Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                       const SceneViews& scene, const ItemViews& items) {
+    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
+        params::ProjectParams params = params_of(desc, window);
+        params.first = first;
+        params.count = count;
+        vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        params.groups_x = groups[0];
+        groups[2] = desc.views;
+        return recorder.dispatch({
+            .op = "project_forward",
+            .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
+                                "project_forward"),
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
+            .push = params,
+            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
+                         vk::read(scene.cameras), vk::write(items.splats),
+                         vk::write(items.counts), vk::write(items.keys), vk::write(items.radii)},
+            .groups = groups,
+            .work = {.flops = kForwardFlops * count * desc.views, .bytes = 112.0 * count * desc.views},
+        });
+    });
+}
+
+Status project_colors(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                      const vk::BufferView& order, const vk::BufferView& sorted,
+                      const ItemViews& items) {
+    const vk::Groups groups =
+        ops::groups_for(recorder.device(), desc.items(), group_size(recorder));
+    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
+        params::ProjectParams params = params_of(desc, {});
+        params.first = first;
+        params.count = count;
+        params.groups_x = groups[0];
+        const double quads = desc.color_quads();
+        return recorder.dispatch({
+            .op = "project_colors",
+            .shader = ops::pick(recorder.kernels(), "project_colors", "project_colors_cpu",
+                                "project_colors"),
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
+                          {10, desc.direct_colors ? 0 : desc.sh_degree}},
+            .push = params,
+            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
+                         vk::read(slice(scene.colors, first, count, desc.color_quads())),
+                         vk::read(scene.cameras), vk::read(order), vk::read(sorted),
+                         vk::read_write(items.splats), vk::read_write(items.radii)},
+            .groups = groups,
+            .work = {.flops = 40 * quads * static_cast<double>(desc.items()),
+                     .bytes = (16 * quads + 32) * static_cast<double>(desc.items())},
+        });
+    });
+}
+
+std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc) {
+    if (!desc.grad_pose) return 16;
+    return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;
+}
+
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                        const ItemViews& items, const vk::BufferView& begins,
+                        const RecordViews& records, const GradientViews& gradients,
+                        bool accumulate) {
+    const std::uint32_t quads = desc.color_quads();
+    SPLAT_TRY(for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
+        params::ProjectParams params = params_of(desc, {});
+        params.first = first;
+        params.count = count;
+        params.accumulate = accumulate ? 1 : 0;
+        const vk::Groups groups =
+            ops::groups_for(recorder.device(), count, group_size(recorder));
+        params.groups_x = groups[0];
+        return recorder.dispatch({
+            .op = "project_backward",
+            .shader = ops::pick(recorder.kernels(), "project_backward", "project_backward_cpu",
+                                "project_backward"),
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
+                          {10, desc.direct_colors ? 0 : desc.sh_degree},
+                          {11, desc.export_gradients ? 1U : 0U},
+                          {12, desc.grad_pose ? 1U : 0U}},
+            .push = params,
+            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
+                         vk::read(slice(scene.colors, first, count, quads)),
+                         vk::read(scene.cameras), vk::read(items.splats), vk::read(items.counts),
+                         vk::read(begins), vk::read(records.a), vk::read(records.b),
+                         vk::read(records.c),
+                         vk::read_write(slice(gradients.gaussians, first, count, 3)),
+                         vk::read_write(slice(gradients.colors, first, count, quads)),
+                         vk::read_write(gradients.exported), vk::write(gradients.pose_partial)},
+            .groups = groups,
+            .work = {.flops = kBackwardFlops * count * desc.views,
+                     .bytes = 16.0 * (12 + 2 * quads) * count * desc.views},
+        });
+    }));
+    if (!desc.grad_pose) return {};
+    const auto partial_groups =
+        static_cast<std::uint32_t>(ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)));
+    const params::PoseReduceParams params{partial_groups, desc.views, accumulate ? 1U : 0U};
+    return recorder.dispatch({
+        .op = "pose_reduce",
+        .shader = "pose_reduce",
+        .constants = {{ops::kWorkgroupSizeId, ops::workgroup_size(recorder.device(), 64, partial_groups)}},
+        .push = params,
+        .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
+        .groups = {desc.views, 1, 1},
+        .work = {.flops = 12.0 * partial_groups * desc.views,
+                 .bytes = 48.0 * partial_groups * desc.views},
+    });
+}
+
+}  // namespace splat::raster

@@ -1,0 +1,100 @@
+#include "raster/radix_sort.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/checked_math.h"
+#include "ops/launch.h"
+#include "params/radix_sort_params.h"
+
+namespace splat::raster {
+namespace {
+
+/// Shape of the sort on a device. A digit's counters, one column per lane, fit 16 KiB of shared
+/// memory. On CPU devices one subgroup per workgroup, 8 bits, and as many lanes as keep both cores
+/// busy: more make the table longer than what they save.
+struct Plan {
+    std::uint32_t group;
+    std::uint32_t digit_bits;
+    std::uint32_t passes;
+    std::uint32_t lanes;
+};
+
+Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint32_t most_bits = cpu ? 8 : 4;
+    const std::uint32_t bits = std::max(desc.key_bits, 1U);
+    Plan plan{};
+    plan.group = ops::workgroup_size(recorder.device(), cpu ? 8 : 32);
+    plan.passes = (bits + most_bits - 1) / most_bits;
+    plan.digit_bits = (bits + plan.passes - 1) / plan.passes;
+    const std::uint32_t chunk = cpu ? 1024 : 128;
+    const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / chunk, 1U));
+    const auto least =  // chunks within the turns that a loop may take
+        std::bit_ceil(static_cast<std::uint32_t>(ceil_div(desc.capacity, ops::kMaxTurns)));
+    plan.lanes = std::max(std::clamp(wanted, cpu ? 64U : 32U, cpu ? 256U : 8192U), least);
+    return plan;
+}
+
+}  // namespace
+
+std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+    const Plan plan = plan_for(recorder, desc);
+    return std::uint64_t{4} * plan.lanes << plan.digit_bits;
+}
+
+std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+    return plan_for(recorder, desc).passes % 2;
+}
+
+Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
+    const Plan plan = plan_for(recorder, desc);
+    const vk::Kernels kernels = recorder.kernels();
+    const auto shader = [&](const char* plain, const char* cpu) {
+        return ops::pick(kernels, plain, cpu, plain);
+    };
+    const std::uint32_t groups = plan.lanes / plan.group;
+    const double entries = desc.capacity;
+    const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
+    for (std::uint32_t pass = 0; pass < plan.passes; ++pass) {
+        const params::RadixSortParams params{desc.capacity, plan.lanes, pass * plan.digit_bits,
+                                             plan.digit_bits, pass == 0 ? 1U : 0U};
+        const std::uint32_t in = pass % 2;
+        const std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, plan.group},
+                                                         {10, plan.digit_bits}};
+        const vk::BufferView& count = pass == 0 ? views.entries : views.kept;
+        SPLAT_TRY(recorder.dispatch({
+            .op = "radix_sort",
+            .shader = shader("radix_sort_upsweep", "radix_sort_upsweep_cpu"),
+            .constants = constants,
+            .push = params,
+            .accesses = {vk::read(views.keys[in]), vk::read(count), vk::write(views.table)},
+            .groups = {groups, 1, 1},
+            .work = {.flops = entries, .bytes = 4 * entries + table},
+        }));
+        SPLAT_TRY(recorder.dispatch({
+            .op = "radix_sort",
+            .shader = "radix_sort_spine",
+            .constants = {{ops::kWorkgroupSizeId, plan.group}},
+            .push = params,
+            .accesses = {vk::read_write(views.table), vk::write(views.totals)},
+            .groups = {1U << plan.digit_bits, 1, 1},
+            .work = {.flops = table / 4, .bytes = 2 * table},
+        }));
+        SPLAT_TRY(recorder.dispatch({
+            .op = "radix_sort",
+            .shader = shader("radix_sort_downsweep", "radix_sort_downsweep_cpu"),
+            .constants = constants,
+            .push = params,
+            .accesses = {vk::read(views.keys[in]), vk::read(pass == 0 ? views.keys[in] : views.values[in]),
+                         vk::read(count), vk::read(views.table), vk::read(views.totals),
+                         vk::write(views.keys[1 - in]), vk::write(views.values[1 - in]),
+                         vk::write(pass == 0 ? views.kept : views.scratch)},
+            .groups = {groups, 1, 1},
+            .work = {.flops = entries, .bytes = 16 * entries + table},
+        }));
+    }
+    return {};
+}
+
+}  // namespace splat::raster

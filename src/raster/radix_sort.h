@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+
+#include "vk/recorder.h"
+
+namespace splat::raster {
+
+/// A stable sort of 32-bit keys with 32-bit values; the number of entries is read on the device.
+struct RadixSortDesc {
+    std::uint32_t capacity = 0;   ///< entries that the arrays hold, at least 1
+    std::uint32_t key_bits = 32;  ///< bits that take part, from the lowest
+};
+
+struct RadixSortViews {
+    std::array<vk::BufferView, 2> keys;    ///< [capacity] uint32; keys[0] is the input
+    std::array<vk::BufferView, 2> values;  ///< [capacity] uint32; no input is read
+    vk::BufferView table;                  ///< radix_sort_table_bytes
+    vk::BufferView totals;                 ///< 256 uint32
+    vk::BufferView entries;                ///< uint32: number of keys
+    vk::BufferView kept;                   ///< uint32, out: entries that stayed
+    vk::BufferView scratch;                ///< uint32
+};
+
+std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
+
+/// Which of keys[0], keys[1] holds the result.
+std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc);
+
+/// Sort the positions 0 … entries - 1 by their keys; equal keys stay in order. Keys 0xFFFFFFFF are
+/// left out and not counted in `kept`. keys[0] is overwritten where there are several passes.
+///
+/// Errors       the recorder's
+/// Precision    exact
+/// Determinism  bit-exact for any thread count; no atomics, no waiting on another workgroup
+/// Source       least significant digit first; a private histogram column per lane makes it stable
+Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views);
+
+}  // namespace splat::raster

@@ -1,0 +1,40 @@
+#include "raster/raster_desc.h"
+
+#include <algorithm>
+
+#include "params/project_params.h"
+
+namespace splat::raster {
+
+std::uint32_t RasterDesc::flags() const {
+    std::uint32_t flags = 0;
+    if (convention == Convention::kGsplat) flags |= params::kFlagGsplat;
+    if (antialiased) flags |= params::kFlagAntialias;
+    if (direct_colors) flags |= params::kFlagDirectColors;
+    if (original_gradient) flags |= params::kFlagOriginalGradient;
+    if (skips.opacity_extent) flags |= params::kFlagOpacityExtent;
+    if (skips.exact_tiles) flags |= params::kFlagExactTiles;
+    if (skips.cull) flags |= params::kFlagCull;
+    return flags;
+}
+
+vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint64_t count,
+                     std::uint64_t stride) {
+    vk::BufferView part = view;
+    part.offset += first * stride * 16;
+    part.bytes = count * stride * 16;
+    part.shape = {static_cast<std::uint32_t>(count), static_cast<std::uint32_t>(stride * 4)};
+    SPLAT_ASSERT(part.end() <= view.end());
+    return part;
+}
+
+std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc) {
+    // A multiple of 256 Gaussians keeps every slice aligned and workgroups whole.
+    const std::uint64_t stride = std::max<std::uint64_t>(3, desc.color_quads()) * 16;
+    const std::uint64_t most =
+        std::min(device.limits.max_storage_buffer_bytes, device.limits.max_texel_elements * 16);
+    return static_cast<std::uint32_t>(
+        std::clamp<std::uint64_t>(most / stride / 256 * 256, 256, std::uint64_t{1} << 30));
+}
+
+}  // namespace splat::raster

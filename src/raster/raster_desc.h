@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+
+#include "vk/buffer.h"
+#include "vk/device.h"
+
+namespace splat::raster {
+
+/// Which rules decide what a pixel sees; the tables are in README.md.
+enum class Convention : int {
+    k3dgs = 0,    ///< Kerbl et al. 2023: near plane 0.2, a square of 3 sigma in whole tiles
+    kGsplat = 1,  ///< gsplat 1.6: near and far planes, exactly alpha >= 1/255, unit quaternions
+};
+
+/// What work may be left out without changing the image. All on by default.
+struct Skips {
+    bool opacity_extent = true;  ///< extents end where alpha falls below 1/255
+    bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
+    bool cull = true;            ///< Gaussians that reach no tile are not sorted
+    bool early_out = true;       ///< blending ends when every pixel has stopped, in both passes
+    bool unchanged = true;       ///< forward does nothing if scene, cameras and background stay
+};
+
+/// What to rasterize. Fixed for the life of a Rasterizer.
+struct RasterDesc {
+    std::uint32_t gaussians = 0;
+    std::uint32_t views = 1;
+    std::uint32_t width = 0;  ///< pixels
+    std::uint32_t height = 0;
+    std::uint32_t sh_degree = 0;
+    bool direct_colors = false;  ///< colours are RGB, not spherical harmonics
+    Convention convention = Convention::k3dgs;
+    bool antialiased = false;  ///< opacity compensates for the dilation
+    float near_plane = 0.2F;
+    float far_plane = 1e10F;
+    bool extra = false;              ///< also depth and contributors
+    bool backward = false;           ///< keep what the backward pass needs
+    bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
+    bool grad_depth = false;         ///< the loss depends on the accumulated depth
+    bool grad_pose = false;          ///< gradient by the cameras
+    bool export_gradients = false;   ///< gradients by the projected Gaussians, for densification
+    Skips skips;
+
+    /// vec4 per Gaussian of the packed colours: coefficients [(degree + 1)^2, 3] or one RGB.
+    [[nodiscard]] std::uint32_t color_quads() const {
+        return direct_colors ? 1 : (3 * (sh_degree + 1) * (sh_degree + 1) + 3) / 4;
+    }
+    [[nodiscard]] std::uint64_t items() const { return std::uint64_t{gaussians} * views; }
+    [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
+    [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
+    [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
+    [[nodiscard]] std::uint32_t flags() const;  ///< of params/project_params.h
+};
+
+/// Rows of tiles that one pass covers, all views.
+struct Window {
+    std::uint32_t row_begin = 0;
+    std::uint32_t row_end = 0;
+
+    [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
+};
+
+/// Part of a buffer of `stride` quads per element, from element `first`.
+vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint64_t count,
+                     std::uint64_t stride);
+
+/// Gaussians that one dispatch can take, so that no binding of the packed arrays passes the limit.
+std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc);
+
+}  // namespace splat::raster

@@ -1,0 +1,209 @@
+#include "raster/rasterizer.h"
+
+#include <algorithm>
+
+#include "core/checked_math.h"
+#include "params/tile_bin_params.h"
+
+namespace splat::raster {
+namespace {
+
+/// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass
+/// those of all views. Below the 65535 turns that lavapipe's loops have.
+constexpr std::uint64_t kMaxWindowTiles = 32768;
+
+/// Pairs per item to begin with; what a scene needs is known after its first frame.
+constexpr std::uint64_t kFirstPairsPerItem = 4;
+constexpr std::uint64_t kLeastCapacity = 4096;
+
+bool same(const SceneInput& a, const SceneInput& b) {
+    return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors);
+}
+
+}  // namespace
+
+Status Rasterizer::check_device() const {
+    const vk::DeviceLimits& limits = context_.device().info().limits;
+    if (desc_.width < 1 || desc_.height < 1 || desc_.views < 1)
+        return error(Code::kInvalidArgument,
+                     "rasterizer: %u views of %u x %u pixels, expected at least 1 of each",
+                     desc_.views, desc_.width, desc_.height);
+    if (desc_.sh_degree > 3)
+        return error(Code::kInvalidArgument,
+                     "rasterizer: spherical harmonics of degree %u, expected 0 to 3",
+                     desc_.sh_degree);
+    if (!(desc_.near_plane > 0) || !(desc_.far_plane > desc_.near_plane))
+        return error(Code::kInvalidArgument,
+                     "rasterizer: near plane %g, far plane %g, expected 0 < near < far",
+                     static_cast<double>(desc_.near_plane), static_cast<double>(desc_.far_plane));
+    const std::uint64_t binding = limits.max_storage_buffer_bytes;
+    if (desc_.items() > binding / 48)
+        return error(Code::kUnsupported,
+                     "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
+                     "all at a time: render fewer views per call, or fewer Gaussians",
+                     desc_.gaussians, desc_.views, static_cast<unsigned long long>(binding / 48));
+    if (desc_.pixels() > binding / 16)
+        return error(Code::kUnsupported,
+                     "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu "
+                     "pixels at a time: render fewer views per call, or smaller ones",
+                     desc_.views, desc_.width, desc_.height,
+                     static_cast<unsigned long long>(binding / 16));
+    if (std::uint64_t{desc_.tiles_x()} * desc_.views > kMaxWindowTiles)
+        return error(Code::kUnsupported,
+                     "rasterizer: a row of %u tiles in %u views, expected at most %llu in all",
+                     desc_.tiles_x(), desc_.views,
+                     static_cast<unsigned long long>(kMaxWindowTiles));
+    return {};
+}
+
+Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
+                                                       const RasterDesc& desc) {
+    std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
+    SPLAT_TRY(self->check_device());
+    const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
+    self->passes_ = std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)),
+                             desc.tiles_y());
+    SPLAT_TRY(self->space_.allocate_items(context, desc));
+    const auto items = static_cast<std::uint32_t>(desc.items());
+    SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));
+    const std::uint64_t first = std::max(kFirstPairsPerItem * desc.items(), kLeastCapacity);
+    const std::uint64_t most = Workspace::max_capacity(context.device().info(), desc);
+    SPLAT_TRY(self->space_.allocate_pairs(context, desc,
+                                          static_cast<std::uint32_t>(std::min(first, most))));
+    return self;
+}
+
+Status Rasterizer::upload(std::span<const scene::Camera> cameras,
+                          const std::array<float, 3>& background) {
+    if (cameras.size() != desc_.views)
+        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u",
+                     cameras.size(), desc_.views);
+    std::vector<float> values;
+    for (const scene::Camera& camera : cameras) {
+        if (camera.width != desc_.width || camera.height != desc_.height)
+            return error(Code::kInvalidArgument,
+                         "camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
+                         camera.name.c_str(), camera.width, camera.height, desc_.width,
+                         desc_.height);
+        SPLAT_ASSIGN(const auto packed, pack_camera(camera, desc_.convention));
+        values.insert(values.end(), packed.begin(), packed.end());
+    }
+    values.insert(values.end(), {background[0], background[1], background[2], 0.0F});
+    if (values == uploaded_) return {};
+    valid_ = false;
+    uploaded_.clear();
+    const std::size_t bytes = (values.size() - 4) * sizeof(float);
+    SPLAT_TRY(context_.write(space_.cameras.range(), values.data(), bytes));
+    SPLAT_TRY(context_.write(space_.background.range(), &values[values.size() - 4], 16));
+    uploaded_ = std::move(values);
+    return {};
+}
+
+Status Rasterizer::run_forward(std::uint64_t& needed) {
+    RasterStats sum{};
+    needed = 0;
+    for (vk::CommandList& list : forward_) {
+        SPLAT_TRY(context_.run(list));
+        std::array<std::uint32_t, params::kStatWords> words{};
+        SPLAT_TRY(context_.read(space_.stats.range(), words.data(), sizeof words));
+        sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
+        sum.pairs += words[params::kStatPairs];
+        sum.longest = std::max<std::uint64_t>(sum.longest, words[params::kStatLongest]);
+        sum.empty_tiles += words[params::kStatEmptyTiles];
+        needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
+        if (needed > space_.capacity) return {};  // the others have to run again anyway
+    }
+    sum.tiles = std::uint64_t{desc_.tiles_x()} * desc_.tiles_y() * desc_.views;
+    sum.passes = passes_;
+    sum.runs = stats_.runs;
+    sum.bytes = space_.bytes();
+    stats_ = sum;
+    return {};
+}
+
+Status Rasterizer::grow(std::uint64_t needed) {
+    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    forward_.clear();
+    backward_.clear();
+    if (needed > most) {
+        if (passes_ == desc_.tiles_y())
+            return error(Code::kUnsupported,
+                         "rasterizer: %llu intersections of Gaussians with one row of tiles, but "
+                         "the device takes at most %llu: render fewer views per call",
+                         static_cast<unsigned long long>(needed),
+                         static_cast<unsigned long long>(most));
+        const std::uint64_t factor = ceil_div(needed, most) + 1;
+        passes_ = static_cast<std::uint32_t>(
+            std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
+        return {};
+    }
+    const std::uint64_t wanted = std::min(needed + needed / 4, most);
+    return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
+}
+
+// Turns per entry of a tile's list in the kernels, see ops/launch.h; other devices have no limit.
+std::uint64_t Rasterizer::list_limit() const {
+    if (context_.device().info().kind != vk::DeviceKind::kCpu) return ~std::uint64_t{0};
+    const bool fast = context_.device().kernels() == vk::Kernels::kCpu;
+    if (!desc_.backward) return fast ? 500000 : 60000;
+    return fast ? 56000 : 2500;
+}
+
+Status Rasterizer::forward(const SceneInput& scene, std::span<const scene::Camera> cameras,
+                           const std::array<float, 3>& background) {
+    SPLAT_TRY(upload(cameras, background));
+    if (desc_.skips.unchanged && valid_ && scene.version != 0 && scene.version == scene_.version &&
+        same(scene, scene_)) {
+        stats_.runs = 0;
+        return {};
+    }
+    valid_ = false;
+    if (!same(scene, scene_)) {
+        forward_.clear();
+        backward_.clear();
+    }
+    scene_ = scene;
+    for (stats_.runs = 1;; ++stats_.runs) {
+        if (forward_.empty()) SPLAT_TRY(record_forward());
+        std::uint64_t needed = 0;
+        SPLAT_TRY(run_forward(needed));
+        if (needed <= space_.capacity) break;
+        SPLAT_TRY(grow(needed));
+    }
+    if (stats_.longest > list_limit())
+        return error(Code::kUnsupported,
+                     "rasterizer: %llu Gaussians on one tile, but loops on this device end after "
+                     "%llu: remove Gaussians of little opacity, or use a GPU",
+                     static_cast<unsigned long long>(stats_.longest),
+                     static_cast<unsigned long long>(list_limit()));
+    valid_ = true;
+    return {};
+}
+
+Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
+                            const SceneInput& gradients) {
+    if (!desc_.backward)
+        return error(Code::kInvalidArgument,
+                     "rasterizer: made without backward; set it when creating");
+    if (!valid_)
+        return error(Code::kInvalidArgument,
+                     "rasterizer: backward needs a forward call that succeeded before it");
+    const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
+                                                 gradients.colors};
+    const bool recorded =
+        !backward_.empty() &&
+        std::equal(views.begin(), views.end(), backward_views_.begin(),
+                   [](const vk::BufferView& a, const vk::BufferView& b) { return a.same_range(b); });
+    if (!recorded) {
+        backward_.clear();
+        SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));
+        backward_views_ = views;
+    }
+    for (std::size_t pass = 0; pass < backward_.size(); ++pass) {
+        if (backward_.size() > 1) SPLAT_TRY(context_.run(forward_[pass]));  // its lists are gone
+        SPLAT_TRY(context_.run(backward_[pass]));
+    }
+    return {};
+}
+
+}  // namespace splat::raster

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+
+#include "raster/workspace.h"
+#include "scene/camera.h"
+
+namespace splat::raster {
+
+/// What the latest forward call did.
+struct RasterStats {
+    std::uint64_t visible = 0;      ///< (Gaussian, view) that reached a tile
+    std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
+    std::uint64_t longest = 0;      ///< longest list of a tile
+    std::uint64_t empty_tiles = 0;  ///< of all views
+    std::uint64_t tiles = 0;
+    std::uint64_t bytes = 0;   ///< device memory of the workspace
+    std::uint32_t passes = 1;  ///< groups of tile rows
+    std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 and more: the pair arrays had to grow
+};
+
+/// Where the scene is, packed (SceneViews without cameras). `version` changes with the contents; 0
+/// means not known.
+struct SceneInput {
+    vk::BufferView gaussians;
+    vk::BufferView colors;
+    std::uint64_t version = 0;
+};
+
+/// The stages of 3D Gaussian splatting in order, with their memory: project, sort by depth, tile_bin,
+/// sort by tile, tile_ranges, blend; and back.
+///
+/// One submit per call as long as all pairs fit. If they do not, nothing is drawn; the arrays grow,
+/// or, where a binding is full, the image is drawn in groups of tile rows, with the same result.
+class Rasterizer {
+  public:
+    /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
+    static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context,
+                                                      const RasterDesc& desc);
+
+    /// Errors: kInvalidArgument for a camera that is singular, not finite or of another size;
+    /// kUnsupported if a tile's list is longer than the device's loops can be; those of create.
+    Status forward(const SceneInput& scene, std::span<const scene::Camera> cameras,
+                   const std::array<float, 3>& background);
+
+    /// Gradient of the latest forward call. `gradients` is like SceneInput; pose and exported
+    /// gradients stay in the workspace.
+    ///
+    /// grad_image   [V,H,W] quads: by RGB and alpha
+    /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
+    Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
+                    const SceneInput& gradients);
+
+    [[nodiscard]] const RasterDesc& desc() const { return desc_; }
+    [[nodiscard]] const RasterStats& stats() const { return stats_; }
+    [[nodiscard]] const Workspace& workspace() const { return space_; }
+
+  private:
+    Rasterizer(vk::Context& context, const RasterDesc& desc) : context_(context), desc_(desc) {}
+    Status check_device() const;
+    Status upload(std::span<const scene::Camera> cameras, const std::array<float, 3>& background);
+    Status record_forward();
+    Status record_forward_pass(vk::Recorder& recorder, const Window& window);
+    Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
+                           const SceneInput& gradients);
+    Status run_forward(std::uint64_t& needed);
+    Status grow(std::uint64_t needed);
+    [[nodiscard]] BlendViews blend_views(const Window& window) const;
+    [[nodiscard]] std::uint64_t list_limit() const;
+
+    vk::Context& context_;
+    RasterDesc desc_;
+    Workspace space_;
+    RasterStats stats_;
+    std::uint32_t passes_ = 1;
+    SceneInput scene_;
+    std::vector<float> uploaded_;  ///< cameras and background as on the device
+    bool valid_ = false;           ///< the workspace holds a finished forward call
+    std::vector<vk::CommandList> forward_;   ///< one per pass; empty = not recorded
+    std::vector<vk::CommandList> backward_;
+    std::array<vk::BufferView, 4> backward_views_;
+};
+
+/// kCameraQuads vec4 of a camera. Errors: kInvalidArgument for one that is singular or not finite.
+Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& camera,
+                                                        Convention convention);
+
+}  // namespace splat::raster

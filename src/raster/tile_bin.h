@@ -1,0 +1,47 @@
+#pragma once
+
+#include "raster/raster_desc.h"
+#include "vk/recorder.h"
+
+namespace splat::raster {
+
+/// A (tile, Gaussian) pair is an intersection; the arrays hold `capacity` of them.
+struct TileBinDesc {
+    std::uint32_t capacity = 0;
+    Window window;
+};
+
+struct TileBinViews {
+    vk::BufferView splats;  ///< of project_forward
+    vk::BufferView counts;
+    vk::BufferView order;       ///< [V*N] uint32: items by depth
+    vk::BufferView sorted;      ///< uint32: their number
+    vk::BufferView sums;        ///< tile_bin_lanes uint32, workspace
+    vk::BufferView begins;      ///< [V*N] uint32, out: first pair of an item
+    vk::BufferView keys;        ///< [capacity] uint32, out: tile
+    vk::BufferView items;       ///< [capacity] uint32, out: item
+    vk::BufferView pair_count;  ///< uint32, out: pairs made
+    vk::BufferView groups;      ///< 3 uint32, workspace: an indirect dispatch
+    vk::BufferView stats;       ///< kStatWords uint32, out
+};
+
+std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);
+
+/// Bits of a tile's index, all views.
+std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
+
+/// One pair per tile that a Gaussian reaches, in depth order. More pairs than `capacity`: none, and
+/// stats says how many there are.
+///
+/// Errors       the recorder's
+/// Determinism  bit-exact for any thread count
+/// Source       shaders/include/tile_footprint.glsl
+Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDesc& bin,
+                const TileBinViews& views);
+
+/// ranges [tiles] 2 uint32: each tile's part [first, last) of the sorted keys, `sorted` of them.
+Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                   const vk::BufferView& keys, const vk::BufferView& sorted,
+                   const vk::BufferView& ranges, const vk::BufferView& stats);
+
+}  // namespace splat::raster

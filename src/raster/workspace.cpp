@@ -1,0 +1,115 @@
+#include "raster/workspace.h"
+
+#include <algorithm>
+
+#include "params/tile_bin_params.h"
+
+namespace splat::raster {
+namespace {
+
+struct Wanted {
+    vk::Buffer* buffer;
+    const char* name;
+    std::uint64_t bytes;
+};
+
+Status allocate(vk::Context& context, const std::vector<Wanted>& list) {
+    for (const Wanted& wanted : list) {
+        SPLAT_ASSIGN(*wanted.buffer,
+                     context.memory().allocate(std::max<std::uint64_t>(wanted.bytes, 16),
+                                               vk::MemoryKind::kDevice, wanted.name));
+    }
+    return {};
+}
+
+std::uint64_t table_bytes(vk::Context& context, std::uint64_t capacity, std::uint32_t bits) {
+    const vk::Recorder recorder(context);
+    return radix_sort_table_bytes(recorder, {static_cast<std::uint32_t>(capacity), bits});
+}
+
+}  // namespace
+
+Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t passes) {
+    const std::uint32_t rows = desc.tiles_y();
+    return {rows * pass / passes, rows * (pass + 1) / passes};
+}
+
+Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
+    const vk::Recorder recorder(context);
+    const std::uint64_t items = std::max<std::uint64_t>(desc.items(), 1);
+    const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
+    return allocate(
+        context,
+        {{&splats, "splats", 48 * items},
+         {&counts, "tile counts", 4 * items},
+         {&radii, "radii", 8 * items},
+         {&begins, "first pairs", 4 * items},
+         {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
+         {&background, "background", 16},
+         {&item_keys[0], "depth keys", 4 * items},
+         {&item_keys[1], "depth keys", 4 * items},
+         {&item_order[0], "depth order", 4 * items},
+         {&item_order[1], "depth order", 4 * items},
+         {&item_table, "sort table", table_bytes(context, items, 32)},
+         {&totals, "sort totals", 4 * 256},
+         {&item_count, "item count", 16},
+         {&sorted, "sorted count", 16},
+         {&scratch, "sort count", 16},
+         {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
+         {&stats, "raster statistics", 4 * params::kStatWords},
+         {&groups, "indirect groups", 16},
+         {&pair_count, "pair count", 16},
+         {&kept_pairs, "pair count", 16},
+         {&ranges, "tile ranges", 8 * tiles},
+         {&image, "image", 16 * desc.pixels()},
+         {&state, "pixel state", 8 * desc.pixels()},
+         {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
+         {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
+         {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
+         {&pose, "pose gradient", std::uint64_t{48} * desc.views}});
+}
+
+Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
+                                 std::uint32_t wanted) {
+    Pairs fresh;
+    const std::uint64_t words = std::uint64_t{4} * wanted;
+    const std::uint64_t record = desc.backward ? std::uint64_t{16} * wanted : 16;
+    const std::uint32_t bits = tile_key_bits(desc, {0, desc.tiles_y()});
+    std::uint64_t table = 0;  // fewer tiles in a window may mean fewer or longer digits
+    for (std::uint32_t b = 1; b <= bits; ++b)
+        table = std::max(table, table_bytes(context, wanted, b));
+    SPLAT_TRY(allocate(context, {{&fresh.keys[0], "pair keys", words},
+                                 {&fresh.keys[1], "pair keys", words},
+                                 {&fresh.order[0], "pair order", words},
+                                 {&fresh.order[1], "pair order", words},
+                                 {&fresh.items, "pair items", words},
+                                 {&fresh.table, "sort table", table},
+                                 {&fresh.record_a, "gradient records", record},
+                                 {&fresh.record_b, "gradient records", record},
+                                 {&fresh.record_c, "gradient records", record}}));
+    pairs = std::move(fresh);
+    capacity = wanted;
+    return {};
+}
+
+std::uint64_t Workspace::bytes() const {
+    std::uint64_t sum = 0;
+    for (const vk::Buffer* buffer :
+         {&splats, &counts, &radii, &begins, &cameras, &background, &item_keys[0], &item_keys[1],
+          &item_order[0], &item_order[1], &item_table, &totals, &item_count, &sorted, &scratch,
+          &sums, &stats, &groups, &pair_count, &kept_pairs, &ranges, &image, &state, &extra,
+          &exported, &pose_partial, &pose, &pairs.keys[0], &pairs.keys[1], &pairs.order[0],
+          &pairs.order[1], &pairs.items, &pairs.table, &pairs.record_a, &pairs.record_b,
+          &pairs.record_c})
+        sum += buffer->bytes();
+    return sum;
+}
+
+std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc) {
+    const std::uint64_t element = desc.backward ? 16 : 4;
+    return static_cast<std::uint32_t>(
+        std::min({device.limits.max_storage_buffer_bytes / element,
+                  device.limits.max_texel_elements, std::uint64_t{1} << 30}));
+}
+
+}  // namespace splat::raster

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "raster/blend.h"
+#include "raster/radix_sort.h"
+#include "raster/tile_bin.h"
+#include "vk/context.h"
+
+namespace splat::raster {
+
+/// Device memory of one Rasterizer. Item arrays are sized once, pair arrays grow.
+class Workspace {
+  public:
+    /// Errors: those of Memory::allocate.
+    Status allocate_items(vk::Context& context, const RasterDesc& desc);
+
+    /// Pair arrays for `capacity` pairs; the old ones stay if this fails.
+    Status allocate_pairs(vk::Context& context, const RasterDesc& desc, std::uint32_t capacity);
+
+    [[nodiscard]] std::uint64_t bytes() const;
+
+    /// Most pairs whose arrays fit one binding.
+    static std::uint32_t max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc);
+
+    std::uint32_t capacity = 0;
+
+    vk::Buffer splats, counts, radii, begins, cameras, background;
+    vk::Buffer item_keys[2], item_order[2], item_table;
+    vk::Buffer totals, item_count, sorted, scratch, sums, stats, groups, pair_count, kept_pairs;
+    vk::Buffer ranges, image, state, extra, exported, pose_partial, pose;
+    struct Pairs {
+        vk::Buffer keys[2], order[2], items, table;
+        vk::Buffer record_a, record_b, record_c;
+    };
+    Pairs pairs;
+
+    [[nodiscard]] ItemViews items() const {
+        return {splats.range(), counts.range(), item_keys[0].range(), radii.range()};
+    }
+    [[nodiscard]] RecordViews records() const {
+        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range()};
+    }
+};
+
+/// Tile rows that a pass covers if there are `passes` of them.
+Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t passes);
+
+}  // namespace splat::raster
