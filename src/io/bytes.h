@@ -1,0 +1,53 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace splat::io {
+
+using Bytes = std::span<const std::byte>;
+using Buffer = std::vector<std::byte>;
+
+static_assert(std::endian::native == std::endian::little, "number() and put() swap for big endian");
+
+inline Bytes as_bytes(std::string_view text) {
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+inline std::string_view as_text(Bytes bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A number of the file; the caller has checked that sizeof(T) bytes are there.
+template <class T>
+T number(const std::byte* at, std::endian order = std::endian::little) {
+    std::byte bytes[sizeof(T)];
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+        bytes[i] = at[order == std::endian::little ? i : sizeof(T) - 1 - i];
+    T value;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+/// Append a number.
+template <class T>
+void put(Buffer& to, T value, std::endian order = std::endian::little) {
+    std::byte bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof value);
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+        to.push_back(bytes[order == std::endian::little ? i : sizeof(T) - 1 - i]);
+}
+
+inline void put_bytes(Buffer& to, Bytes bytes) {
+    to.insert(to.end(), bytes.begin(), bytes.end());
+}
+
+inline void put_text(Buffer& to, std::string_view text) {
+    put_bytes(to, as_bytes(text));
+}
+
+}  // namespace splat::io

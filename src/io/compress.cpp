@@ -1,0 +1,166 @@
+#include "io/compress.h"
+
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+
+namespace splat::io {
+namespace {
+
+/// Deflate packs at most 1032 : 1, a zstd block at most 128 KiB in 4 bytes.
+constexpr std::uint64_t kMaxDeflateRatio = 1032;
+constexpr std::uint64_t kMaxZstdRatio = 1U << 15U;
+
+/// zlib counts in 32 bits.
+constexpr std::size_t kMaxPiece = std::size_t{1} << 30U;
+
+constexpr int kGzipWindow = MAX_WBITS + 16;
+
+Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
+                   const std::string& what) {
+    if (bytes / ratio <= packed.size()) return {};
+    return error(Code::kInvalidArgument, "%s: %llu bytes cannot come from %zu compressed ones",
+                 what.c_str(), static_cast<unsigned long long>(bytes), packed.size());
+}
+
+class Inflater {
+  public:
+    explicit Inflater(Bytes packed) : packed_(packed) {
+        started_ = inflateInit2(&stream_, kGzipWindow) == Z_OK;
+    }
+    Inflater(const Inflater&) = delete;
+    Inflater& operator=(const Inflater&) = delete;
+    ~Inflater() {
+        if (started_) inflateEnd(&stream_);
+    }
+
+    /// Fills as much of `out` as there is; returns how much.
+    std::size_t fill(std::span<std::byte> out) {
+        std::size_t filled = 0;
+        while (started_ && !ended_ && filled < out.size()) {
+            const std::size_t piece = std::min(out.size() - filled, kMaxPiece);
+            const std::size_t got = step(out.data() + filled, piece);
+            if (got == 0 && !ended_) break;
+            filled += got;
+        }
+        return filled;
+    }
+
+    /// The stream is over, its checksum is right.
+    bool at_end() {
+        std::byte none{};
+        if (started_ && !ended_) static_cast<void>(step(&none, 0));
+        return ended_;
+    }
+
+  private:
+    std::size_t step(std::byte* out, std::size_t count) {
+        const std::size_t fresh = std::min(packed_.size() - used_, kMaxPiece);
+        stream_.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed_.data() + used_));
+        stream_.avail_in = static_cast<uInt>(fresh);
+        stream_.next_out = reinterpret_cast<Bytef*>(out);
+        stream_.avail_out = static_cast<uInt>(count);
+        const int result = inflate(&stream_, Z_NO_FLUSH);
+        used_ += fresh - stream_.avail_in;
+        ended_ = result == Z_STREAM_END;
+        return count - stream_.avail_out;
+    }
+
+    z_stream stream_{};
+    Bytes packed_;
+    std::size_t used_ = 0;
+    bool started_ = false;
+    bool ended_ = false;
+};
+
+/// One call to deflate per kMaxPiece of input.
+Result<Buffer> deflate_all(Bytes bytes, int window) {
+    z_stream stream{};
+    if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY) !=
+        Z_OK)
+        return error(Code::kOutOfHostMemory, "zlib did not start");
+    Buffer out;
+    Buffer piece(std::size_t{1} << 18U);
+    std::size_t used = 0;
+    int result = Z_OK;
+    while (result != Z_STREAM_END) {
+        const std::size_t fresh = std::min(bytes.size() - used, kMaxPiece);
+        stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data() + used));
+        stream.avail_in = static_cast<uInt>(fresh);
+        stream.next_out = reinterpret_cast<Bytef*>(piece.data());
+        stream.avail_out = static_cast<uInt>(piece.size());
+        result = deflate(&stream, used + fresh == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+        used += fresh - stream.avail_in;
+        put_bytes(out, Bytes(piece).first(piece.size() - stream.avail_out));
+    }
+    deflateEnd(&stream);
+    return out;
+}
+
+}  // namespace
+
+bool is_gzip(Bytes bytes) {
+    return bytes.size() >= 2 && bytes[0] == std::byte{0x1F} && bytes[1] == std::byte{0x8B};
+}
+
+Buffer gunzip_head(Bytes packed, std::size_t count) {
+    Buffer head(count);
+    head.resize(Inflater(packed).fill(head));
+    return head;
+}
+
+Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what) {
+    SPLAT_TRY(check_ratio(packed, bytes, kMaxDeflateRatio, what));
+    Buffer out(bytes);
+    Inflater inflater(packed);
+    const std::size_t filled = inflater.fill(out);
+    if (filled < bytes)
+        return error(Code::kInvalidArgument,
+                     "%s: the gzip data is damaged or truncated after %zu of %llu bytes",
+                     what.c_str(), filled, static_cast<unsigned long long>(bytes));
+    if (!inflater.at_end())
+        return error(Code::kInvalidArgument,
+                     "%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
+                     what.c_str(), static_cast<unsigned long long>(bytes));
+    return out;
+}
+
+Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what) {
+    SPLAT_TRY(check_ratio(packed, bytes, kMaxZstdRatio, what));
+    const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
+    if (promised == ZSTD_CONTENTSIZE_ERROR ||
+        (promised != ZSTD_CONTENTSIZE_UNKNOWN && promised != bytes))
+        return error(Code::kInvalidArgument, "%s: no zstd frame of %llu bytes", what.c_str(),
+                     static_cast<unsigned long long>(bytes));
+    Buffer out(bytes);
+    const std::size_t got = ZSTD_decompress(out.data(), out.size(), packed.data(), packed.size());
+    if (ZSTD_isError(got) != 0)
+        return error(Code::kInvalidArgument, "%s: the zstd data is damaged: %s", what.c_str(),
+                     ZSTD_getErrorName(got));
+    if (got != bytes)
+        return error(Code::kInvalidArgument, "%s: the zstd data holds %zu bytes, expected %llu",
+                     what.c_str(), got, static_cast<unsigned long long>(bytes));
+    return out;
+}
+
+Result<Buffer> gzip(Bytes bytes) {
+    return deflate_all(bytes, kGzipWindow);
+}
+
+Result<Buffer> deflate_zlib(Bytes bytes) {
+    return deflate_all(bytes, MAX_WBITS);
+}
+
+Result<Buffer> zstd(Bytes bytes) {
+    constexpr int kLevel = 12;
+    Buffer out(ZSTD_compressBound(bytes.size()));
+    const std::size_t got =
+        ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kLevel);
+    if (ZSTD_isError(got) != 0)
+        return error(Code::kOutOfHostMemory, "zstd: %s", ZSTD_getErrorName(got));
+    out.resize(got);
+    return out;
+}
+
+}  // namespace splat::io

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "core/status.h"
+#include "io/bytes.h"
+
+namespace splat::io {
+
+/// The bytes start as a gzip stream does.
+bool is_gzip(Bytes bytes);
+
+/// At most the first `count` bytes that a gzip stream holds; fewer if it ends or is damaged.
+Buffer gunzip_head(Bytes packed, std::size_t count);
+
+/// All of a gzip stream, which must hold `bytes` bytes. Errors: kInvalidArgument if it is damaged,
+/// truncated or of another length; nothing is allocated if so few bytes cannot unpack to so many.
+/// `what` names the stream in messages.
+Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what);
+
+/// The same for a zstd frame.
+Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what);
+
+/// Errors: kOutOfHostMemory.
+Result<Buffer> gzip(Bytes bytes);
+Result<Buffer> zstd(Bytes bytes);
+
+/// A zlib stream, as PNG wants it. Errors: kOutOfHostMemory.
+Result<Buffer> deflate_zlib(Bytes bytes);
+
+}  // namespace splat::io

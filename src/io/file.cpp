@@ -1,0 +1,131 @@
+#include "io/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "core/fault.h"
+
+namespace splat::io {
+namespace {
+
+/// A system call that a fault point can make fail: as the real one, it returns -1 and sets errno.
+#define SPLAT_SYSTEM(point, number, call) \
+    (SPLAT_FAULT(point) ? (errno = (number), decltype(call){-1}) : (call))
+
+class Descriptor {
+  public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor() { static_cast<void>(release()); }
+
+    [[nodiscard]] int get() const { return fd_; }
+
+    /// Closes now; -1 if the system reports a late write error.
+    int release() {
+        const int fd = fd_;
+        fd_ = -1;
+        return fd < 0 ? 0 : ::close(fd);
+    }
+
+  private:
+    int fd_;
+};
+
+/// Removes the file at the end, unless it has got its final name.
+struct Temporary {
+    std::string path;
+    bool kept = false;
+    ~Temporary() {
+        if (!kept) std::remove(path.c_str());
+    }
+};
+
+Status failed(const char* doing, const std::string& path) {
+    return error(Code::kInvalidArgument, "cannot %s '%s': %s", doing, path.c_str(),
+                 std::strerror(errno));
+}
+
+Status write_all(int fd, Bytes bytes, const std::string& path) {
+    while (!bytes.empty()) {
+        const ssize_t written =
+            SPLAT_SYSTEM("io.write", ENOSPC, ::write(fd, bytes.data(), bytes.size()));
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return failed("write", path);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return {};
+}
+
+std::string folder_of(const std::string& path) {
+    const std::size_t slash = path.rfind('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// The new name reaches the disk with its folder. Some file systems cannot do that; the file is
+/// whole anyhow.
+void flush_folder(const std::string& path) {
+    const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
+}
+
+}  // namespace
+
+Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
+    const Descriptor file(
+        SPLAT_SYSTEM("io.open", ENOENT, ::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
+    if (file.get() < 0) return failed("open", path);
+    struct stat info {};
+    if (::fstat(file.get(), &info) != 0) return failed("examine", path);
+    if (!S_ISREG(info.st_mode))
+        return error(Code::kInvalidArgument, "'%s' is not a regular file", path.c_str());
+    const auto size = static_cast<std::uint64_t>(info.st_size);
+    if (size > max_bytes)
+        return error(Code::kInvalidArgument, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
+                     static_cast<unsigned long long>(size),
+                     static_cast<unsigned long long>(max_bytes));
+    Buffer bytes(size);
+    std::size_t filled = 0;
+    while (filled < bytes.size()) {
+        const ssize_t got = SPLAT_SYSTEM(
+            "io.read", EIO, ::read(file.get(), bytes.data() + filled, bytes.size() - filled));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return failed("read", path);
+        if (got == 0)
+            return error(Code::kInvalidArgument, "'%s' became shorter while it was read",
+                         path.c_str());
+        filled += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+Status write_file(const std::string& path, Bytes bytes) {
+    static std::atomic<unsigned> counter{0};
+    Temporary temporary{path + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
+                        ".tmp"};
+    Descriptor file(SPLAT_SYSTEM(
+        "io.create", EACCES,
+        ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
+    if (file.get() < 0) {
+        temporary.kept = true;  // not ours, or not there
+        return failed("create", temporary.path);
+    }
+    SPLAT_TRY(write_all(file.get(), bytes, temporary.path));
+    if (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
+        return failed("flush", temporary.path);
+    if (file.release() != 0) return failed("close", temporary.path);
+    if (SPLAT_SYSTEM("io.rename", EXDEV, ::rename(temporary.path.c_str(), path.c_str())) != 0)
+        return failed("replace", path);
+    temporary.kept = true;
+    flush_folder(path);
+    return {};
+}
+
+}  // namespace splat::io

@@ -1,0 +1,213 @@
+#include "io/ply_compressed.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/ply_rows.h"
+#include "io/quantise.h"
+#include "scene/arrays.h"
+#include "scene/sh.h"
+
+namespace splat::io {
+namespace {
+
+using scene::Gaussians;
+
+constexpr std::size_t kChunkSize = 256;
+
+constexpr const char* kRanges[] = {
+    "min_x",       "min_y",       "min_z",       "max_x",       "max_y",       "max_z",
+    "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z",
+    "min_r",       "min_g",       "min_b",       "max_r",       "max_g",       "max_b"};
+constexpr std::size_t kColorRanges = 12;  ///< index of min_r; the last six may be absent
+constexpr const char* kWords[] = {"packed_position", "packed_rotation", "packed_scale",
+                                  "packed_color"};
+
+struct Chunk {
+    std::array<double, std::size(kRanges)> range;
+};
+
+struct Packed {
+    std::vector<Chunk> chunks;
+    std::vector<std::array<std::uint32_t, 4>> words;
+    std::vector<std::uint8_t> rest;  ///< [n, rest_each] channel-major
+    std::size_t rest_each = 0;
+    bool colored_chunks = false;
+};
+
+Result<std::size_t> column_of(const PlyElement& element, const std::string& name) {
+    const auto column = element.find(name);
+    if (column && !element.properties[*column].list_count) return *column;
+    return error(Code::kInvalidArgument, "compressed ply: element '%s' has no number '%s'",
+                 element.name.c_str(), name.c_str());
+}
+
+Status read_chunks(const PlyElement& element, PlyRows& rows, Packed& packed) {
+    packed.colored_chunks = element.find(kRanges[kColorRanges]).has_value();
+    std::array<std::size_t, std::size(kRanges)> columns{};
+    const std::size_t used = packed.colored_chunks ? columns.size() : kColorRanges;
+    for (std::size_t i = 0; i < used; ++i) {
+        SPLAT_ASSIGN(columns[i], column_of(element, kRanges[i]));
+    }
+    SPLAT_TRY(rows.need(element));
+    packed.chunks.resize(element.count);
+    return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
+        for (std::size_t i = 0; i < used; ++i) packed.chunks[row].range[i] = values[columns[i]];
+    });
+}
+
+Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed) {
+    std::array<std::size_t, 4> columns{};
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        SPLAT_ASSIGN(columns[i], column_of(element, kWords[i]));
+        if (element.properties[columns[i]].type != PlyType::kU32)
+            return error(Code::kInvalidArgument, "compressed ply: '%s' is not of type uint",
+                         kWords[i]);
+    }
+    SPLAT_TRY(rows.need(element));
+    packed.words.resize(element.count);
+    return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
+        for (std::size_t i = 0; i < columns.size(); ++i)
+            packed.words[row][i] =
+                static_cast<std::uint32_t>(std::clamp(values[columns[i]], 0.0, 4294967295.0));
+    });
+}
+
+Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed) {
+    const std::size_t each = element.properties.size();
+    if (each != 9 && each != 24 && each != 45)
+        return error(Code::kInvalidArgument,
+                     "compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45", each);
+    std::vector<std::size_t> columns(each);
+    for (std::size_t i = 0; i < each; ++i) {
+        SPLAT_ASSIGN(columns[i], column_of(element, "f_rest_" + std::to_string(i)));
+    }
+    SPLAT_TRY(rows.need(element));
+    packed.rest_each = each;
+    packed.rest.resize(element.count * each);
+    return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
+        for (std::size_t i = 0; i < each; ++i)
+            packed.rest[row * each + i] = to_byte(values[columns[i]]);
+    });
+}
+
+Status check_complete(const Packed& packed) {
+    const std::size_t count = packed.words.size();
+    const std::size_t chunks = static_cast<std::size_t>(ceil_div(count, kChunkSize));
+    if (packed.chunks.size() < chunks)
+        return error(Code::kInvalidArgument,
+                     "compressed ply: %zu chunks for %zu Gaussians, expected %zu",
+                     packed.chunks.size(), count, chunks);
+    if (packed.rest_each != 0 && packed.rest.size() != count * packed.rest_each)
+        return error(
+            Code::kInvalidArgument,
+            "compressed ply: element 'sh' has %zu rows, expected one for each of %zu Gaussians",
+            packed.rest.size() / packed.rest_each, count);
+    return {};
+}
+
+/// Bits first .. first + count - 1 as a fraction of their largest value.
+double fraction(std::uint32_t word, unsigned first, unsigned count) {
+    const std::uint32_t mask = (1U << count) - 1;
+    return static_cast<double>((word >> first) & mask) / mask;
+}
+
+double mix(double low, double high, double t) {
+    return low * (1 - t) + high * t;
+}
+
+/// x in 11 bits, y in 10, z in 11.
+std::array<double, 3> fractions_11_10_11(std::uint32_t word) {
+    return {fraction(word, 21, 11), fraction(word, 11, 10), fraction(word, 0, 11)};
+}
+
+/// Index of the largest component in the top bits, the other three in 10 bits each.
+void decode_rotation(std::uint32_t word, float* wxyz) {
+    std::array<double, 3> small{};
+    double squared = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+        small[k] = (fraction(word, 20 - 10 * k, 10) - 0.5) * std::sqrt(2.0);
+        squared += small[k] * small[k];
+    }
+    const std::size_t largest = word >> 30U;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        wxyz[i] = static_cast<float>(i == largest ? std::sqrt(std::max(0.0, 1 - squared))
+                                                  : small[next++]);
+}
+
+void decode_gaussian(const Packed& packed, std::size_t i, Gaussians& g) {
+    const auto& range = packed.chunks[i / kChunkSize].range;
+    const auto [position, rotation, scale, color] = packed.words[i];
+    const auto p = fractions_11_10_11(position);
+    const auto s = fractions_11_10_11(scale);
+    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+        g.means[i * 3 + k] = static_cast<float>(mix(range[k], range[3 + k], p[k]));
+        g.log_scales[i * 3 + k] = static_cast<float>(mix(range[6 + k], range[9 + k], s[k]));
+        double c = fraction(color, static_cast<unsigned>(24 - 8 * k), 8);
+        if (packed.colored_chunks) c = mix(range[kColorRanges + k], range[kColorRanges + 3 + k], c);
+        g.sh[i * each + k] = static_cast<float>((c - 0.5) / scene::kSh0);
+    }
+    g.opacity_logits[i] = opacity_logit(static_cast<std::uint8_t>(color & 255U));
+    decode_rotation(rotation, g.rotations.data() + i * 4);
+}
+
+/// 8 (x - 0.5), where the outermost bytes are 0 and 1 and the others the middles of 1/256.
+float decode_band(std::uint8_t byte) {
+    const double x = byte == 0 ? 0 : (byte == 255 ? 1 : (byte + 0.5) / 256);
+    return static_cast<float>(8 * (x - 0.5));
+}
+
+Gaussians decode(const Packed& packed) {
+    const auto degree = packed.rest_each == 0 ? 0U
+                                              : (packed.rest_each == 9    ? 1U
+                                                 : packed.rest_each == 24 ? 2U
+                                                                          : 3U);
+    Gaussians g = scene::make_gaussians(packed.words.size(), degree);
+    const std::size_t rest = packed.rest_each / 3;
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        decode_gaussian(packed, i, g);
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            for (std::size_t k = 0; k < rest; ++k)
+                g.sh[(i * (rest + 1) + k + 1) * 3 + channel] =
+                    decode_band(packed.rest[i * packed.rest_each + channel * rest + k]);
+    }
+    return g;
+}
+
+}  // namespace
+
+bool is_compressed_ply(const PlyHeader& header) {
+    const PlyElement* const vertex = header.find("vertex");
+    return header.find("chunk") != nullptr && vertex != nullptr && vertex->find("packed_position");
+}
+
+Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) {
+    SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
+    if (!is_compressed_ply(header))
+        return error(Code::kInvalidArgument,
+                     "compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
+    SPLAT_TRY(check_count(header.find("vertex")->count, options, "compressed ply"));
+    PlyRows rows(header, file);
+    LoadReport report;
+    report.format = "compressed ply";
+    Packed packed;
+    for (const PlyElement& element : header.elements) {
+        if (element.name == "chunk") {
+            SPLAT_TRY(read_chunks(element, rows, packed));
+        } else if (element.name == "vertex") {
+            SPLAT_TRY(read_words(element, rows, packed));
+        } else if (element.name == "sh") {
+            SPLAT_TRY(read_rest(element, rows, packed));
+        } else {
+            SPLAT_TRY(rows.skip(element));
+            report.ignored.push_back("element " + element.name);
+        }
+    }
+    SPLAT_TRY(check_complete(packed));
+    return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
+}
+
+}  // namespace splat::io

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "core/checked_math.h"
+#include "core/status.h"
+#include "io/bytes.h"
+
+namespace splat::io {
+
+/// A cursor over bytes that come from outside. All parsers read through it, so that no offset or
+/// count of a file is used before it is compared with the bytes that are there.
+class Reader {
+  public:
+    /// `what` names the bytes in messages, e.g. "spz".
+    Reader(Bytes bytes, std::string what, std::endian order = std::endian::little)
+        : bytes_(bytes), what_(std::move(what)), order_(order) {}
+
+    [[nodiscard]] std::size_t position() const { return position_; }
+    [[nodiscard]] std::size_t left() const { return bytes_.size() - position_; }
+    [[nodiscard]] const std::string& what() const { return what_; }
+
+    /// The next `count` bytes, which are passed over. Errors: kInvalidArgument with the field, the
+    /// position, what it needs and what is left.
+    Result<Bytes> take(std::uint64_t count, const char* field) {
+        SPLAT_TRY(need(count, 1, field));
+        const Bytes taken = bytes_.subspan(position_, static_cast<std::size_t>(count));
+        position_ += taken.size();
+        return taken;
+    }
+
+    /// Errors as take().
+    template <class T>
+    Status read(T& value, const char* field) {
+        SPLAT_ASSIGN(const Bytes at, take(sizeof(T), field));
+        value = number<T>(at.data(), order_);
+        return {};
+    }
+
+    /// Whether `count` items of `each` bytes can still come. Errors as take(). To be called before
+    /// memory for them is allocated.
+    Status need(std::uint64_t count, std::uint64_t each, const char* field) const {
+        const auto bytes = checked_mul(count, each);
+        if (bytes && *bytes <= left()) return {};
+        return error(Code::kInvalidArgument,
+                     "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
+                     "truncated or its header is damaged",
+                     what_.c_str(), field, position_, static_cast<unsigned long long>(count),
+                     static_cast<unsigned long long>(each), left());
+    }
+
+    /// Bytes up to a NUL, which is passed over too. Errors as take().
+    Result<std::string_view> take_string(const char* field) {
+        const std::string_view rest = as_text(bytes_.subspan(position_));
+        const std::size_t end = rest.find('\0');
+        if (end == std::string_view::npos) return need(left() + 1, 1, field);
+        position_ += end + 1;
+        return rest.substr(0, end);
+    }
+
+  private:
+    Bytes bytes_;
+    std::size_t position_ = 0;
+    std::string what_;
+    std::endian order_;
+};
+
+}  // namespace splat::io

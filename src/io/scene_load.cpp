@@ -1,0 +1,51 @@
+#include "io/scene_load.h"
+
+#include <cmath>
+
+#include "scene/arrays.h"
+
+namespace splat::io {
+namespace {
+
+std::uint64_t count_non_finite(const std::vector<float>& values) {
+    std::uint64_t count = 0;
+    for (const float value : values) count += std::isfinite(value) ? 0 : 1;
+    return count;
+}
+
+}  // namespace
+
+Status check_count(std::uint64_t count, const LoadOptions& options, const char* format) {
+    if (count <= options.max_count) return {};
+    return error(Code::kUnsupported, "%s: %llu Gaussians, the limit is %llu; raise max_count",
+                 format, static_cast<unsigned long long>(count),
+                 static_cast<unsigned long long>(options.max_count));
+}
+
+LoadedScene finish_load(scene::Gaussians gaussians, LoadReport report, scene::Frame usual,
+                        const LoadOptions& options) {
+    SPLAT_ASSERT(scene::check_arrays(gaussians).ok());
+    report.count = gaussians.count();
+    report.sh_degree = gaussians.sh_degree;
+    report.frame = options.frame.value_or(usual);
+    report.bad_rotations = scene::normalise_rotations(gaussians);
+    for (const auto* values : {&gaussians.means, &gaussians.log_scales, &gaussians.rotations,
+                               &gaussians.opacity_logits, &gaussians.sh})
+        report.non_finite_values += count_non_finite(*values);
+    scene::convert_frame(gaussians, report.frame, scene::Frame::kRdf);
+    return {std::move(gaussians), std::move(report)};
+}
+
+Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::Frame usual,
+                                      const SaveOptions& options) {
+    SPLAT_TRY(scene::check_arrays(gaussians));
+    const std::uint32_t degree = options.sh_degree.value_or(gaussians.sh_degree);
+    if (degree > scene::kMaxShDegree)
+        return error(Code::kInvalidArgument, "sh_degree %u to write, expected 0 to %u", degree,
+                     scene::kMaxShDegree);
+    scene::Gaussians copy = scene::with_sh_degree(gaussians, degree);
+    scene::convert_frame(copy, scene::Frame::kRdf, options.frame.value_or(usual));
+    return copy;
+}
+
+}  // namespace splat::io

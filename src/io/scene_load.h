@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+#include "io/bytes.h"
+#include "scene/frame.h"
+#include "scene/gaussians.h"
+
+namespace splat::io {
+
+/// What was found in a scene file.
+struct LoadReport {
+    std::string format;                   ///< "ply", "compressed ply", "splat", "spz"
+    std::uint32_t version = 0;            ///< of the format, where it counts versions; else 0
+    std::uint64_t count = 0;              ///< Gaussians
+    std::uint32_t sh_degree = 0;          ///< in memory
+    scene::Frame frame{};                 ///< of the file; in memory it is kRdf
+    std::vector<std::string> ignored;     ///< properties, elements and bands that were not used
+    std::uint64_t non_finite_values = 0;  ///< NaN and infinities, kept as they are
+    std::uint64_t bad_rotations = 0;      ///< quaternions of length 0 or not finite, kept
+};
+
+struct LoadedScene {
+    scene::Gaussians gaussians;
+    LoadReport report;
+};
+
+struct LoadOptions {
+    std::optional<scene::Frame> frame;     ///< of the file, where it is not the format's usual one
+    std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
+};
+
+struct SaveOptions {
+    std::optional<scene::Frame> frame;  ///< for the file; nothing = the format's usual one
+    std::optional<std::uint32_t>
+        sh_degree;                  ///< bands are dropped or padded; nothing = all there are
+    std::uint32_t spz_version = 3;  ///< 3 or 4
+};
+
+/// Errors: kUnsupported if a header promises more Gaussians than the options allow.
+Status check_count(std::uint64_t count, const LoadOptions& options, const char* format);
+
+/// The last step of every reader: rotations to length 1, into the frame of memory, and the counts of
+/// the report. `usual` is the format's frame.
+LoadedScene finish_load(scene::Gaussians gaussians, LoadReport report, scene::Frame usual,
+                        const LoadOptions& options);
+
+/// The first step of every writer: a copy with the degree and in the frame of the file. Errors:
+/// kInvalidArgument for arrays that do not fit together, or a degree above the highest.
+Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::Frame usual,
+                                      const SaveOptions& options);
+
+}  // namespace splat::io

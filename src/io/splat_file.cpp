@@ -1,0 +1,81 @@
+#include "io/splat_file.h"
+
+#include <algorithm>
+
+#include "io/quantise.h"
+#include "io/reader.h"
+#include "scene/arrays.h"
+#include "scene/sh.h"
+
+namespace splat::io {
+namespace {
+
+using scene::Gaussians;
+
+constexpr std::size_t kBytesEach = 32;
+
+void decode(const std::byte* at, Gaussians& g, std::size_t i) {
+    const auto byte = [at](std::size_t offset) {
+        return std::to_integer<std::uint8_t>(at[offset]);
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+        g.means[i * 3 + k] = number<float>(at + 4 * k);
+        g.log_scales[i * 3 + k] =
+            static_cast<float>(std::log(static_cast<double>(number<float>(at + 12 + 4 * k))));
+        g.sh[i * 3 + k] = static_cast<float>((byte(24 + k) / 255.0 - 0.5) / scene::kSh0);
+    }
+    g.opacity_logits[i] = opacity_logit(byte(27));
+    for (std::size_t k = 0; k < 4; ++k)
+        g.rotations[i * 4 + k] = static_cast<float>((byte(28 + k) - 128) / 128.0);
+}
+
+void encode(Buffer& to, const Gaussians& g, std::size_t i) {
+    for (std::size_t k = 0; k < 3; ++k) put(to, g.means[i * 3 + k]);
+    for (std::size_t k = 0; k < 3; ++k)
+        put(to, static_cast<float>(std::exp(static_cast<double>(g.log_scales[i * 3 + k]))));
+    for (std::size_t k = 0; k < 3; ++k)
+        put(to, to_byte(255 * (0.5 + scene::kSh0 * static_cast<double>(g.sh[i * 3 + k]))));
+    put(to, opacity_byte(g.opacity_logits[i]));
+    for (std::size_t k = 0; k < 4; ++k)
+        put(to, to_byte(128 + 128 * static_cast<double>(g.rotations[i * 4 + k])));
+}
+
+}  // namespace
+
+Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
+    const std::size_t count = file.size() / kBytesEach;
+    if (file.size() % kBytesEach != 0)
+        return error(
+            Code::kInvalidArgument,
+            "splat: %zu bytes, expected a multiple of 32; %zu bytes follow Gaussian %zu. The "
+            "file is truncated or of another format",
+            file.size(), file.size() % kBytesEach, count);
+    SPLAT_TRY(check_count(count, options, "splat"));
+    Gaussians gaussians = scene::make_gaussians(count, 0);
+    for (std::size_t i = 0; i < count; ++i) decode(file.data() + i * kBytesEach, gaussians, i);
+    LoadReport report;
+    report.format = "splat";
+    return finish_load(std::move(gaussians), std::move(report), scene::Frame::kRdf, options);
+}
+
+Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& options) {
+    SaveOptions flat = options;
+    flat.sh_degree = 0;
+    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, scene::Frame::kRdf, flat));
+    scene::normalise_rotations(scene);
+    Buffer file;
+    file.reserve(scene.count() * kBytesEach);
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        if (!all_finite(scene.rotations, i, 4) || !all_finite(scene.sh, i, 3) ||
+            std::isnan(scene.opacity_logits[i]))
+            return error(
+                Code::kInvalidArgument,
+                "splat: Gaussian %zu has a rotation, opacity or colour that is not finite, "
+                "which bytes cannot hold; remove it, or write .ply",
+                i);
+        encode(file, scene, i);
+    }
+    return file;
+}
+
+}  // namespace splat::io

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "io/scene_load.h"
+
+namespace splat::io {
+
+/// A .spz file of version 1 to 4: gzip of header and arrays (1 to 3; also without the gzip), or a
+/// header with a table of zstd streams (4). The usual frame is RUB. Bands above kMaxShDegree and
+/// extensions are passed over and reported.
+///
+/// Errors       kInvalidArgument if damaged, truncated or of another length than the header says;
+///              kUnsupported for other versions, for extensions before version 4, and above the limit
+/// Source       nianticlabs/spz, whose README and loader describe the layout
+Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options = {});
+
+/// Version 3 unless the options say 4 (smaller files; fewer programs read it).
+///
+/// Errors       as prepare_save(); kInvalidArgument if a value is not finite, or a mean beyond +-2^23
+///              units; kUnsupported for other versions
+/// Precision    half a step of: mean 2^-12 units (coarser if a mean is beyond 2048), log scale 1/16,
+///              opacity 1/255, colour 1/255/0.15, band 1 1/16, bands 2 and 3 1/8; rotation within
+///              0.005 radians. Clamped: log scale to [-10, 5.94], band 0 to +-3.33, others to [-1, 1)
+Result<Buffer> write_spz(const scene::Gaussians& gaussians, const SaveOptions& options = {});
+
+}  // namespace splat::io

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/status.h"
+#include "scene/gaussians.h"
+
+namespace splat::scene {
+
+/// Errors: kInvalidArgument if the degree is above kMaxShDegree or an array has not the length that
+/// the count and the degree ask for; names the array.
+Status check_arrays(const Gaussians& gaussians);
+
+/// n Gaussians of this degree, all zeros.
+Gaussians make_gaussians(std::size_t count, std::uint32_t sh_degree);
+
+/// The Gaussians of these indices, in this order. Indices are below the count.
+Gaussians gather(const Gaussians& gaussians, const std::vector<std::size_t>& indices);
+
+/// The same Gaussians with another degree: bands are dropped, or added as zeros.
+Gaussians with_sh_degree(const Gaussians& gaussians, std::uint32_t sh_degree);
+
+/// Scale every rotation to length 1. One of length 1 within 1e-6 keeps its bits, so that a file
+/// that was read and written again stays the same; one of length 0 or not finite stays as it is.
+/// Returns how many of the latter there are.
+std::size_t normalise_rotations(Gaussians& gaussians);
+
+}  // namespace splat::scene

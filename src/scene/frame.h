@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "scene/gaussians.h"
+
+namespace splat::scene {
+
+/// Where the axes x, y, z of a scene point, seen from a viewer: right or left, up or down, front or
+/// back. Scenes in memory are kRdf.
+enum class Frame : std::uint8_t {
+    kRdf,  ///< 3DGS .ply files, .splat, COLMAP, OpenCV
+    kRub,  ///< .spz, OpenGL, three.js, glTF seen along -z
+    kLuf,  ///< glTF as its specification draws it
+    kRuf,  ///< Unity
+    kLdb,
+    kRdb,
+    kLub,
+    kLdf,
+};
+
+/// "RDF" and so on.
+const char* frame_name(Frame frame);
+
+/// By the name, in any case; nothing for another word.
+std::optional<Frame> frame_from_name(std::string_view name);
+
+/// Express means, rotations and SH bands in the frame `to` instead of `from`. The frames differ in
+/// signs of axes only, so two conversions there and back give the same bits.
+void convert_frame(Gaussians& gaussians, Frame from, Frame to);
+
+}  // namespace splat::scene

@@ -1,0 +1,114 @@
+#include "io/file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/fault.h"
+#include "io/reader.h"
+#include "io/sample_scene.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+
+/// A folder of its own for each test, removed at the end.
+class FileTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() /
+                  ("splat-file-" + std::to_string(getpid()) + "-" +
+                   testing::UnitTest::GetInstance()->current_test_info()->name());
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
+    [[nodiscard]] std::size_t files() const {
+        return static_cast<std::size_t>(
+            std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+    }
+
+    fs::path folder_;
+};
+
+using File = FileTest;
+
+TEST_F(File, WritesReplacesAndReads) {
+    for (const char* text : {"first", "", "the third, longer"}) {
+        ASSERT_OK(write_file(path("a"), bytes_of(text)));
+        const auto read = read_file(path("a"));
+        ASSERT_OK(read.status());
+        EXPECT_EQ(as_text(read.value()), text);
+    }
+    EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(File, RefusesWhatItCannotRead) {
+    EXPECT_ERROR(read_file(path("none")).status(), Code::kInvalidArgument, "No such file");
+    EXPECT_ERROR(read_file(folder_).status(), Code::kInvalidArgument, "not a regular file");
+    ASSERT_OK(write_file(path("a"), bytes_of("12345")));
+    EXPECT_OK(read_file(path("a"), 5).status());
+    EXPECT_ERROR(read_file(path("a"), 4).status(), Code::kInvalidArgument,
+                 "5 bytes, the limit is 4");
+}
+
+TEST_F(File, RefusesWhereItCannotWrite) {
+    EXPECT_ERROR(write_file(path("none/a"), bytes_of("x")), Code::kInvalidArgument, "No such file");
+    fs::create_directories(folder_ / "folder");
+    EXPECT_FALSE(write_file(path("folder"), bytes_of("x")).ok());
+    EXPECT_EQ(files(), 1U) << "the temporary file is gone";
+}
+
+#if SPLAT_FAULT_POINTS
+TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
+    ASSERT_OK(write_file(path("a"), bytes_of("old")));
+    for (const char* point : {"io.create", "io.write", "io.fsync", "io.rename"}) {
+        fault::arm(point, 1);
+        const Status status = write_file(path("a"), bytes_of("new"));
+        EXPECT_GT(fault::disarm(), 0U) << point;
+        EXPECT_FALSE(status.ok()) << point;
+        EXPECT_NE(status.message().find(path("a")), std::string::npos) << status.message();
+        const auto read = read_file(path("a"));
+        ASSERT_OK(read.status());
+        EXPECT_EQ(as_text(read.value()), "old") << point;
+        EXPECT_EQ(files(), 1U) << point;
+    }
+}
+
+TEST_F(File, AFailedReadIsAnError) {
+    ASSERT_OK(write_file(path("a"), bytes_of("old")));
+    for (const char* point : {"io.open", "io.read"}) {
+        fault::arm(point, 1);
+        EXPECT_FALSE(read_file(path("a")).ok()) << point;
+        fault::disarm();
+    }
+}
+#endif
+
+TEST(Reader, ChecksEveryStep) {
+    const Buffer bytes = bytes_of(std::string("\x01\x02\x03\x04name\0x", 10));
+    Reader little(bytes, "test");
+    std::uint32_t value = 0;
+    ASSERT_OK(little.read(value, "value"));
+    EXPECT_EQ(value, 0x04030201U);
+    const auto name = little.take_string("name");
+    ASSERT_OK(name.status());
+    EXPECT_EQ(name.value(), "name");
+    EXPECT_ERROR(little.take_string("other").status(), Code::kInvalidArgument, "'other' at byte 9");
+    EXPECT_ERROR(little.read(value, "value"), Code::kInvalidArgument,
+                 "'value' at byte 9 needs 4 x 1 bytes, but 1 are left");
+    EXPECT_FALSE(little.need(~0ULL, ~0ULL, "much").ok());
+    EXPECT_FALSE(little.take(~0ULL, "much").ok());
+    EXPECT_OK(little.take(1, "last").status());
+    EXPECT_EQ(little.left(), 0U);
+    Reader big(bytes, "test", std::endian::big);
+    ASSERT_OK(big.read(value, "value"));
+    EXPECT_EQ(value, 0x01020304U);
+}
+
+}  // namespace
+}  // namespace splat::io

@@ -1,0 +1,257 @@
+#include "io/ply.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "io/sample_scene.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+using test::bytes_of;
+using test::sample_scene;
+
+const char* const kNames[] = {"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
+                              "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
+                              "rot_0",  "rot_1",   "rot_2",   "rot_3"};
+
+std::string header(const std::string& encoding, const std::string& rows,
+                   const std::string& type = "float") {
+    std::string text = "ply\nformat " + encoding + " 1.0\nelement vertex " + rows + "\n";
+    for (const char* name : kNames) text += "property " + type + " " + name + "\n";
+    return text;
+}
+
+const std::string kEnd = "end_header\n";
+const std::string kRow = "1 2 3 0.5 -0.5 0 -1 -3 -4 -5 1 0 0 0\n";
+
+Status status_of(const Buffer& file) {
+    return read_ply(file).status();
+}
+
+bool accepts(Bytes file) {
+    return read_ply(file).ok();
+}
+
+TEST(Ply, RoundTripKeepsBits) {
+    for (std::uint32_t degree = 0; degree <= 3; ++degree) {
+        const auto scene = sample_scene(17, degree);
+        const auto file = write_ply(scene);
+        ASSERT_OK(file.status());
+        const auto loaded = read_ply(file.value());
+        ASSERT_OK(loaded.status());
+        test::expect_same_bits(loaded.value().gaussians, scene);
+        const LoadReport& report = loaded.value().report;
+        EXPECT_EQ(report.format, "ply");
+        EXPECT_EQ(report.count, 17U);
+        EXPECT_EQ(report.sh_degree, degree);
+        EXPECT_EQ(report.frame, scene::Frame::kRdf);
+        EXPECT_TRUE(report.ignored.empty());
+        EXPECT_EQ(report.non_finite_values + report.bad_rotations, 0U);
+    }
+}
+
+TEST(Ply, WritesTheOrderThatViewersExpect) {
+    const auto file = write_ply(sample_scene(1, 1));
+    ASSERT_OK(file.status());
+    const std::string text(as_text(file.value()));
+    std::string expected = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
+    for (const char* name :
+         {"x",        "y",        "z",        "nx",       "ny",       "nz",       "f_dc_0",
+          "f_dc_1",   "f_dc_2",   "f_rest_0", "f_rest_1", "f_rest_2", "f_rest_3", "f_rest_4",
+          "f_rest_5", "f_rest_6", "f_rest_7", "f_rest_8", "opacity",  "scale_0",  "scale_1",
+          "scale_2",  "rot_0",    "rot_1",    "rot_2",    "rot_3"})
+        expected += std::string("property float ") + name + "\n";
+    expected += "end_header\n";
+    EXPECT_EQ(text.substr(0, expected.size()), expected);
+    EXPECT_EQ(text.size(), expected.size() + 26 * 4);
+}
+
+TEST(Ply, RestCoefficientsAreChannelMajor) {
+    auto scene = sample_scene(1, 1);
+    const auto file = write_ply(scene);
+    ASSERT_OK(file.status());
+    const std::byte* const rest = file.value().data() + file.value().size() - 4 * (8 + 9);
+    for (std::size_t channel = 0; channel < 3; ++channel)
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_EQ(number<float>(rest + 4 * (channel * 3 + k)), scene.sh[(k + 1) * 3 + channel]);
+}
+
+TEST(Ply, ReadsAsciiWithEveryKindOfBlank) {
+    const auto loaded = read_ply(bytes_of(header("ascii", "2") + "comment a b\r\n" + kEnd + kRow +
+                                          "\r\n\t+1 2e0 nan inf -inf 0 -1 -3 -4 -5 0 0 0 2"));
+    ASSERT_OK(loaded.status());
+    const auto& g = loaded.value().gaussians;
+    EXPECT_EQ(g.means[0], 1.0F);
+    EXPECT_EQ(g.log_scales[2], -5.0F);
+    EXPECT_EQ(g.means[4], 2.0F);
+    EXPECT_TRUE(std::isnan(g.means[5]));
+    EXPECT_EQ(g.rotations[7], 1.0F) << "normalised";
+    EXPECT_EQ(loaded.value().report.non_finite_values, 3U);
+}
+
+TEST(Ply, ReadsBigEndianAndEveryScalarType) {
+    const char* const types[] = {"char", "uchar", "short", "ushort",
+                                 "int",  "uint",  "float", "double"};
+    for (const auto& [encoding, order] : {std::pair{"binary_little_endian", std::endian::little},
+                                          std::pair{"binary_big_endian", std::endian::big}})
+        for (const char* type : types) {
+            Buffer file = bytes_of(header(encoding, "1", type) + kEnd);
+            for (int i = 0; i < 14; ++i) {
+                const int value = i == 10 ? 1 : (i > 10 ? 0 : i + 3);
+                const std::string_view name = type;
+                if (name == "char") put(file, static_cast<std::int8_t>(value), order);
+                if (name == "uchar") put(file, static_cast<std::uint8_t>(value), order);
+                if (name == "short") put(file, static_cast<std::int16_t>(value), order);
+                if (name == "ushort") put(file, static_cast<std::uint16_t>(value), order);
+                if (name == "int") put(file, static_cast<std::int32_t>(value), order);
+                if (name == "uint") put(file, static_cast<std::uint32_t>(value), order);
+                if (name == "float") put(file, static_cast<float>(value), order);
+                if (name == "double") put(file, static_cast<double>(value), order);
+            }
+            const auto loaded = read_ply(file);
+            ASSERT_OK(loaded.status()) << encoding << " " << type;
+            EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{3, 4, 5})) << type;
+            EXPECT_EQ(loaded.value().gaussians.opacity_logits[0], 9.0F) << type;
+            EXPECT_EQ(loaded.value().gaussians.rotations[0], 1.0F) << type;
+        }
+}
+
+TEST(Ply, PassesOverAndReportsWhatItDoesNotKnow) {
+    std::string text =
+        "ply\nformat ascii 1.0\nobj_info x\nelement camera 1\nproperty list uchar int id\n"
+        "property float f\nelement nothing 99999999999999\nelement vertex 1\nproperty uchar red\n"
+        "property list uchar float extra\n";
+    for (int i = 13; i >= 0; --i) text += std::string("property float ") + kNames[i] + "\n";
+    text += "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    text += "3 7 8 9 0.5\n200 2 0.1 0.2 0 0 0 1 3 4 5 6 0 0 0 13 12 11\n1 0 0\n";
+    const auto loaded = read_ply(bytes_of(text));
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{11, 12, 13}));
+    EXPECT_EQ(loaded.value().report.ignored,
+              (std::vector<std::string>{"vertex.red", "vertex.extra", "element camera",
+                                        "element nothing", "element face"}));
+}
+
+TEST(Ply, DropsAndReportsBandsAboveTheHighest) {
+    std::string text = header("ascii", "1");
+    std::string row = kRow.substr(0, kRow.size() - 1);
+    for (int i = 0; i < 72; ++i) {
+        text += "property float f_rest_" + std::to_string(i) + "\n";
+        row += " " + std::to_string(i);
+    }
+    const auto loaded = read_ply(bytes_of(text + kEnd + row));
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.sh_degree, 3U);
+    EXPECT_EQ(loaded.value().gaussians.sh[15 * 3 + 1], 24.0F + 14.0F);
+    EXPECT_EQ(loaded.value().report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
+}
+
+TEST(Ply, KeepsAndCountsBadRotations) {
+    const std::string row = "1 2 3 0.5 -0.5 0 -1 -3 -4 -5 ";
+    const auto loaded = read_ply(bytes_of(header("ascii", "3") + kEnd + row + "0 0 0 0\n" + row +
+                                          "nan 1 0 0\n" + row + "0 3 0 4\n"));
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().report.bad_rotations, 2U);
+    EXPECT_EQ(loaded.value().gaussians.rotations[1], 0.0F);
+    EXPECT_EQ(loaded.value().gaussians.rotations[5], 1.0F);
+    EXPECT_EQ(loaded.value().gaussians.rotations[9], 0.6F);
+    EXPECT_EQ(loaded.value().gaussians.rotations[11], 0.8F);
+}
+
+TEST(Ply, KeepsNonFiniteValuesThroughARoundTrip) {
+    auto scene = sample_scene(3, 1);
+    scene.means[4] = std::numeric_limits<float>::quiet_NaN();
+    scene.opacity_logits[2] = -std::numeric_limits<float>::infinity();
+    scene.sh[7] = std::numeric_limits<float>::max();
+    const auto file = write_ply(scene);
+    ASSERT_OK(file.status());
+    const auto loaded = read_ply(file.value());
+    ASSERT_OK(loaded.status());
+    test::expect_same_bits(loaded.value().gaussians, scene);
+    EXPECT_EQ(loaded.value().report.non_finite_values, 2U);
+}
+
+TEST(Ply, RefusesHostileCountsBeforeItAllocates) {
+    for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"})
+        for (const char* count : {"2", "1000000000000", "18446744073709551615"})
+            EXPECT_ERROR(status_of(bytes_of(header(encoding, count) + kEnd + kRow.substr(0, 28))),
+                         Code::kInvalidArgument, "truncated")
+                << encoding << " " << count;
+    for (const char* count : {"-1", "x", "18446744073709551616", "1.5", ""})
+        EXPECT_FALSE(status_of(bytes_of(header("ascii", count) + kEnd + kRow)).ok()) << count;
+    LoadOptions small;
+    small.max_count = 1;
+    EXPECT_ERROR(read_ply(bytes_of(header("ascii", "2") + kEnd + kRow + kRow), small).status(),
+                 Code::kUnsupported, "max_count");
+}
+
+TEST(Ply, ErrorsSayWhatAndWhere) {
+    const struct {
+        std::string text;
+        const char* part;
+    } cases[] = {
+        {"plx\n", "the first line is not 'ply'"},
+        {"ply\nformat ascii 1.0\n", "without 'end_header'"},
+        {"ply\nformat ascii 2.0\nend_header\n", "line 2"},
+        {"ply\nformat binary 1.0\nend_header\n", "'binary', expected ascii"},
+        {"ply\nelement vertex 1\nend_header\n", "no 'format'"},
+        {"ply\nformat ascii 1.0\nend_header\n", "no element 'vertex'"},
+        {"ply\nformat ascii 1.0\nproperty float x\n", "before the first element"},
+        {header("ascii", "1") + "property float x\n", "a second property 'x'"},
+        {header("ascii", "1", "half"), "line 4: type 'half'"},
+        {header("ascii", "1") + "nonsense\n", "line 18: 'nonsense'"},
+        {header("ascii", "1") + "property list float int a\n", "no integer"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "'opacity'"},
+        {header("ascii", "1") + "property float f_rest_0\n" + kEnd, "1 properties f_rest_*"},
+        {header("ascii", "1") + kEnd + "1 2 3 oops 0 0 0 0 0 0 0 0 0 0\n",
+         "line 19: 'f_dc_0' is 'oops'"},
+    };
+    for (const auto& c : cases)
+        EXPECT_ERROR(status_of(bytes_of(c.text)), Code::kInvalidArgument, c.part) << c.text;
+}
+
+TEST(Ply, RefusesEveryPrefix) {
+    const auto file = write_ply(sample_scene(2, 1));
+    ASSERT_OK(file.status());
+    test::expect_prefixes_refused(file.value(), accepts);
+    const std::string ascii = header("ascii", "1") + kEnd + kRow;
+    test::expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts);
+}
+
+TEST(Ply, SurvivesDamage) {
+    const auto file = write_ply(sample_scene(1, 1));
+    ASSERT_OK(file.status());
+    test::parse_damaged(file.value(), accepts);
+    test::parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts);
+}
+
+TEST(Ply, WritesAnotherDegreeOrFrame) {
+    const auto scene = sample_scene(3, 2);
+    SaveOptions options;
+    options.sh_degree = 3;
+    options.frame = scene::Frame::kRub;
+    const auto file = write_ply(scene, options);
+    ASSERT_OK(file.status());
+    LoadOptions as_rub;
+    as_rub.frame = scene::Frame::kRub;
+    auto loaded = read_ply(file.value(), as_rub);
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.means, scene.means);
+    EXPECT_EQ(loaded.value().gaussians.sh_degree, 3U);
+    EXPECT_EQ(loaded.value().report.frame, scene::Frame::kRub);
+    const auto raw = read_ply(file.value());
+    ASSERT_OK(raw.status());
+    EXPECT_EQ(raw.value().gaussians.means[1], -scene.means[1]);
+    options.sh_degree = 4;
+    EXPECT_ERROR(write_ply(scene, options).status(), Code::kInvalidArgument, "sh_degree 4");
+    auto broken = scene;
+    broken.means.pop_back();
+    EXPECT_ERROR(write_ply(broken).status(), Code::kInvalidArgument, "'means'");
+}
+
+}  // namespace
+}  // namespace splat::io

@@ -1,0 +1,96 @@
+#include "io/splat_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "io/sample_scene.h"
+#include "scene/activate.h"
+#include "scene/sh.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+using test::sample_scene;
+
+TEST(SplatFile, ReadsTheLayout) {
+    Buffer file;
+    for (const float value : {1.0F, -2.0F, 3.0F, 0.5F, 1.0F, 2.0F}) put(file, value);
+    for (const int value : {255, 0, 128, 51, 228, 128, 28, 128})
+        put(file, static_cast<std::uint8_t>(value));
+    const auto loaded = read_splat(file);
+    ASSERT_OK(loaded.status());
+    const auto& g = loaded.value().gaussians;
+    EXPECT_EQ(g.means, (std::vector<float>{1, -2, 3}));
+    EXPECT_NEAR(g.log_scales[0], std::log(0.5), 1e-6);
+    EXPECT_NEAR(g.sh[0], 0.5 / scene::kSh0, 1e-6);
+    EXPECT_NEAR(g.sh[1], -0.5 / scene::kSh0, 1e-6);
+    EXPECT_NEAR(g.opacity_logits[0], std::log(0.2 / 0.8), 1e-6);
+    const double length = std::hypot(100.0, 100.0);
+    EXPECT_NEAR(g.rotations[0], 100 / length, 1e-6);
+    EXPECT_NEAR(g.rotations[2], -100 / length, 1e-6);
+    EXPECT_EQ(loaded.value().report.format, "splat");
+}
+
+TEST(SplatFile, RoundTripIsWithinTheQuantisation) {
+    auto scene = sample_scene(300, 0);
+    const auto file = write_splat(scene);
+    ASSERT_OK(file.status());
+    EXPECT_EQ(file.value().size(), 300U * 32U);
+    const auto loaded = read_splat(file.value());
+    ASSERT_OK(loaded.status());
+    const auto& g = loaded.value().gaussians;
+    EXPECT_EQ(g.means, scene.means);
+    EXPECT_LT(test::max_difference(g.log_scales, scene.log_scales), 1e-6);
+    // The colour 0.5 + kSh0 sh and the opacity are within half a step of 1/255.
+    EXPECT_LT(test::max_difference(g.sh, scene.sh), 0.5 / 255 / scene::kSh0 + 1e-6);
+    for (std::size_t i = 0; i < scene.count(); ++i)
+        EXPECT_NEAR(scene::opacity_of(static_cast<double>(g.opacity_logits[i])),
+                    scene::opacity_of(static_cast<double>(scene.opacity_logits[i])),
+                    0.5 / 255 + 1e-6);
+    // Half a step of 1/128 (a whole one at +1) in four components: an angle below 2 * 2 * that.
+    EXPECT_LT(test::max_angle(g.rotations, scene.rotations), 4.0 / 128);
+}
+
+TEST(SplatFile, FullAndNoOpacityStayFinite) {
+    auto scene = sample_scene(2, 0);
+    scene.opacity_logits = {1000.0F, -1000.0F};
+    const auto file = write_splat(scene);
+    ASSERT_OK(file.status());
+    const auto loaded = read_splat(file.value());
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.opacity_logits, (std::vector<float>{40, -40}));
+    EXPECT_EQ(loaded.value().report.non_finite_values, 0U);
+}
+
+TEST(SplatFile, CountsScalesThatHaveNoLogarithm) {
+    auto file = write_splat(sample_scene(1, 0));
+    ASSERT_OK(file.status());
+    for (std::size_t i = 12; i < 16; ++i) file.value()[i] = std::byte{0};
+    const auto loaded = read_splat(file.value());
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().report.non_finite_values, 1U);
+}
+
+TEST(SplatFile, RefusesOtherLengths) {
+    const auto file = write_splat(sample_scene(1, 0));
+    ASSERT_OK(file.status());
+    for (std::size_t size = 1; size < 32; ++size)
+        EXPECT_ERROR(read_splat(Bytes(file.value()).first(size)).status(), Code::kInvalidArgument,
+                     "multiple of 32");
+    const auto none = read_splat({});
+    ASSERT_OK(none.status());
+    EXPECT_EQ(none.value().gaussians.count(), 0U);
+    test::parse_damaged(file.value(), [](Bytes bytes) { return read_splat(bytes).ok(); });
+}
+
+TEST(SplatFile, RefusesToWriteWhatBytesCannotHold) {
+    auto scene = sample_scene(3, 1);
+    scene.rotations[5] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_ERROR(write_splat(scene).status(), Code::kInvalidArgument, "Gaussian 1");
+}
+
+}  // namespace
+}  // namespace splat::io

@@ -1,0 +1,194 @@
+#include "io/spz.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "io/compress.h"
+#include "io/sample_scene.h"
+#include "io/spz_layout.h"
+#include "scene/activate.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+using test::sample_scene;
+
+SaveOptions version(std::uint32_t number) {
+    SaveOptions options;
+    options.spz_version = number;
+    return options;
+}
+
+bool accepts(Bytes file) {
+    LoadOptions small;
+    small.max_count = 1000;
+    return read_spz(file, small).ok();
+}
+
+/// Header and arrays of a small file, before compression.
+Buffer plain(std::uint32_t number, std::uint32_t count, std::uint8_t degree, std::uint8_t bits,
+             std::initializer_list<int> arrays) {
+    Buffer file;
+    put(file, spz::kMagic);
+    put(file, number);
+    put(file, count);
+    for (const int byte : {int{degree}, int{bits}, 0, 0})
+        put(file, static_cast<std::uint8_t>(byte));
+    for (const int byte : arrays) put(file, static_cast<std::uint8_t>(byte));
+    return file;
+}
+
+/// Bounds of write_spz's docstring, with room for float32 rounding.
+void expect_within_steps(const scene::Gaussians& got, const scene::Gaussians& expected,
+                         double unit) {
+    ASSERT_EQ(got.sh_degree, expected.sh_degree);
+    EXPECT_LE(test::max_difference(got.means, expected.means), unit / 2 + 1e-6);
+    EXPECT_LE(test::max_difference(got.log_scales, expected.log_scales), 1.0 / 32 + 1e-6);
+    EXPECT_LT(test::max_angle(got.rotations, expected.rotations), 0.005);
+    for (std::size_t i = 0; i < got.count(); ++i)
+        EXPECT_NEAR(scene::opacity_of(static_cast<double>(got.opacity_logits[i])),
+                    scene::opacity_of(static_cast<double>(expected.opacity_logits[i])),
+                    0.5 / 255 + 1e-6);
+    const std::size_t each = std::size_t{scene::sh_coefficients(got.sh_degree)} * 3;
+    for (std::size_t i = 0; i < got.sh.size(); ++i) {
+        const std::size_t k = i % each;
+        const double bound =
+            k < 3 ? 0.5 / 255 / spz::kColorScale : (k < 12 ? 4.0 / 128 : 8.0 / 128);
+        ASSERT_NEAR(got.sh[i], expected.sh[i], bound + 1e-6) << "coefficient " << k;
+    }
+}
+
+TEST(Spz, RoundTripIsWithinTheQuantisation) {
+    for (const std::uint32_t number : {3U, 4U})
+        for (std::uint32_t degree = 0; degree <= 3; ++degree) {
+            const auto scene = sample_scene(500, degree, 7 + degree);
+            const auto file = write_spz(scene, version(number));
+            ASSERT_OK(file.status());
+            const auto loaded = read_spz(file.value());
+            ASSERT_OK(loaded.status());
+            EXPECT_EQ(loaded.value().report.version, number);
+            EXPECT_EQ(loaded.value().report.frame, scene::Frame::kRub);
+            EXPECT_EQ(loaded.value().report.non_finite_values, 0U);
+            EXPECT_TRUE(loaded.value().report.ignored.empty());
+            expect_within_steps(loaded.value().gaussians, scene, 1.0 / 4096);
+        }
+}
+
+TEST(Spz, ASecondRoundTripChangesNothing) {
+    const auto first = write_spz(sample_scene(50, 3));
+    ASSERT_OK(first.status());
+    const auto loaded = read_spz(first.value());
+    ASSERT_OK(loaded.status());
+    const auto second = write_spz(loaded.value().gaussians);
+    ASSERT_OK(second.status());
+    EXPECT_EQ(first.value(), second.value());
+}
+
+TEST(Spz, FarMeansTakeACoarserUnit) {
+    auto scene = sample_scene(10, 0);
+    scene.means[4] = 5000.0F;
+    const auto file = write_spz(scene);
+    ASSERT_OK(file.status());
+    const auto loaded = read_spz(file.value());
+    ASSERT_OK(loaded.status());
+    expect_within_steps(loaded.value().gaussians, scene, 1.0 / 1024);
+    scene.means[4] = 1e8F;
+    EXPECT_ERROR(write_spz(scene).status(), Code::kInvalidArgument, "1e+08 units");
+}
+
+TEST(Spz, ReadsVersion1And2) {
+    // -1.5, 2, -0.25 as halves; opacity, colour, scale; x y z of the rotation
+    const Buffer v1 =
+        plain(1, 1, 0, 12,
+              {0x00, 0xBE, 0x00, 0x40, 0x00, 0xB4, 51, 255, 0, 128, 160, 0, 255, 255, 127, 127});
+    LoadOptions as_rdf;
+    as_rdf.frame = scene::Frame::kRdf;
+    auto loaded = read_spz(v1, as_rdf);
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{-1.5F, 2.0F, -0.25F}));
+    EXPECT_EQ(loaded.value().gaussians.log_scales, (std::vector<float>{0.0F, -10.0F, 5.9375F}));
+    EXPECT_NEAR(loaded.value().gaussians.rotations[1], 1.0, 1e-4);
+    // the same with 24-bit fixed point of 4 fraction bits: -24/16, 2, -1/16
+    const Buffer v2 = plain(2, 1, 0, 4,
+                            {0xE8, 0xFF, 0xFF, 0x20, 0, 0, 0xFF, 0xFF, 0xFF, 51, 255, 0, 128, 160,
+                             0, 255, 127, 127, 127});
+    const auto packed = gzip(v2);
+    ASSERT_OK(packed.status());
+    loaded = read_spz(packed.value());
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{-1.5F, -2.0F, 0.0625F}))
+        << "RUB turned into RDF";
+    EXPECT_NEAR(loaded.value().gaussians.rotations[0], 1.0, 1e-4);
+}
+
+TEST(Spz, DropsAndReportsDegree4) {
+    Buffer file = plain(3, 1, 4, 12, {});
+    file.resize(file.size() + 9 + 1 + 3 + 3 + 4 + 72, std::byte{128});
+    const auto loaded = read_spz(file);
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().gaussians.sh_degree, 3U);
+    EXPECT_EQ(loaded.value().report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
+}
+
+TEST(Spz, RefusesHostileHeaders) {
+    LoadOptions all;
+    all.max_count = ~0ULL;
+    const auto refused = [&all](const Buffer& file, Code code, const char* part) {
+        EXPECT_ERROR(read_spz(file, all).status(), code, part);
+        const auto packed = gzip(file);
+        ASSERT_OK(packed.status());
+        EXPECT_ERROR(read_spz(packed.value(), all).status(), code, part);
+    };
+    refused(plain(5, 0, 0, 12, {}), Code::kUnsupported, "version 5");
+    refused(plain(0, 0, 0, 12, {}), Code::kUnsupported, "version 0");
+    refused(plain(3, 0, 5, 12, {}), Code::kInvalidArgument, "degree 5");
+    refused(plain(3, 0, 0, 99, {}), Code::kInvalidArgument, "99 fraction bits");
+    EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {}), all).status(), Code::kInvalidArgument,
+                 "truncated");
+    const auto bomb = gzip(plain(3, 0xFFFFFFFF, 3, 12, {}));
+    ASSERT_OK(bomb.status());
+    EXPECT_ERROR(read_spz(bomb.value(), all).status(), Code::kInvalidArgument, "cannot come from");
+    EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {})).status(), Code::kUnsupported,
+                 "max_count");
+    EXPECT_ERROR(read_spz(plain(3, 0, 0, 12, {1})).status(), Code::kInvalidArgument,
+                 "1 bytes after the last");
+    Buffer extended = plain(3, 0, 0, 12, {});
+    extended[14] = std::byte{spz::kExtensions};
+    EXPECT_ERROR(read_spz(extended).status(), Code::kUnsupported, "extensions");
+}
+
+TEST(Spz, RefusesEveryPrefixAndSurvivesDamage) {
+    for (const std::uint32_t number : {3U, 4U}) {
+        const auto file = write_spz(sample_scene(2, 1), version(number));
+        ASSERT_OK(file.status());
+        test::expect_prefixes_refused(file.value(), accepts);
+        test::parse_damaged(file.value(), accepts);
+    }
+    Buffer raw = plain(3, 1, 0, 12, {});
+    raw.resize(raw.size() + 20);
+    test::expect_prefixes_refused(raw, accepts);
+    test::parse_damaged(raw, accepts);
+}
+
+TEST(Spz, EmptyScenes) {
+    for (const std::uint32_t number : {3U, 4U}) {
+        const auto file = write_spz(sample_scene(0, 2), version(number));
+        ASSERT_OK(file.status());
+        const auto loaded = read_spz(file.value());
+        ASSERT_OK(loaded.status());
+        EXPECT_EQ(loaded.value().gaussians.count(), 0U);
+    }
+}
+
+TEST(Spz, RefusesToWriteWhatItCannotHold) {
+    auto scene = sample_scene(3, 1);
+    EXPECT_ERROR(write_spz(scene, version(2)).status(), Code::kUnsupported, "version 2");
+    scene.sh[2 * 12 + 5] = std::numeric_limits<float>::infinity();
+    EXPECT_ERROR(write_spz(scene).status(), Code::kInvalidArgument, "Gaussian 2");
+}
+
+}  // namespace
+}  // namespace splat::io
