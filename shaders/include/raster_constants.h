@@ -29,7 +29,7 @@ SPLAT_CONST_FLOAT kExpectedAlphaMin = 0.0000000001f;  // floor of the divisor of
 
 // Projection, both conventions.
 SPLAT_CONST_FLOAT kDilation = 0.3f;            // pixels^2 added to the projected variances
-SPLAT_CONST_FLOAT kAaFloor = 0.000025f;        // 0.005^2: floor of det0/det in the compensation
+SPLAT_CONST_FLOAT kCompensationMin = 0.005f;   // floor of sqrt(det0/det)
 SPLAT_CONST_FLOAT kQuaternionMin = 0.000001f;  // shorter rotations (norm) are absent Gaussians
 
 // 3dgs.

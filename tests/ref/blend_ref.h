@@ -1,0 +1,128 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "ref/project_ref.h"
+#include "ref/raster_scene_ref.h"
+
+/// Front-to-back blending of projected Gaussians, every Gaussian against every pixel.
+///
+///   alpha_i = min(kAlphaMax, opacity_i exp(-sigma_i))      T_1 = 1, T_{i+1} = T_i (1 - alpha_i)
+///   w_i = alpha_i T_i      rgb = sum w_i color_i + T_end background      alpha = 1 - T_end
+///   depth = sum w_i z_i      depth_expected = depth / max(alpha, kExpectedAlphaMin)
+///
+/// Skipped: alpha < kAlphaMin; in 3dgs also pixels whose tile the box does not meet. A pixel stops
+/// before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
+namespace splat::ref {
+
+/// One Gaussian that a pixel blends.
+template <class Real>
+struct Blended {
+    std::uint32_t index = 0;
+    Real dx = 0;  ///< mean2d - pixel centre
+    Real dy = 0;
+    Real density = 0;  ///< opacity exp(-sigma), not clamped
+    Real alpha = 0;
+    Real transmittance = 0;  ///< in front of it
+};
+
+/// All that a pixel blends, in order, and what is left behind them.
+template <class Real>
+struct BlendedPixel {
+    std::vector<Blended<Real>> hits;
+    Real transmittance = 1;
+};
+
+template <class Real>
+struct BlendForward {
+    std::vector<Real> rgb;                ///< [H,W,3]
+    std::vector<Real> alpha;              ///< [H,W]
+    std::vector<Real> depth;              ///< [H,W] accumulated
+    std::vector<Real> depth_expected;     ///< [H,W]
+    std::vector<Real> normal;             ///< [H,W,3] accumulated, no background
+    std::vector<std::int64_t> n_contrib;  ///< [H,W] Gaussians blended
+};
+
+/// Whether the convention lets the pixel see the Gaussian at all.
+template <class Real>
+bool reaches(const RasterScene<Real>& scene, const ProjectedGaussian<Real>& g, std::size_t column,
+             std::size_t row) {
+    if (!scene.options.is_3dgs()) return true;
+    const std::size_t x = column / raster::kTileSize;
+    const std::size_t y = row / raster::kTileSize;
+    return g.tiles[0] <= x && x < g.tiles[2] && g.tiles[1] <= y && y < g.tiles[3];
+}
+
+/// The Gaussian at a pixel, as if nothing were in front of it.
+template <class Real>
+Blended<Real> density_at(const ProjectedGaussian<Real>& g, std::size_t column, std::size_t row) {
+    Blended<Real> hit;
+    hit.dx = g.mean2d[0] - (static_cast<Real>(column) + Real(0.5));
+    hit.dy = g.mean2d[1] - (static_cast<Real>(row) + Real(0.5));
+    const auto [A, B, C] = g.conic;
+    const Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
+    if (sigma < Real(0)) return hit;
+    hit.density = g.opacity * std::exp(-sigma);
+    hit.alpha = std::min(static_cast<Real>(raster::kAlphaMax), hit.density);
+    return hit;
+}
+
+template <class Real>
+BlendedPixel<Real> blend_pixel(const RasterScene<Real>& scene,
+                               const ProjectForward<Real>& projected, std::size_t column,
+                               std::size_t row) {
+    BlendedPixel<Real> pixel;
+    const auto least = static_cast<Real>(raster::kTransmittanceMin);
+    for (const std::uint32_t index : projected.order) {
+        const ProjectedGaussian<Real>& g = projected.gaussians[index];
+        if (!reaches(scene, g, column, row)) continue;
+        Blended<Real> hit = density_at(g, column, row);
+        if (hit.alpha < static_cast<Real>(raster::kAlphaMin)) continue;
+        const Real behind = pixel.transmittance * (Real(1) - hit.alpha);
+        if (scene.options.is_3dgs() ? behind < least : behind <= least) break;
+        hit.index = index;
+        hit.transmittance = pixel.transmittance;
+        pixel.hits.push_back(hit);
+        pixel.transmittance = behind;
+    }
+    return pixel;
+}
+
+template <class Real>
+BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
+                                 const ProjectForward<Real>& projected) {
+    BlendForward<Real> out;
+    const auto floor = static_cast<Real>(raster::kExpectedAlphaMin);
+    for (std::size_t row = 0; row < scene.camera.height; ++row)
+        for (std::size_t column = 0; column < scene.camera.width; ++column) {
+            const BlendedPixel<Real> pixel = blend_pixel(scene, projected, column, row);
+            Vec3<Real> rgb{};
+            Vec3<Real> normal{};
+            Real depth(0);
+            for (const Blended<Real>& hit : pixel.hits) {
+                const ProjectedGaussian<Real>& g = projected.gaussians[hit.index];
+                const Real weight = hit.alpha * hit.transmittance;
+                depth += weight * g.depth;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    rgb[k] += weight * g.color[k];
+                    normal[k] += weight * g.normal[k];
+                }
+            }
+            const Real alpha = Real(1) - pixel.transmittance;
+            for (std::size_t k = 0; k < 3; ++k) {
+                out.rgb.push_back(rgb[k] + pixel.transmittance * scene.background[k]);
+                out.normal.push_back(normal[k]);
+            }
+            out.alpha.push_back(alpha);
+            out.depth.push_back(depth);
+            out.depth_expected.push_back(depth / std::max(alpha, floor));
+            out.n_contrib.push_back(static_cast<std::int64_t>(pixel.hits.size()));
+        }
+    return out;
+}
+
+}  // namespace splat::ref
