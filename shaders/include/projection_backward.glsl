@@ -26,38 +26,50 @@ struct PoseGradient {
     vec3 translation;
 };
 
-// dL/dSigma' as (g_a, g_b, g_c): dL = g_a da + g_b db + g_c dc.
-vec3 covariance_gradient(Projection p, vec3 conic_gradient, uint flags) {
-    const float a = p.a / p.det, b = p.b / p.det, c = p.c / p.det;  // conic: c, -b, a
-    const float ga = conic_gradient.x, gb = conic_gradient.y, gc = conic_gradient.z;
-    vec3 g = -vec3(c * c * ga - b * c * gb + b * b * gc,
-                   -2 * b * c * ga + (a * c + b * b) * gb - 2 * a * b * gc,
-                   b * b * ga - a * b * gb + a * a * gc);
-    if ((flags & kFlagOriginalGradient) != 0) g *= p.det * p.det / (p.det * p.det + kConicGradMin);
-    return g;
+// Gradient by the rows v1 and v2 of A: dL/dA = -2 Q Gq (Q A), Q the conic and Gq = (g_A, g_B / 2;
+// g_B / 2, g_C). The rows of Q A, with n = v1 x v2, are free of the cancellation of needles:
+//   y1 = (kDilation v1 + v2 x n) / det,  y2 = (kDilation v2 + n x v1) / det
+struct RowsGradient {
+    vec3 v1, v2;
+};
+
+RowsGradient rows_backward(Projection p, vec3 g, uint flags) {
+    const vec3 n = cross(p.v1, p.v2);
+    const vec3 y1 = (kDilation * p.v1 + cross(p.v2, n)) / p.det;
+    const vec3 y2 = (kDilation * p.v2 + cross(n, p.v1)) / p.det;
+    const vec3 t1 = g.x * y1 + 0.5 * g.y * y2, t2 = 0.5 * g.y * y1 + g.z * y2;
+    RowsGradient rows;
+    rows.v1 = -2 / p.det * (p.c * t1 - p.b * t2);
+    rows.v2 = -2 / p.det * (p.a * t2 - p.b * t1);
+    if ((flags & kFlagOriginalGradient) != 0) {
+        const float factor = p.det * p.det / (p.det * p.det + kConicGradMin);
+        rows.v1 *= factor;
+        rows.v2 *= factor;
+    }
+    return rows;
 }
 
-// Adds the gradient of rho = sqrt(max(kAaFloor, det0 / det)); returns rho.
-float compensation_gradient(Projection p, float grad_rho, inout vec3 g) {
-    const float ratio = p.det0 / p.det;
-    if (!(ratio > kAaFloor)) return sqrt(kAaFloor);
-    const float rho = sqrt(ratio);
-    // d rho = rho / 2 (d det0 / det0 - d det / det), det0 = a0 c0 - b^2, det = a c - b^2.
-    const float k0 = 0.5 * grad_rho / (rho * p.det), k = 0.5 * grad_rho * rho / p.det;
-    const float a0 = p.a - kDilation, c0 = p.c - kDilation;
-    g += k0 * vec3(c0, -2 * p.b, a0) - k * vec3(p.c, -2 * p.b, p.a);
+// Adds the gradient of rho = max(kCompensationMin, sqrt(det0 / det)); returns rho.
+// d det0/dv1 = 2 v2 x n and d det/dv1 = 2 det y1.
+float compensation_backward(Projection p, float grad_rho, inout RowsGradient rows) {
+    const float rho = sqrt(p.det0 / p.det);
+    if (!(rho > kCompensationMin)) return kCompensationMin;
+    const vec3 n = cross(p.v1, p.v2);
+    const vec3 n1 = cross(p.v2, n), n2 = cross(n, p.v1);
+    const float k0 = grad_rho / (rho * p.det), k = grad_rho * rho / p.det;
+    rows.v1 += k0 * n1 - k * (kDilation * p.v1 + n1);
+    rows.v2 += k0 * n2 - k * (kDilation * p.v2 + n2);
     return rho;
 }
 
 void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float opacity, ImageGradient g,
                          uint flags, out GaussianGradient out_gaussian, out PoseGradient out_pose) {
-    vec3 grad_cov = covariance_gradient(p, g.conic, flags);
+    RowsGradient rows_gradient = rows_backward(p, g.conic, flags);
     out_gaussian.opacity = g.opacity;
     if ((flags & kFlagAntialias) != 0)
-        out_gaussian.opacity *= compensation_gradient(p, g.opacity * opacity, grad_cov);
+        out_gaussian.opacity *= compensation_backward(p, g.opacity * opacity, rows_gradient);
 
-    const vec3 grad_v1 = 2 * grad_cov.x * p.v1 + grad_cov.y * p.v2;
-    const vec3 grad_v2 = 2 * grad_cov.z * p.v2 + grad_cov.y * p.v1;
+    const vec3 grad_v1 = rows_gradient.v1, grad_v2 = rows_gradient.v2;
     out_gaussian.scale = grad_v1 * (p.r1 * p.rq) + grad_v2 * (p.r2 * p.rq);
     const vec3 grad_p1 = grad_v1 * scale, grad_p2 = grad_v2 * scale;
     out_gaussian.rq = outerProduct(p.r1, grad_p1) + outerProduct(p.r2, grad_p2);

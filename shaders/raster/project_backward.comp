@@ -155,7 +155,7 @@ void main() {
         }
     }
     if (!present) return;
-    if (normalise) grad_q = (grad_q - dot(grad_q, q) * q) / q_norm;
+    if (normalise && grad_q != vec4(0)) grad_q = (grad_q - dot(grad_q, q) * q) / q_norm;
     const bool add = params.accumulate != 0;
     vec4 out0 = vec4(grad_mean, grad_opacity), out1 = vec4(grad_scale, 0), out2 = grad_q;
     if (add) {

@@ -47,6 +47,14 @@ vec2 visible_radius(Projection p, vec2 mean, float opacity) {
     return any(lessThanEqual(last, first)) ? vec2(0) : vec2(r);
 }
 
+// 3dgs divides by z + kHomogeneousMin, in coordinates whose origin is the middle of the image.
+vec2 image_mean(View view, vec3 m) {
+    const vec2 f = view.intrinsics.xy, centre = view.intrinsics.zw;
+    if (is_set(kFlagGsplat)) return f * (m.xy / m.z) + centre;
+    const vec2 middle = 0.5 * vec2(params.width, params.height);
+    return (f * m.xy + (centre - middle) * m.z) / (m.z + kHomogeneousMin) + middle;
+}
+
 uint tile_count(vec4 a, vec4 b) {
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
     const ivec2 size = ivec2(params.width, params.height);
@@ -80,10 +88,10 @@ void main() {
     valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane
                                           : z > params.near_plane && z <= params.far_plane);
     valid = valid && finite(p.det) && finite(vec3(p.a, p.b, p.c));
-    const vec2 mean = view.intrinsics.xy * (p.m.xy / z) + view.intrinsics.zw;
+    const vec2 mean = image_mean(view, p.m);
     valid = valid && finite(vec3(mean, 0.0));
     float opacity = g0.w;
-    if (is_set(kFlagAntialias)) opacity *= sqrt(max(kAaFloor, p.det0 / p.det));
+    if (is_set(kFlagAntialias)) opacity *= max(kCompensationMin, sqrt(p.det0 / p.det));
 
     const vec2 radius = valid ? visible_radius(p, mean, opacity) : vec2(0);
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
