@@ -47,7 +47,7 @@ inline constexpr RasterTolerance kRasterTolerances[] = {
     {"compensations", RasterScale::kAbsolute, 2e-6, 2e-6, "a root of a quotient; seen 2.5e-7"},
     {"gradient", RasterScale::kOfLargest, 2e-5, 1e-3,
      "sums over pixels of terms of both signs; running sums reach 2.5e-5, sums per tile less; "
-     "-Q Gq Q cancels for needles; seen 2.5e-5 / 5.8e-4"},
+     "-Q Gq Q A cancels for needles, Q Gq (Q A) ten times less; seen 2.5e-5 / 5.9e-4"},
 };
 
 /// Pixels that rounding decides: one more or one less of alpha 1/255, a stop one Gaussian early
