@@ -65,7 +65,7 @@ Blended<Real> density_at(const ProjectedGaussian<Real>& g, std::size_t column, s
     hit.dy = g.mean2d[1] - (static_cast<Real>(row) + Real(0.5));
     const auto [A, B, C] = g.conic;
     const Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
-    if (sigma < Real(0)) return hit;
+    if (sigma < Real(0) || sigma > g.reach) return hit;
     hit.density = g.opacity * std::exp(-sigma);
     hit.alpha = std::min(static_cast<Real>(raster::kAlphaMax), hit.density);
     return hit;

@@ -22,6 +22,7 @@ struct ProjectedGaussian {
     std::array<std::size_t, 4> tiles{};  ///< first x, first y, end x, end y of its bounding box
     Vec3<Real> color{};
     Real opacity = 0;  ///< with compensation
+    Real reach = 0;    ///< beyond this sigma alpha is certainly below kAlphaMin
     Vec3<Real> normal{};
 
     // What the backward pass goes through again.

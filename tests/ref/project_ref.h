@@ -173,6 +173,7 @@ ProjectedGaussian<Real> project_gaussian(const RasterScene<Real>& scene,
     g.opacity = scene.opacities[i] * g.compensation;
     if (!options.is_3dgs() && g.opacity < static_cast<Real>(raster::kAlphaMin)) return {};
     if (!project_box(scene, g)) return {};
+    g.reach = std::log(g.opacity / static_cast<Real>(raster::kAlphaMin)) + Real(1e-3);
     g.valid = true;
     project_color(scene, frame, i, g);
     g.normal = project_normal(scene, frame, i, g);

@@ -122,7 +122,16 @@ Result<std::vector<std::byte>> read_member(Bytes file, const Member& member,
     return bytes;
 }
 
+/// 0 for a dtype that is not supported. "U12" is text of at most 12 characters of 4 bytes.
 std::size_t item_bytes(std::string_view dtype) {
+    if (dtype.size() >= 2 && dtype.size() <= 6 && dtype.front() == 'U') {
+        std::size_t characters = 0;
+        for (const char c : dtype.substr(1)) {
+            if (c < '0' || c > '9') return 0;
+            characters = characters * 10 + static_cast<std::size_t>(c - '0');
+        }
+        return 4 * characters;
+    }
     constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
         {"f4", 4}, {"f8", 8}, {"f2", 2}, {"i1", 1}, {"i2", 2}, {"i4", 4},
         {"i8", 8}, {"u1", 1}, {"u2", 2}, {"u4", 4}, {"u8", 8}, {"b1", 1},
@@ -201,6 +210,18 @@ Result<std::vector<std::int64_t>> NpyArray::ints() const {
     return wrong_type(*this, "i4, i8, u1 or b1");
 }
 
+Result<std::vector<std::string>> NpyArray::strings() const {
+    if (!dtype.starts_with("U")) return wrong_type(*this, "U");
+    const std::size_t characters = item_bytes(dtype) / 4;
+    std::vector<std::string> texts(elements());
+    for (std::size_t i = 0; i < texts.size() * characters; ++i) {
+        const auto character = number<std::uint32_t>(bytes, 4 * i);
+        if (character >= 128) return error(Code::kInvalidArgument, "text that is not ASCII");
+        if (character != 0) texts[i / characters] += static_cast<char>(character);
+    }
+    return texts;
+}
+
 Result<NpyArray> parse_npy(std::span<const std::byte> bytes, const std::string& what) {
     constexpr char kMagic[] = "\x93NUMPY";
     if (bytes.size() < 12 || std::memcmp(bytes.data(), kMagic, 6) != 0)
@@ -219,7 +240,7 @@ Result<NpyArray> parse_npy(std::span<const std::byte> bytes, const std::string& 
     if (!descr || !order || !dims) return bad(what, "its header lacks descr, order or shape");
     if (*order != "False") return bad(what, "it is in Fortran order, expected C order");
     NpyArray array;
-    array.dtype = descr->size() == 3 ? descr->substr(1) : *descr;
+    array.dtype = descr->size() >= 3 ? descr->substr(1) : *descr;
     const std::size_t item = item_bytes(array.dtype);
     if (item == 0 || (descr->front() != '<' && descr->front() != '|'))
         return bad(what, "dtype '" + std::string(*descr) + "' is not supported");

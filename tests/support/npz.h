@@ -12,7 +12,7 @@ namespace splat::test {
 
 /// One array of a .npz file, row-major.
 struct NpyArray {
-    std::string dtype;  ///< "f4", "f8", "i4", "i8", "u1", "b1": little-endian
+    std::string dtype;  ///< "f4", "f8", "i4", "i8", "u1", "b1", "U12": little-endian
     std::vector<std::size_t> shape;
     std::vector<std::byte> bytes;
 
@@ -23,6 +23,7 @@ struct NpyArray {
     [[nodiscard]] Result<std::vector<float>> f32() const;
     [[nodiscard]] Result<std::vector<double>> f64() const;
     [[nodiscard]] Result<std::vector<std::int64_t>> ints() const;
+    [[nodiscard]] Result<std::vector<std::string>> strings() const;
 };
 
 /// A .npz file: a zip of .npy members, stored or deflated, as numpy.savez(_compressed) writes it.

@@ -133,13 +133,26 @@ TEST(Npz, RefusesFlippedDataBits) {
         << result.status().message();
 }
 
+TEST(Npz, ReadsText) {
+    const std::vector<std::uint32_t> characters = {'a', 'b', 0, 'c', 0, 0};
+    const auto npz = parse(zip({{"x.npy", npy("<U3", "2,", raw(characters)), true},
+                                {"y.npy", npy("<U3", "", raw<std::uint32_t>({960, 0, 0})), true}}));
+    ASSERT_TRUE(npz.ok()) << npz.status().message();
+    const auto texts = npz.value().find("x").value()->strings();
+    ASSERT_TRUE(texts.ok()) << texts.status().message();
+    EXPECT_EQ(texts.value(), (std::vector<std::string>{"ab", "c"}));
+    EXPECT_FALSE(npz.value().find("x").value()->f64().ok());
+    EXPECT_FALSE(npz.value().find("y").value()->strings().ok()) << "not ASCII";
+}
+
 TEST(Npz, RefusesForeignArrays) {
     const std::string f4 = raw<float>({1, 2});
     const std::string big = "4294967296, 4294967296, 4294967296";
-    const std::string cases[] = {npy(">f4", "2,", f4),         npy("<c8", "1,", f4),
-                                 npy("<f4", "2,", f4, "True"), npy("<f4", "3,", f4),
-                                 npy("<f4", big, f4),          npy("<f4", "-2,", f4),
-                                 npy("<f4", "2,", f4 + "x"),   "not an array at all"};
+    const std::string cases[] = {
+        npy(">f4", "2,", f4),       npy("<c8", "1,", f4), npy("<f4", "2,", f4, "True"),
+        npy("<f4", "3,", f4),       npy("<f4", big, f4),  npy("<f4", "-2,", f4),
+        npy("<f4", "2,", f4 + "x"), npy("<U0", "0,", ""), npy("<U", "2,", f4),
+        npy("<U1x", "2,", f4),      npy(">U1", "2,", f4), "not an array at all"};
     for (const std::string& member : cases)
         EXPECT_FALSE(parse(zip({{"x.npy", member, true}})).ok()) << member.substr(0, 60);
     const std::string good = npy("<f4", "2,", f4);

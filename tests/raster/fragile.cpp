@@ -1,0 +1,128 @@
+#include "raster/fragile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace splat::test {
+namespace {
+
+using Gaussian = ref::ProjectedGaussian<double>;
+
+constexpr double kRounding = kFragileUlps * 0x1p-24;
+/// Of positions and depths, which are short sums.
+constexpr double kMeanRounding = 16 * 0x1p-24;
+
+/// A density and the relative error to expect of it.
+struct Density {
+    double value = 0;
+    double error = 0;
+};
+
+Density density_of(const ref::RasterScene<double>& scene, const Gaussian& g, std::size_t column,
+                   std::size_t row) {
+    const auto width = static_cast<double>(scene.camera.width);
+    const auto height = static_cast<double>(scene.camera.height);
+    const double dx = g.mean2d[0] - (static_cast<double>(column) + 0.5);
+    const double dy = g.mean2d[1] - (static_cast<double>(row) + 0.5);
+    const auto [A, B, C] = g.conic;
+    const double squares = (A * dx * dx + C * dy * dy) / 2;
+    const double mixed = B * dx * dy;
+    const double moved = std::abs(A * dx + B * dy) * (std::abs(g.mean2d[0]) + width) +
+                         std::abs(B * dx + C * dy) * (std::abs(g.mean2d[1]) + height);
+    return {g.opacity * std::exp(-squares - mixed),
+            kRounding * (1 + squares + std::abs(mixed)) + kMeanRounding * moved};
+}
+
+constexpr double kAlphaMin = raster::kAlphaMin;
+constexpr double kAlphaMax = raster::kAlphaMax;
+constexpr double kTransmittanceMin = raster::kTransmittanceMin;
+
+bool is_next_to(double value, double border, double relative) {
+    return std::abs(value - border) <= relative * border;
+}
+
+/// Boxes of 3dgs with all roundings that make them smaller, and larger.
+struct Boxes {
+    Gaussian inner;
+    Gaussian outer;
+};
+
+Boxes boxes_of(const ref::RasterScene<double>& scene, const Gaussian& g) {
+    Boxes boxes{g, g};
+    for (const double move : {-1.0, 1.0})
+        for (const double grow : {-1.0, 1.0}) {
+            Gaussian moved = g;
+            for (std::size_t axis = 0; axis < 2; ++axis)
+                moved.mean2d[axis] += move * kRounding * (std::abs(g.mean2d[axis]) + 1);
+            for (double& element : moved.cov) element *= 1 + grow * kRounding;
+            ref::project_box(scene, moved);
+            for (const std::size_t first : {0U, 1U}) {
+                const std::size_t end = first + 2;
+                boxes.inner.tiles[first] = std::max(boxes.inner.tiles[first], moved.tiles[first]);
+                boxes.inner.tiles[end] = std::min(boxes.inner.tiles[end], moved.tiles[end]);
+                boxes.outer.tiles[first] = std::min(boxes.outer.tiles[first], moved.tiles[first]);
+                boxes.outer.tiles[end] = std::max(boxes.outer.tiles[end], moved.tiles[end]);
+            }
+        }
+    return boxes;
+}
+
+class FragileSearch {
+  public:
+    explicit FragileSearch(const ref::RasterScene<double>& scene)
+        : scene_(scene), projected_(ref::project_forward(scene)) {
+        if (!scene.options.is_3dgs()) return;
+        for (const Gaussian& g : projected_.gaussians) boxes_.push_back(boxes_of(scene, g));
+    }
+
+    [[nodiscard]] bool at(std::size_t column, std::size_t row) const {
+        double transmittance = 1;
+        double error = kRounding;  // relative, of the transmittance
+        double depth_before = 0;
+        for (const std::uint32_t i : projected_.order) {
+            const Gaussian& g = projected_.gaussians[i];
+            const Density density = density_of(scene_, g, column, row);
+            const bool outer = boxes_.empty() || covers(boxes_[i].outer, column, row);
+            const bool inner = boxes_.empty() || covers(boxes_[i].inner, column, row);
+            if (!outer || density.value < kAlphaMin * (1 - density.error)) continue;
+            const double gap = g.depth - depth_before;
+            const double depth_rounding =
+                kMeanRounding * (std::abs(g.depth) + std::abs(scene_.camera.world_to_camera[11]));
+            if (!inner || is_next_to(density.value, kAlphaMin, density.error) ||
+                is_next_to(density.value, kAlphaMax, density.error) ||
+                (gap > 0 && gap <= depth_rounding))
+                return true;
+            depth_before = g.depth;
+            const bool clamped = density.value > kAlphaMax;
+            const double alpha = clamped ? kAlphaMax : density.value;
+            error += clamped ? 0x1p-22 : density.error * alpha / (1 - alpha);
+            transmittance *= 1 - alpha;
+            if (is_next_to(transmittance, kTransmittanceMin, error)) return true;
+            if (transmittance < kTransmittanceMin) return false;
+        }
+        return false;
+    }
+
+  private:
+    [[nodiscard]] bool covers(const Gaussian& g, std::size_t column, std::size_t row) const {
+        return ref::reaches(scene_, g, column, row);
+    }
+
+    const ref::RasterScene<double>& scene_;
+    ref::ProjectForward<double> projected_;
+    std::vector<Boxes> boxes_;
+};
+
+}  // namespace
+
+std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene) {
+    const FragileSearch search(scene);
+    std::vector<bool> fragile;
+    for (std::size_t row = 0; row < scene.camera.height; ++row)
+        for (std::size_t column = 0; column < scene.camera.width; ++column)
+            fragile.push_back(search.at(column, row));
+    return fragile;
+}
+
+}  // namespace splat::test

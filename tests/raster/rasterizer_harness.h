@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "raster/raster_outputs.h"
+#include "raster/rasterizer.h"
+#include "support/gpu_env.h"
+
+/// The kernels, as the reference and the golden files are asked: one RasterCase, one mode.
+namespace splat::test {
+
+struct RasterRun {
+    Status status;
+    RasterOutputs outputs;
+    RasterGradients gradients;  ///< if a loss was given
+    raster::RasterStats stats;
+    std::vector<float> image;      ///< [V,H,W,4] of the first call, for bit comparisons
+    std::vector<float> packed;     ///< gradients as the kernels left them
+};
+
+/// The description that a case and a mode ask for; tests change what they are about.
+raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode);
+
+/// A scene packed for the kernels and its gradients, on the device.
+struct PackedScene {
+    vk::Buffer gaussians, colors, grad_gaussians, grad_colors;
+
+    static Result<PackedScene> create(vk::Context& context, const RasterCase& from,
+                                      const raster::RasterDesc& desc);
+    [[nodiscard]] raster::SceneInput input(std::uint64_t version = 0) const {
+        return {gaussians.range(), colors.range(), version};
+    }
+    [[nodiscard]] raster::SceneInput gradients() const {
+        return {grad_gaussians.range(), grad_colors.range(), 0};
+    }
+};
+
+scene::Camera camera_of(const RasterCase& from);
+
+/// Forward, and backward if `loss` is not null; desc.backward and the gradients wanted are set here.
+RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::RasterDesc desc,
+                     const ref::RasterLoss<double>* loss = nullptr);
+
+}  // namespace splat::test
