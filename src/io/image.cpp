@@ -211,7 +211,8 @@ Image image_from_floats(std::span<const float> values, std::uint32_t width, std:
     SPLAT_ASSERT(values.size() == std::size_t{width} * height * channels);
     Image image{width, height, channels, 8, {}};
     image.samples.reserve(values.size());
-    for (const float value : values) image.samples.push_back(to_byte(255 * double{value}));
+    for (const float value : values)
+        image.samples.push_back(to_byte(255 * static_cast<double>(value)));
     return image;
 }
 

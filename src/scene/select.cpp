@@ -49,8 +49,8 @@ Box finite_bounds(const Gaussians& g) {
     for (std::size_t i = 0; i < g.count(); ++i) {
         if (!finite(g.means, i, 3)) continue;
         for (std::size_t k = 0; k < 3; ++k) {
-            box.low[k] = std::min(box.low[k], double{g.means[i * 3 + k]});
-            box.high[k] = std::max(box.high[k], double{g.means[i * 3 + k]});
+            box.low[k] = std::min(box.low[k], static_cast<double>(g.means[i * 3 + k]));
+            box.high[k] = std::max(box.high[k], static_cast<double>(g.means[i * 3 + k]));
         }
     }
     return box;
@@ -62,7 +62,8 @@ std::uint64_t morton_code(const Gaussians& g, std::size_t i, const Box& box) {
     std::uint64_t code = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const double size = box.high[k] - box.low[k];
-        const double place = size > 0 ? (double{g.means[i * 3 + k]} - box.low[k]) / size : 0;
+        const double place =
+            size > 0 ? (static_cast<double>(g.means[i * 3 + k]) - box.low[k]) / size : 0;
         code |= spread(static_cast<std::uint64_t>(place * kCells)) << k;
     }
     return code;
@@ -79,7 +80,7 @@ Result<Gaussians> crop(const Gaussians& g, const Box& box) {
                          static_cast<char>('x' + k), box.low[k], box.high[k]);
     return select(g, [&](std::size_t i) {
         for (std::size_t k = 0; k < 3; ++k) {
-            const double place{g.means[i * 3 + k]};
+            const auto place = static_cast<double>(g.means[i * 3 + k]);
             if (!std::isfinite(place) || place < box.low[k] || place > box.high[k]) return false;
         }
         return true;
@@ -90,8 +91,9 @@ Result<Gaussians> filter_by_opacity(const Gaussians& g, double least) {
     SPLAT_TRY(check_arrays(g));
     if (!(least >= 0 && least <= 1))
         return error(Code::kInvalidArgument, "opacity threshold %g, expected 0 to 1", least);
-    return select(g,
-                  [&](std::size_t i) { return opacity_of(double{g.opacity_logits[i]}) >= least; });
+    return select(g, [&](std::size_t i) {
+        return opacity_of(static_cast<double>(g.opacity_logits[i])) >= least;
+    });
 }
 
 Result<Gaussians> remove_invalid(const Gaussians& g) {

@@ -38,7 +38,7 @@ class RangeSum {
 
 Range range_of(const std::vector<float>& values, const std::function<double(double)>& map) {
     RangeSum sum;
-    for (const float value : values) sum.add(map(double{value}));
+    for (const float value : values) sum.add(map(static_cast<double>(value)));
     return sum.range();
 }
 
@@ -53,8 +53,9 @@ double quantile(std::vector<double>& values, double part) {
 void measure_places(const Gaussians& g, Statistics& s) {
     std::vector<Vec3> places;
     for (std::size_t i = 0; i < g.count(); ++i) {
-        const Vec3 place = {double{g.means[i * 3]}, double{g.means[i * 3 + 1]},
-                            double{g.means[i * 3 + 2]}};
+        const Vec3 place = {static_cast<double>(g.means[i * 3]),
+                            static_cast<double>(g.means[i * 3 + 1]),
+                            static_cast<double>(g.means[i * 3 + 2])};
         if (std::isfinite(place[0] + place[1] + place[2])) places.push_back(place);
     }
     if (places.empty()) return;
@@ -76,9 +77,9 @@ void measure_colors(const Gaussians& g, Statistics& s) {
     RangeSum bands;
     for (std::size_t i = 0; i < g.sh.size(); ++i)
         if (i % each < 3)
-            colors.add(0.5 + kSh0 * double{g.sh[i]});
+            colors.add(0.5 + kSh0 * static_cast<double>(g.sh[i]));
         else
-            bands.add(double{g.sh[i]});
+            bands.add(static_cast<double>(g.sh[i]));
     s.colors = colors.range();
     s.bands = bands.range();
 }
@@ -87,13 +88,13 @@ void count_defects(const Gaussians& g, Statistics& s) {
     for (std::size_t i = 0; i < g.count(); ++i) {
         double squared = 0;
         for (std::size_t k = i * 4; k < i * 4 + 4; ++k)
-            squared += double{g.rotations[k]} * double{g.rotations[k]};
+            squared += static_cast<double>(g.rotations[k]) * static_cast<double>(g.rotations[k]);
         if (!std::isfinite(squared) || squared == 0) ++s.bad_rotations;
         bool flat = false;
         for (std::size_t k = i * 3; k < i * 3 + 3; ++k)
-            flat = flat || std::exp(double{g.log_scales[k]}) < kLeastScale;
+            flat = flat || std::exp(static_cast<double>(g.log_scales[k])) < kLeastScale;
         if (flat) ++s.degenerate;
-        if (opacity_of(double{g.opacity_logits[i]}) < kLeastOpacity) ++s.invisible;
+        if (opacity_of(static_cast<double>(g.opacity_logits[i])) < kLeastOpacity) ++s.invisible;
     }
     for (const auto* values : {&g.means, &g.log_scales, &g.rotations, &g.opacity_logits, &g.sh})
         for (const float value : *values) s.non_finite += std::isfinite(value) ? 0U : 1U;

@@ -42,15 +42,19 @@ Status transform(Gaussians& g, const Similarity& s) {
     for (std::size_t i = 0; i < g.count(); ++i) {
         float* const mean = g.means.data() + i * 3;
         float* const rotation = g.rotations.data() + i * 4;
-        const Vec3 turned = product(matrix, {double{mean[0]}, double{mean[1]}, double{mean[2]}});
+        const Vec3 turned =
+            product(matrix, {static_cast<double>(mean[0]), static_cast<double>(mean[1]),
+                             static_cast<double>(mean[2])});
         for (std::size_t k = 0; k < 3; ++k)
             mean[k] = static_cast<float>(s.scale * turned[k] + s.translation[k]);
-        const Quaternion q = product(turn, Quaternion{double{rotation[0]}, double{rotation[1]},
-                                                      double{rotation[2]}, double{rotation[3]}});
+        const Quaternion q = product(
+            turn, Quaternion{static_cast<double>(rotation[0]), static_cast<double>(rotation[1]),
+                             static_cast<double>(rotation[2]), static_cast<double>(rotation[3])});
         for (std::size_t k = 0; k < 4; ++k) rotation[k] = static_cast<float>(q[k]);
         bands.apply(g.sh.data() + i * each, g.sh_degree);
     }
-    for (float& value : g.log_scales) value = static_cast<float>(double{value} + log_scale);
+    for (float& value : g.log_scales)
+        value = static_cast<float>(static_cast<double>(value) + log_scale);
     return {};
 }
 

@@ -6,6 +6,7 @@
 
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "io/transforms_json.h"
 #include "scene/camera_pose.h"
@@ -126,46 +127,11 @@ TEST(TransformsJson, RefusesEveryPrefixAndSurvivesDamage) {
     test::parse_damaged(file, accepts);
 }
 
-const std::string kCamerasText =
-    "# comment\n1 PINHOLE 64 48 50 51 32 24\n2 SIMPLE_PINHOLE 10 20 9 5 10\n"
-    "3 OPENCV 64 48 50 51 32 24 0 0 0 0\n4 SIMPLE_RADIAL 8 8 7 4 4 0.5\n";
-const std::string kImagesText =
-    "# comment\n1 1 0 0 0 1 2 3 1 a b.png\n10 20 -1 5 6 7\n"
-    "2 0.5 0.5 0.5 0.5 0 0 0 2 c.png\n\n3 1 0 0 0 0 0 0 3 d.png";
-
-Buffer binary_cameras() {
-    Buffer file;
-    put(file, std::uint64_t{2});
-    for (const int id : {1, 2}) {
-        put(file, std::int32_t{id});
-        put(file, std::int32_t{id == 1 ? 1 : 0});
-        put(file, std::uint64_t{id == 1 ? 64U : 10U});
-        put(file, std::uint64_t{id == 1 ? 48U : 20U});
-        const std::vector<double> parameters =
-            id == 1 ? std::vector<double>{50, 51, 32, 24} : std::vector<double>{9, 5, 10};
-        for (const double value : parameters) put(file, value);
-    }
-    return file;
-}
-
-Buffer binary_images() {
-    Buffer file;
-    put(file, std::uint64_t{2});
-    for (const int id : {1, 2}) {
-        put(file, std::int32_t{id});
-        for (int k = 0; k < 4; ++k) put(file, id == 1 ? (k == 0 ? 1.0 : 0.0) : 0.5);
-        for (int k = 0; k < 3; ++k) put(file, id == 1 ? k + 1.0 : 0.0);
-        put(file, std::int32_t{id});
-        put_text(file, std::string_view(id == 1 ? "a b.png\0" : "c.png\0", id == 1 ? 8 : 6));
-        put(file, std::uint64_t{id == 1 ? 1U : 0U});
-        if (id == 1) file.resize(file.size() + 24);
-    }
-    return file;
-}
-
 TEST(Colmap, TextAndBinaryAgree) {
-    const auto text = read_colmap_text(bytes_of(kCamerasText), bytes_of(kImagesText));
-    const auto binary = read_colmap_binary(binary_cameras(), binary_images());
+    const auto text =
+        read_colmap_text(bytes_of(test::kColmapCameras), bytes_of(test::kColmapImages));
+    const auto binary =
+        read_colmap_binary(test::sample_colmap_cameras(), test::sample_colmap_images());
     ASSERT_OK(text.status());
     ASSERT_OK(binary.status());
     auto cameras = text.value().cameras;
@@ -193,21 +159,24 @@ TEST(Colmap, ErrorsNameLineAndCause) {
     refused("\n1 PINHOLE 64 48 50 x", image, Code::kInvalidArgument,
             "cameras.txt line 2: parameter is 'x'");
     refused("1 PINHOLE 64 48 50", image, Code::kInvalidArgument, "there is no parameter");
-    refused(kCamerasText, "1 1 0 0 0 1 2 3 9 a.png", Code::kInvalidArgument,
+    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 9 a.png", Code::kInvalidArgument,
             "camera 9, which is not");
-    refused(kCamerasText, "1 1 0 0 0 1 2 3 1", Code::kInvalidArgument, "no name");
-    refused(kCamerasText, "1 0 0 0 0 1 2 3 1 a", Code::kInvalidArgument, "quaternion of length 0");
-    refused(kCamerasText, "1 1 0 0 0 1 2 3 4 a", Code::kUnsupported, "distortion k = 0.5");
+    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 1", Code::kInvalidArgument, "no name");
+    refused(test::kColmapCameras, "1 0 0 0 0 1 2 3 1 a", Code::kInvalidArgument,
+            "quaternion of length 0");
+    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 4 a", Code::kUnsupported, "distortion k = 0.5");
     refused("1 PINHOLE 99999 48 50 50 1 1", image, Code::kInvalidArgument, "99999 x 48");
     CameraOptions one;
     one.max_cameras = 1;
-    EXPECT_ERROR(read_colmap_text(bytes_of(kCamerasText), bytes_of(kImagesText), one).status(),
-                 Code::kUnsupported, "more than 1");
+    EXPECT_ERROR(
+        read_colmap_text(bytes_of(test::kColmapCameras), bytes_of(test::kColmapImages), one)
+            .status(),
+        Code::kUnsupported, "more than 1");
 }
 
 TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
-    const Buffer cameras = binary_cameras();
-    const Buffer images = binary_images();
+    const Buffer cameras = test::sample_colmap_cameras();
+    const Buffer images = test::sample_colmap_images();
     const auto by_cameras = [&](Bytes bytes) { return read_colmap_binary(bytes, images).ok(); };
     const auto by_images = [&](Bytes bytes) { return read_colmap_binary(cameras, bytes).ok(); };
     test::expect_prefixes_refused(cameras, by_cameras);

@@ -27,14 +27,15 @@ Mat3 matrix_of(const Quaternion& q) {
 
 /// R S S R^T of Gaussian i.
 Mat3 covariance(const Gaussians& g, std::size_t i) {
-    const Mat3 r =
-        rotation_matrix({double{g.rotations[i * 4]}, double{g.rotations[i * 4 + 1]},
-                         double{g.rotations[i * 4 + 2]}, double{g.rotations[i * 4 + 3]}});
+    const Mat3 r = rotation_matrix(
+        {static_cast<double>(g.rotations[i * 4]), static_cast<double>(g.rotations[i * 4 + 1]),
+         static_cast<double>(g.rotations[i * 4 + 2]), static_cast<double>(g.rotations[i * 4 + 3])});
     Mat3 sigma{};
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t b = 0; b < 3; ++b)
             for (std::size_t k = 0; k < 3; ++k)
-                sigma[a][b] += r[a][k] * std::exp(2 * double{g.log_scales[i * 3 + k]}) * r[b][k];
+                sigma[a][b] +=
+                    r[a][k] * std::exp(2 * static_cast<double>(g.log_scales[i * 3 + k])) * r[b][k];
     return sigma;
 }
 
@@ -83,9 +84,9 @@ TEST(Transform, MovesMeansAndCovariances) {
     auto after = before;
     ASSERT_OK(transform(after, s));
     for (std::size_t i = 0; i < before.count(); ++i) {
-        const Vec3 mean =
-            product(turn, {double{before.means[i * 3]}, double{before.means[i * 3 + 1]},
-                           double{before.means[i * 3 + 2]}});
+        const Vec3 mean = product(turn, {static_cast<double>(before.means[i * 3]),
+                                         static_cast<double>(before.means[i * 3 + 1]),
+                                         static_cast<double>(before.means[i * 3 + 2])});
         for (std::size_t k = 0; k < 3; ++k)
             EXPECT_NEAR(after.means[i * 3 + k], s.scale * mean[k] + s.translation[k], 1e-5);
         Mat3 expected = turned(turn, covariance(before, i));
