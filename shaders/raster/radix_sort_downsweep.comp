@@ -44,7 +44,7 @@ void main() {
     if (gl_WorkGroupID.x == 0 && l == width - 1) kept[0] = base;
     barrier();
     for (uint bin = 0; bin < kBins; ++bin)
-        column[bin * width + l] = bases[bin] + LD1(table, bin * params.lanes + lane);
+        column[bin * width + l] = bases[bin] + LD1(table, lane * kBins + bin);
 
     const uint count = min(LD1(entries, 0), params.capacity);
     const uint chunk = (count + params.lanes - 1) / params.lanes;

@@ -1,7 +1,7 @@
 #version 460
 // Counts digits for one pass of a stable least-significant-digit radix sort: every lane owns a
 // contiguous chunk of the entries and a column of counters of its own, so that there are no atomics,
-// and stability comes for free. table [bins][lanes].
+// and stability comes for free. table [lanes][bins].
 // Bindings: keys, entries (their number); table. Specialisation: 10 = bits of a digit.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
@@ -29,5 +29,5 @@ void main() {
         if (params.first == 0 || key != 0xFFFFFFFFu)
             ++column[((key >> params.shift) & (kBins - 1)) * width + l];
     }
-    for (uint bin = 0; bin < kBins; ++bin) table[bin * params.lanes + lane] = column[bin * width + l];
+    for (uint bin = 0; bin < kBins; ++bin) table[lane * kBins + bin] = column[bin * width + l];
 }

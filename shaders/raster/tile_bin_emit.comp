@@ -33,8 +33,8 @@ void main() {
     const uint tiles_x = (params.width + 15) >> 4;
     const uint view = item / params.gaussians;
     const uint window = view * (params.row_end - params.row_begin);
-    const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1), params.flags,
-                                       size, ivec2(params.row_begin, params.row_end));
+    const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1),
+                                       LD4(splats, item * 3 + 2).w, params.flags, size, ivec2(params.row_begin, params.row_end));
     for (int row = f.rect.y; row < f.rect.w; ++row) {
         const ivec2 columns = tile_columns(f, row, size);
         const uint row_key = (window + uint(row) - params.row_begin) * tiles_x;

@@ -34,7 +34,10 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
                                                {10, desc.extra ? 1U : 0U}};
-    if (cpu) constants.push_back({11, desc.skips.early_out ? 0U : 1U});
+    if (cpu) {
+        constants.push_back({11, desc.skips.early_out ? 0U : 1U});
+        constants.push_back({12, desc.skips.blocks ? 0U : 1U});
+    }
     return recorder.dispatch({
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",

@@ -24,7 +24,8 @@ struct ItemViews {
     vk::BufferView radii;   ///< [V*N,2] float32: pixels; 0 if culled
 };
 
-/// Project Gaussians into the views, cull them, count their tiles in the window.
+/// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the
+/// colours of those that have any.
 ///
 /// Errors       the recorder's
 /// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)
@@ -32,11 +33,6 @@ struct ItemViews {
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items);
-
-/// Colours of the Gaussians in `order`, `sorted` of them.
-Status project_colors(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                      const vk::BufferView& order, const vk::BufferView& sorted,
-                      const ItemViews& items);
 
 /// Records of the blending backward pass, each [pairs] quads.
 struct RecordViews {

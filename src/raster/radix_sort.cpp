@@ -11,8 +11,8 @@ namespace splat::raster {
 namespace {
 
 /// Shape of the sort on a device. A digit's counters, one column per lane, fit 16 KiB of shared
-/// memory. On CPU devices one subgroup per workgroup, 8 bits, and as many lanes as keep both cores
-/// busy: more make the table longer than what they save.
+/// memory. On CPU devices one subgroup per workgroup and 8 bits; a lane's chunk is longer than its
+/// 256 counters, or they would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
@@ -32,7 +32,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / chunk, 1U));
     const auto least =  // chunks within the turns that a loop may take
         std::bit_ceil(static_cast<std::uint32_t>(ceil_div(desc.capacity, ops::kMaxTurns)));
-    plan.lanes = std::max(std::clamp(wanted, cpu ? 64U : 32U, cpu ? 256U : 8192U), least);
+    plan.lanes = std::max(std::clamp(wanted, 32U, cpu ? 256U : 4096U), least);
     return plan;
 }
 
@@ -75,10 +75,10 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
         SPLAT_TRY(recorder.dispatch({
             .op = "radix_sort",
             .shader = "radix_sort_spine",
-            .constants = {{ops::kWorkgroupSizeId, plan.group}},
+            .constants = constants,
             .push = params,
             .accesses = {vk::read_write(views.table), vk::write(views.totals)},
-            .groups = {1U << plan.digit_bits, 1, 1},
+            .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
             .work = {.flops = table / 4, .bytes = 2 * table},
         }));
         SPLAT_TRY(recorder.dispatch({

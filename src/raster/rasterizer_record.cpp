@@ -26,7 +26,6 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           space_.item_count.range(),
                           space_.sorted.range(),
                           space_.scratch.range()}));
-    SPLAT_TRY(project_colors(recorder, desc_, scene, order, space_.sorted.range(), space_.items()));
     SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
                        {space_.splats.range(), space_.counts.range(), order,
                         space_.sorted.range(), space_.sums.range(), space_.begins.range(),

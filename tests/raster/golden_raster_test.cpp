@@ -21,7 +21,7 @@ void compare(vk::Context& context, const GoldenScene& scene, const RasterMode& m
     ASSERT_OK(forward.status) << subject.what;
     EXPECT_TRUE(outputs_match(forward.outputs, scene.outputs(mode), subject));
     raster::RasterDesc everything = desc;
-    everything.skips = {false, false, false, false, false};
+    everything.skips = {false, false, false, false, false, false};
     const RasterRun slow = run_raster(context, scene.inputs, everything);
     ASSERT_OK(slow.status) << subject.what;
     EXPECT_TRUE(outputs_match(slow.outputs, scene.outputs(mode), subject));
