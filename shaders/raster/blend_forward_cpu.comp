@@ -22,12 +22,11 @@ layout(constant_id = 11) const bool kNoEarlyOut = false;
 layout(constant_id = 12) const bool kWholeTile = false;
 QUADS(0, splats);
 UINTS(1, items);
-UINTS(2, pairs);
-layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-QUADS(4, background);
-layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Ranges { uvec2 ranges[]; };
+QUADS(3, background);
+layout(set = 0, binding = 4, std430) writeonly buffer Image { vec4 image[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer State { vec2 state[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer Extra { vec4 extra[]; };
 layout(push_constant) uniform Push { BlendParams params; };
 
 const int kRows = 8;
@@ -74,7 +73,7 @@ void main() {
     while (seen < range.y || waiting > 0) {
         while (seen < range.y && waiting < 8) {
             const uint mine = min(seen + lane, range.y - 1);
-            const uint candidate = LD1(items, LD1(pairs, mine));
+            const uint candidate = LD1(items, mine);
             const vec2 mean = LD4(splats, candidate * 3).xy;
             const vec4 b = LD4(splats, candidate * 3 + 1);
             const bool keep = seen + lane < range.y &&
@@ -89,7 +88,7 @@ void main() {
         const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
         head += 8;
         waiting -= min(waiting, 8u);
-        const uint item = LD1(items, LD1(pairs, entry));
+        const uint item = LD1(items, entry);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
         const vec4 c = LD4(splats, item * 3 + 2);

@@ -6,8 +6,8 @@ namespace splat::raster {
 
 struct BlendViews {
     vk::BufferView splats;      ///< of project_forward and project_colors
-    vk::BufferView items;       ///< [pairs] uint32: item of a pair
-    vk::BufferView pairs;       ///< [pairs] uint32: pairs by tile, then depth
+    vk::BufferView items;       ///< [pairs] uint32: item of each pair, by tile, then depth
+    vk::BufferView slots;       ///< [pairs] uint32: its record; backward only
     vk::BufferView ranges;      ///< [tiles] 2 uint32
     vk::BufferView background;  ///< one quad: RGB
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha

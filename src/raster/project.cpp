@@ -66,8 +66,9 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .push = params,
             .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
                          vk::read(slice(scene.colors, first, count, quads)),
-                         vk::read(scene.cameras), vk::write(items.splats),
-                         vk::write(items.counts), vk::write(items.keys), vk::write(items.radii)},
+                         vk::read(scene.cameras), vk::write(items.splats), vk::write(items.counts),
+                         vk::write(items.keys), vk::write(items.radii),
+                         vk::write(items.footprints)},
             .groups = groups,
             .work = {.flops = (kForwardFlops + 40 * quads) * count * desc.views,
                      .bytes = (112.0 + 16 * quads) * count * desc.views},
@@ -90,8 +91,7 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
         params.first = first;
         params.count = count;
         params.accumulate = accumulate ? 1 : 0;
-        const vk::Groups groups =
-            ops::groups_for(recorder.device(), count, group_size(recorder));
+        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
         params.groups_x = groups[0];
         return recorder.dispatch({
             .op = "project_backward",
@@ -122,7 +122,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
     return recorder.dispatch({
         .op = "pose_reduce",
         .shader = "pose_reduce",
-        .constants = {{ops::kWorkgroupSizeId, ops::workgroup_size(recorder.device(), 64, partial_groups)}},
+        .constants = {{ops::kWorkgroupSizeId,
+                       ops::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
         .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
         .groups = {desc.views, 1, 1},

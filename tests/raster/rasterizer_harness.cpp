@@ -107,8 +107,9 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
     SPLAT_ASSIGN(run.packed, download<float>(context, scene.grad_gaussians.range(), 12 * n));
     SPLAT_ASSIGN(const auto colors, download<float>(context, scene.grad_colors.range(),
                                                     std::size_t{4} * desc.color_quads() * n));
-    SPLAT_ASSIGN(const auto exported, download<float>(context, rasterizer.workspace().exported.range(),
-                                                      desc.export_gradients ? 12 * n : 0));
+    SPLAT_ASSIGN(const auto exported,
+                 download<float>(context, rasterizer.workspace().exported.range(),
+                                 desc.export_gradients ? 12 * n : 0));
     RasterGradients& out = run.gradients;
     const auto append = [](std::vector<double>& to, const float* values, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) to.push_back(static_cast<double>(values[i]));
@@ -127,7 +128,8 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
     }
     run.packed.insert(run.packed.end(), colors.begin(), colors.end());
     if (!desc.grad_pose) return {};
-    SPLAT_ASSIGN(const auto pose, download<float>(context, rasterizer.workspace().pose.range(), 12));
+    SPLAT_ASSIGN(const auto pose,
+                 download<float>(context, rasterizer.workspace().pose.range(), 12));
     run.packed.insert(run.packed.end(), pose.begin(), pose.end());
     add_pose(pose, camera_of(from), out);
     return {};
