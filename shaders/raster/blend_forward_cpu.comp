@@ -6,7 +6,7 @@
 // One workgroup computes 8 columns by kRows rows of a tile: gl_WorkGroupID.x counts the 16 * 16 / (8 *
 // kRows) parts of each tile of a row, y the rows of tiles, z the views.
 // Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
-// 12 = blend entries that cannot reach the block, too.
+// 12 = blend entries that cannot reach the block, too; 13 as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -18,15 +18,17 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
+layout(constant_id = 13) const bool kNormals = false;
 layout(constant_id = 11) const bool kNoEarlyOut = false;
 layout(constant_id = 12) const bool kWholeTile = false;
 QUADS(0, splats);
 UINTS(1, items);
-layout(set = 0, binding = 2, std430) readonly buffer Ranges { uvec2 ranges[]; };
-QUADS(3, background);
-layout(set = 0, binding = 4, std430) writeonly buffer Image { vec4 image[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer State { vec2 state[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer Extra { vec4 extra[]; };
+QUADS(2, normals);
+layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
+QUADS(4, background);
+layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
 layout(push_constant) uniform Push { BlendParams params; };
 
 const int kRows = 8;
@@ -91,7 +93,7 @@ void main() {
         const uint item = LD1(items, entry);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
-        const vec4 c = LD4(splats, item * 3 + 2);
+        const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
         const float place = float(filled ? entry - range.x + 1u : range.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
@@ -129,13 +131,13 @@ void main() {
         }
     }
     if (!column_inside) return;
-    const vec3 behind = LD4(background, 0).rgb;
+    const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
             const float left = abs(t[r]);
             image[pixel] = vec4(color[r] + left * behind, 1.0 - left);
-            state[pixel] = vec2(left, entries[r]);
+            if (!kNormals) state[pixel] = vec2(left, entries[r]);
             if (kExtra)
                 extra[pixel] = vec4(depth[r], depth[r] / max(1.0 - left, kExpectedAlphaMin), contributors[r], 0);
         }

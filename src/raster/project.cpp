@@ -76,6 +76,29 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
     });
 }
 
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                       const ItemViews& items, const vk::BufferView& normals) {
+    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
+        params::ProjectParams params = params_of(desc, {});
+        params.first = first;
+        params.count = count;
+        vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        params.groups_x = groups[0];
+        groups[2] = desc.views;
+        return recorder.dispatch({
+            .op = "project_normals",
+            .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
+                                "project_normals"),
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
+            .push = params,
+            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)), vk::read(scene.cameras),
+                         vk::read(items.counts), vk::write(normals)},
+            .groups = groups,
+            .work = {.flops = 80.0 * count * desc.views, .bytes = 68.0 * count * desc.views},
+        });
+    });
+}
+
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc) {
     if (!desc.grad_pose) return 16;
     return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;

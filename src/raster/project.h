@@ -35,6 +35,10 @@ struct ItemViews {
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items);
 
+/// normals [V*N] quads: of each Gaussian that reaches a tile, in coordinates of the camera.
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                       const ItemViews& items, const vk::BufferView& normals);
+
 /// Records of the blending backward pass, each [pairs] quads.
 struct RecordViews {
     vk::BufferView a, b, c;

@@ -62,6 +62,7 @@ class Rasterizer {
     Status upload(std::span<const scene::Camera> cameras, const std::array<float, 3>& background);
     Status record_forward();
     Status record_forward_pass(vk::Recorder& recorder, const Window& window);
+    Status record_normals(vk::Recorder& recorder, const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                            const SceneInput& gradients);
     Status run_forward(std::uint64_t& needed);

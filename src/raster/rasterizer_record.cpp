@@ -6,13 +6,10 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t bits = tile_key_bits(desc_, window);
     const vk::Recorder recorder(context_);
     const std::uint32_t side = radix_sort_side(recorder, {space_.capacity, bits, false, false});
-    return {space_.splats.range(),
-            space_.pairs.items[side].range(),
-            space_.pairs.slots[side].range(),
-            space_.ranges.range(),
-            space_.background.range(),
-            space_.image.range(),
-            space_.state.range(),
+    return {space_.splats.range(),  space_.pairs.items[side].range(),
+            space_.normals.range(), space_.pairs.slots[side].range(),
+            space_.ranges.range(),  space_.background.range(),
+            space_.image.range(),   space_.state.range(),
             space_.extra.range()};
 }
 
@@ -51,7 +48,19 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
                           space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
-    return blend_forward(recorder, desc_, window, blend_views(window), space_.capacity);
+    SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
+    return record_normals(recorder, window);
+}
+
+Status Rasterizer::record_normals(vk::Recorder& recorder, const Window& window) {
+    if (!desc_.normals) return {};
+    if (desc_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
+    SPLAT_TRY(project_normals(recorder, desc_,
+                              {scene_.gaussians, scene_.colors, space_.cameras.range()},
+                              space_.items(), space_.normals.range()));
+    BlendViews views = blend_views(window);
+    views.image = space_.normal_image.range();
+    return blend_forward(recorder, desc_, window, views, space_.capacity, true);
 }
 
 Status Rasterizer::record_forward() {
@@ -65,6 +74,7 @@ Status Rasterizer::record_forward() {
             SPLAT_TRY(recorder.fill(space_.ranges.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
+            SPLAT_TRY(record_normals(recorder, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         lists.push_back(std::move(list));

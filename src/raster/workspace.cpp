@@ -68,6 +68,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                      {&image, "image", 16 * desc.pixels()},
                      {&state, "pixel state", 8 * desc.pixels()},
                      {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
+                     {&normals, "normals", desc.normals ? 16 * items : 16},
+                     {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
                      {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
                      {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
                      {&pose, "pose gradient", std::uint64_t{48} * desc.views}});
@@ -101,15 +103,15 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
 std::uint64_t Workspace::bytes() const {
     std::uint64_t sum = 0;
     for (const vk::Buffer* buffer :
-         {&splats,         &counts,         &radii,         &footprints,     &begins,
-          &slot_begins,    &large,          &cameras,       &background,     &item_keys[0],
-          &item_keys[1],   &item_order[0],  &item_order[1], &item_table,     &totals,
-          &item_count,     &sorted,         &scratch,       &unused[0],      &unused[1],
-          &sums,           &stats,          &pair_count,    &kept_pairs,     &ranges,
-          &image,          &state,          &extra,         &exported,       &pose_partial,
-          &pose,           &pairs.keys[0],  &pairs.keys[1], &pairs.items[0], &pairs.items[1],
-          &pairs.slots[0], &pairs.slots[1], &pairs.table,   &pairs.record_a, &pairs.record_b,
-          &pairs.record_c})
+         {&splats,         &counts,         &radii,          &footprints,     &begins,
+          &slot_begins,    &large,          &cameras,        &background,     &item_keys[0],
+          &item_keys[1],   &item_order[0],  &item_order[1],  &item_table,     &totals,
+          &item_count,     &sorted,         &scratch,        &unused[0],      &unused[1],
+          &sums,           &stats,          &pair_count,     &kept_pairs,     &ranges,
+          &image,          &state,          &extra,          &normals,        &normal_image,
+          &exported,       &pose_partial,   &pose,           &pairs.keys[0],  &pairs.keys[1],
+          &pairs.items[0], &pairs.items[1], &pairs.slots[0], &pairs.slots[1], &pairs.table,
+          &pairs.record_a, &pairs.record_b, &pairs.record_c})
         sum += buffer->bytes();
     return sum;
 }
