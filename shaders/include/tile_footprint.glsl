@@ -25,6 +25,13 @@ struct Footprint {
     bool exact;
 };
 
+// A footprint of up to 8 rows by 15 columns packs into uvec3 (the buffer adds
+// the count): tile x | tile y << 16; per row 8 bits,
+// length | first column << 4. A larger one is worked out again.
+const int kPackedRows = 8;
+const int kPackedColumns = 15;
+const uint kNotPacked = 0xFFFFFFFFu;
+
 ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end) {
     // Pixel centres first <= i + 0.5 <= last, as tiles; floats are clamped before they turn integer.
     const vec2 least = vec2(low) * float(kTileSize) - 1.0, most = vec2(high) * float(kTileSize) + 1.0;

@@ -6,7 +6,7 @@
 // One workgroup computes 8 columns by kRows rows of a tile: gl_WorkGroupID.x counts the 16 * 16 / (8 *
 // kRows) parts of each tile of a row, y the rows of tiles, z the views.
 // Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
-// 12 = blend entries that cannot reach the block, too.
+// 12 = blend entries that cannot reach the block, too; 13 as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -18,11 +18,12 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
+layout(constant_id = 13) const bool kNormals = false;
 layout(constant_id = 11) const bool kNoEarlyOut = false;
 layout(constant_id = 12) const bool kWholeTile = false;
 QUADS(0, splats);
 UINTS(1, items);
-UINTS(2, pairs);
+QUADS(2, normals);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
 layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
@@ -74,7 +75,7 @@ void main() {
     while (seen < range.y || waiting > 0) {
         while (seen < range.y && waiting < 8) {
             const uint mine = min(seen + lane, range.y - 1);
-            const uint candidate = LD1(items, LD1(pairs, mine));
+            const uint candidate = LD1(items, mine);
             const vec2 mean = LD4(splats, candidate * 3).xy;
             const vec4 b = LD4(splats, candidate * 3 + 1);
             const bool keep = seen + lane < range.y &&
@@ -89,10 +90,10 @@ void main() {
         const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
         head += 8;
         waiting -= min(waiting, 8u);
-        const uint item = LD1(items, LD1(pairs, entry));
+        const uint item = LD1(items, entry);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
-        const vec4 c = LD4(splats, item * 3 + 2);
+        const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
         const float place = float(filled ? entry - range.x + 1u : range.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
@@ -130,13 +131,13 @@ void main() {
         }
     }
     if (!column_inside) return;
-    const vec3 behind = LD4(background, 0).rgb;
+    const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
             const float left = abs(t[r]);
             image[pixel] = vec4(color[r] + left * behind, 1.0 - left);
-            state[pixel] = vec2(left, entries[r]);
+            if (!kNormals) state[pixel] = vec2(left, entries[r]);
             if (kExtra)
                 extra[pixel] = vec4(depth[r], depth[r] / max(1.0 - left, kExpectedAlphaMin), contributors[r], 0);
         }

@@ -7,7 +7,7 @@
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] bits of
-// the depth, radii [V*N] vec2. Specialisation: 10 = degree of the spherical harmonics.
+// the depth, radii [V*N] vec2, footprints [V*N] uvec4. Specialisation: 10 = degree of the spherical harmonics.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -24,6 +24,7 @@ layout(set = 0, binding = 3, std430) writeonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
 layout(set = 0, binding = 5, std430) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 6, std430) writeonly buffer Radii { vec2 radii[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Footprints { uvec4 footprints[]; };
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -78,16 +79,25 @@ vec3 splat_color(uint index, vec3 offset) {
     return finite(color) ? max(color + kShOffset, vec3(0)) : color;
 }
 
-uint tile_count(vec4 a, vec4 b, float half_size) {
+// Number of tiles, and the footprint for tile_bin_emit.comp.
+uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
+    packed = uvec3(0);
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
     const ivec2 size = ivec2(params.width, params.height);
     const Footprint f = tile_footprint(a, b, half_size, params.flags, size,
                                        ivec2(params.row_begin, params.row_end));
     uint count = 0;
+    const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
     for (int row = f.rect.y; row < f.rect.w; ++row) {
         const ivec2 columns = tile_columns(f, row, size);
-        count += uint(max(columns.y - columns.x, 0));
+        const uint length = uint(max(columns.y - columns.x, 0));
+        count += length;
+        const uint bits = length | (length > 0 ? uint(columns.x - f.rect.x) << 4 : 0u);
+        const uint shift = 8u * uint(row - f.rect.y);
+        if (shift < 32u) packed.y |= bits << shift;
+        if (shift >= 32u) packed.z |= bits << (shift - 32u);
     }
+    packed.x = small ? uint(f.rect.x) | uint(f.rect.y) << 16 : kNotPacked;
     return count;
 }
 
@@ -125,7 +135,8 @@ void main() {
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
     const vec4 b = valid ? vec4(kRootHalfLog2e * l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
-    uint count = valid ? tile_count(a, b, half_size) : 0u;
+    uvec3 packed = uvec3(0);
+    uint count = valid ? tile_count(a, b, half_size, packed) : 0u;
     vec3 color = vec3(0);
     if (count > 0 || (valid && !is_set(kFlagCull))) {
         color = splat_color(index, g0.xyz - view.position);
@@ -140,6 +151,7 @@ void main() {
     splats[item * 3 + 1] = b;
     splats[item * 3 + 2] = vec4(color, half_size);
     counts[item] = count;
+    footprints[item] = uvec4(packed, count);
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
     keys[item] = sorted ? floatBitsToUint(z) : 0xFFFFFFFFu;
     radii[item] = valid ? radius : vec2(0);

@@ -29,11 +29,12 @@ params::BlendParams params_of(const RasterDesc& desc, const Window& window) {
 }  // namespace
 
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                     const BlendViews& views, std::uint64_t pairs_estimate) {
+                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
-                                               {10, desc.extra ? 1U : 0U}};
+                                               {10, desc.extra && !normals ? 1U : 0U},
+                                               {13, normals ? 1U : 0U}};
     if (cpu) {
         constants.push_back({11, desc.skips.early_out ? 0U : 1U});
         constants.push_back({12, desc.skips.blocks ? 0U : 1U});
@@ -43,7 +44,7 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
         .push = params_of(desc, window),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.normals),
                      vk::read(views.ranges), vk::read(views.background), vk::write(views.image),
                      vk::write(views.state), vk::write(views.extra)},
         .groups = {desc.tiles_x() * (cpu ? 4 : 1), window.rows(), desc.views},
@@ -67,7 +68,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .shader = cpu ? "blend_backward_cpu" : "blend_backward",
         .constants = constants,
         .push = params_of(desc, window),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.slots),
                      vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
                      vk::read(grad_image), vk::read(grad_depth), vk::write(records.a),
                      vk::write(records.b), vk::write(records.c)},

@@ -57,16 +57,17 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
     const double entries = desc.capacity;
     const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
     for (std::uint32_t pass = 0; pass < plan.passes; ++pass) {
-        const params::RadixSortParams params{desc.capacity, plan.lanes, pass * plan.digit_bits,
-                                             plan.digit_bits, pass == 0 ? 1U : 0U};
+        const params::RadixSortParams params{desc.capacity, plan.lanes, pass * plan.digit_bits};
         const std::uint32_t in = pass % 2;
-        const std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, plan.group},
-                                                         {10, plan.digit_bits}};
+        const bool positions = desc.positions && pass == 0;
+        const vk::SpecConstant group = {ops::kWorkgroupSizeId, plan.group};
+        const vk::SpecConstant digit = {10, plan.digit_bits};
+        const vk::SpecConstant first = {13, pass == 0 ? 1U : 0U};
         const vk::BufferView& count = pass == 0 ? views.entries : views.kept;
         SPLAT_TRY(recorder.dispatch({
             .op = "radix_sort",
             .shader = shader("radix_sort_upsweep", "radix_sort_upsweep_cpu"),
-            .constants = constants,
+            .constants = {group, digit, first},
             .push = params,
             .accesses = {vk::read(views.keys[in]), vk::read(count), vk::write(views.table)},
             .groups = {groups, 1, 1},
@@ -75,7 +76,7 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
         SPLAT_TRY(recorder.dispatch({
             .op = "radix_sort",
             .shader = "radix_sort_spine",
-            .constants = constants,
+            .constants = {group, digit},
             .push = params,
             .accesses = {vk::read_write(views.table), vk::write(views.totals)},
             .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
@@ -84,14 +85,17 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
         SPLAT_TRY(recorder.dispatch({
             .op = "radix_sort",
             .shader = shader("radix_sort_downsweep", "radix_sort_downsweep_cpu"),
-            .constants = constants,
+            .constants =
+                {group, digit, {11, positions ? 1U : 0U}, {12, desc.second ? 1U : 0U}, first},
             .push = params,
-            .accesses = {vk::read(views.keys[in]), vk::read(pass == 0 ? views.keys[in] : views.values[in]),
-                         vk::read(count), vk::read(views.table), vk::read(views.totals),
-                         vk::write(views.keys[1 - in]), vk::write(views.values[1 - in]),
+            .accesses = {vk::read(views.keys[in]),
+                         vk::read(positions ? views.keys[in] : views.values[in]),
+                         vk::read(views.seconds[in]), vk::read(count), vk::read(views.table),
+                         vk::read(views.totals), vk::write(views.keys[1 - in]),
+                         vk::write(views.values[1 - in]), vk::write(views.seconds[1 - in]),
                          vk::write(pass == 0 ? views.kept : views.scratch)},
             .groups = {groups, 1, 1},
-            .work = {.flops = entries, .bytes = 16 * entries + table},
+            .work = {.flops = entries, .bytes = (desc.second ? 24 : 16) * entries + table},
         }));
     }
     return {};

@@ -36,6 +36,7 @@ struct RasterDesc {
     float near_plane = 0.2F;
     float far_plane = 1e10F;
     bool extra = false;              ///< also depth and contributors
+    bool normals = false;            ///< also an image of normals
     bool backward = false;           ///< keep what the backward pass needs
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth

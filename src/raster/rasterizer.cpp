@@ -70,8 +70,8 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
     std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
     SPLAT_TRY(self->check_device());
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
-    self->passes_ = std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)),
-                             desc.tiles_y());
+    self->passes_ =
+        std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)), desc.tiles_y());
     SPLAT_TRY(self->space_.allocate_items(context, desc));
     const auto items = static_cast<std::uint32_t>(desc.items());
     SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));
@@ -85,8 +85,8 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
 Status Rasterizer::upload(std::span<const scene::Camera> cameras,
                           const std::array<float, 3>& background) {
     if (cameras.size() != desc_.views)
-        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u",
-                     cameras.size(), desc_.views);
+        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u", cameras.size(),
+                     desc_.views);
     std::vector<float> values;
     for (const scene::Camera& camera : cameras) {
         if (camera.width != desc_.width || camera.height != desc_.height)
@@ -143,8 +143,8 @@ Status Rasterizer::grow(std::uint64_t needed) {
                          static_cast<unsigned long long>(needed),
                          static_cast<unsigned long long>(most));
         const std::uint64_t factor = ceil_div(needed, most) + 1;
-        passes_ = static_cast<std::uint32_t>(
-            std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
+        passes_ =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
         return {};
     }
     const std::uint64_t wanted = std::min(needed + needed / 4, most);
@@ -203,9 +203,10 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
     const bool recorded =
-        !backward_.empty() &&
-        std::equal(views.begin(), views.end(), backward_views_.begin(),
-                   [](const vk::BufferView& a, const vk::BufferView& b) { return a.same_range(b); });
+        !backward_.empty() && std::equal(views.begin(), views.end(), backward_views_.begin(),
+                                         [](const vk::BufferView& a, const vk::BufferView& b) {
+                                             return a.same_range(b);
+                                         });
     if (!recorded) {
         backward_.clear();
         SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));
