@@ -57,7 +57,10 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
                       const BlendViews& views, const vk::BufferView& grad_image,
                       const vk::BufferView& grad_depth, const RecordViews& records,
                       std::uint64_t pairs_estimate) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    vk::Kernels kernels = recorder.kernels();
+    if (kernels == vk::Kernels::kGpu && !recorder.device().features.subgroup_arithmetic)
+        kernels = vk::Kernels::kPlain;
+    const bool cpu = kernels == vk::Kernels::kCpu;
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
                                                {10, desc.grad_depth ? 1U : 0U},
@@ -65,7 +68,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     if (cpu) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
     return recorder.dispatch({
         .op = "blend_backward",
-        .shader = cpu ? "blend_backward_cpu" : "blend_backward",
+        .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
         .push = params_of(desc, window),
         .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.slots),

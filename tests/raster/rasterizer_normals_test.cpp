@@ -10,11 +10,11 @@
 namespace splat::test {
 namespace {
 
-class RasterNormals : public KernelsTest {};
-SPLAT_INSTANTIATE_KERNELS(RasterNormals);
+class RasterizerNormals : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(RasterizerNormals);
 
 // Golden files hold no normals; everything else of the same scenes is compared there.
-TEST_P(RasterNormals, MatchFloat64) {
+TEST_P(RasterizerNormals, MatchFloat64) {
     const RasterCase scene = random_scene({200, 67, 45}, 31);
     for (const RasterMode& mode : kRasterModes) {
         const ref::RasterScene<double> reference = reference_scene<double>(scene, mode);
