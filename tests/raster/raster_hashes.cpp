@@ -70,7 +70,8 @@ int print_all(int runs) {
     for (const RasterCase& scene : scenes(runs == 1)) {
         for (const RasterMode& mode : kRasterModes) {
             if (runs == 1 && &mode == &kRasterModes[1]) continue;
-            for (const vk::Kernels kernels : {vk::Kernels::kPlain, vk::Kernels::kCpu}) {
+            for (const vk::Kernels kernels : kernels_to_test()) {
+                if (runs == 1 && kernels == vk::Kernels::kGpu) continue;
                 vk::Context* context = shared_context(kernels);
                 if (context == nullptr) return 1;
                 const auto hashes = same_hash(*context, scene, mode, runs);
