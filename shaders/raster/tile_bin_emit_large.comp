@@ -1,7 +1,7 @@
 #version 460
-// As tile_bin_emit.comp for the footprints that are not packed; they are worked out again. Should an
-// invocation find fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort
-// leaves out.
+// As tile_bin_emit.comp for the footprints that are not packed; they are worked out again. One
+// invocation does one footprint, as its loops may not be longer (src/ops/launch.h). Should it find
+// fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, keys, items, slots.
 // Specialisation: 10 = slots wanted.
 #extension GL_GOOGLE_include_directive : require
@@ -23,6 +23,8 @@ layout(set = 0, binding = 8, std430) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 9, std430) writeonly buffer Items { uint items[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer Slots { uint slots[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
+
+#include "launch.glsl"
 
 void emit(uint at) {
     const uint item = LD1(order, at);
@@ -53,6 +55,6 @@ void emit(uint at) {
 }
 
 void main() {
-    const uint count = LD1(stats, kStatLarge);
-    for (uint i = gl_GlobalInvocationID.x; i < count; i += params.lanes) emit(LD1(large, i));
+    const uint i = invocation_index(params.groups_x);
+    if (i < LD1(stats, kStatLarge)) emit(LD1(large, i));
 }
