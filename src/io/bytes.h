@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -26,8 +28,8 @@ inline std::string_view as_text(Bytes bytes) {
 template <class T>
 T number(const std::byte* at, std::endian order = std::endian::little) {
     std::byte bytes[sizeof(T)];
-    for (std::size_t i = 0; i < sizeof(T); ++i)
-        bytes[i] = at[order == std::endian::little ? i : sizeof(T) - 1 - i];
+    std::memcpy(bytes, at, sizeof bytes);
+    if (order == std::endian::big) std::reverse(std::begin(bytes), std::end(bytes));
     T value;
     std::memcpy(&value, bytes, sizeof value);
     return value;
@@ -38,8 +40,8 @@ template <class T>
 void put(Buffer& to, T value, std::endian order = std::endian::little) {
     std::byte bytes[sizeof(T)];
     std::memcpy(bytes, &value, sizeof value);
-    for (std::size_t i = 0; i < sizeof(T); ++i)
-        to.push_back(bytes[order == std::endian::little ? i : sizeof(T) - 1 - i]);
+    if (order == std::endian::big) std::reverse(std::begin(bytes), std::end(bytes));
+    to.insert(to.end(), std::begin(bytes), std::end(bytes));
 }
 
 inline void put_bytes(Buffer& to, Bytes bytes) {

@@ -153,7 +153,7 @@ Result<Buffer> deflate_zlib(Bytes bytes) {
 }
 
 Result<Buffer> zstd(Bytes bytes) {
-    constexpr int kLevel = 12;
+    constexpr int kLevel = 6;
     Buffer out(ZSTD_compressBound(bytes.size()));
     const std::size_t got =
         ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kLevel);

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+#include "scene/camera.h"
+
+namespace splat::io {
+
+/// Cameras of a file.
+struct CameraSet {
+    std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path as the file has it
+    std::vector<std::string> warnings;   ///< what was passed over
+};
+
+struct CameraOptions {
+    /// Read cameras with lens distortion as if they had none, with a warning. Else they are an error,
+    /// because images would not match.
+    bool ignore_distortion = false;
+    std::uint64_t max_cameras = 1ULL << 20;  ///< more are refused
+};
+
+/// Note a distortion parameter that is not zero: a warning or an error, as the options say.
+inline Status note_distortion(const std::string& camera, const char* parameter, double value,
+                              const CameraOptions& options, CameraSet& set) {
+    if (value == 0) return {};
+    const std::string found =
+        format("camera '%s': distortion %s = %g", camera.c_str(), parameter, value);
+    if (!options.ignore_distortion)
+        return error(Code::kUnsupported,
+                     "%s, only pinhole cameras are supported; undistort the images, or set "
+                     "ignore_distortion",
+                     found.c_str());
+    set.warnings.push_back(found + " is ignored");
+    return {};
+}
+
+}  // namespace splat::io

@@ -1,0 +1,213 @@
+#include "io/colmap.h"
+
+#include <charconv>
+#include <filesystem>
+
+#include "io/colmap_lens.h"
+#include "io/file.h"
+#include "io/reader.h"
+
+namespace splat::io {
+namespace {
+
+using colmap::Lens;
+using colmap::Lenses;
+using colmap::Pose;
+
+/// Lines of text, with numbers for messages.
+class Lines {
+  public:
+    Lines(Bytes file, const char* what) : text_(as_text(file)), what_(what) {}
+
+    /// The next line, or false at the end.
+    bool next(std::string_view& line) {
+        if (text_.empty()) return false;
+        const std::size_t end = std::min(text_.find('\n'), text_.size());
+        line = text_.substr(0, end);
+        text_.remove_prefix(std::min(end + 1, text_.size()));
+        ++number_;
+        return true;
+    }
+
+    /// The next line that is neither empty nor a comment.
+    bool next_record(std::string_view& line) {
+        while (next(line)) {
+            const std::size_t start = line.find_first_not_of(" \t\r");
+            if (start != std::string_view::npos && line[start] != '#') return true;
+        }
+        return false;
+    }
+
+    Status bad(const std::string& problem) const {
+        return error(Code::kInvalidArgument, "COLMAP %s line %zu: %s", what_, number_,
+                     problem.c_str());
+    }
+
+  private:
+    std::string_view text_;
+    const char* what_;
+    std::size_t number_ = 0;
+};
+
+/// Takes words and numbers from the front of a line.
+class Words {
+  public:
+    Words(std::string_view line, const Lines& lines) : line_(line), lines_(lines) {}
+
+    Result<std::string_view> word(const char* field) {
+        const std::size_t start = line_.find_first_not_of(" \t\r");
+        if (start == std::string_view::npos) return lines_.bad(std::string("there is no ") + field);
+        line_.remove_prefix(start);
+        const std::size_t end = std::min(line_.find_first_of(" \t\r"), line_.size());
+        const std::string_view found = line_.substr(0, end);
+        line_.remove_prefix(end);
+        return found;
+    }
+
+    template <class T>
+    Status read(T& value, const char* field) {
+        SPLAT_ASSIGN(const std::string_view text, word(field));
+        const char* const end = text.data() + text.size();
+        const auto [stop, failed] = std::from_chars(text.data(), end, value);
+        if (failed == std::errc() && stop == end) return {};
+        return lines_.bad(std::string(field) + " is '" + std::string(text.substr(0, 40)) +
+                          "', expected a number");
+    }
+
+    /// The rest of the line: names of images may hold blanks.
+    std::string rest() const {
+        const std::size_t start = line_.find_first_not_of(" \t\r");
+        if (start == std::string_view::npos) return "";
+        return std::string(line_.substr(start, line_.find_last_not_of(" \t\r") - start + 1));
+    }
+
+  private:
+    std::string_view line_;
+    const Lines& lines_;
+};
+
+Status unsupported_model(const std::string& name) {
+    return error(Code::kUnsupported,
+                 "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
+                 colmap::supported_models().c_str());
+}
+
+Result<Lenses> read_text_lenses(Bytes file) {
+    Lenses lenses;
+    Lines lines(file, "cameras.txt");
+    std::string_view line;
+    while (lines.next_record(line)) {
+        Words words(line, lines);
+        std::uint64_t id = 0;
+        Lens lens;
+        SPLAT_TRY(words.read(id, "camera id"));
+        SPLAT_ASSIGN(const std::string_view name, words.word("model"));
+        lens.model = colmap::find_model(name);
+        if (lens.model == nullptr)
+            return unsupported_model("'" + std::string(name.substr(0, 40)) + "'");
+        SPLAT_TRY(words.read(lens.width, "width"));
+        SPLAT_TRY(words.read(lens.height, "height"));
+        lens.parameters.resize(lens.model->parameters);
+        for (double& parameter : lens.parameters) SPLAT_TRY(words.read(parameter, "parameter"));
+        lenses[id] = std::move(lens);
+    }
+    return lenses;
+}
+
+Status need_count(const Reader& reader, std::uint64_t count, std::uint64_t least_each) {
+    return reader.need(count, least_each, "records");
+}
+
+Result<Lenses> read_binary_lenses(Bytes file) {
+    constexpr std::uint64_t kLeastBytes = 24 + 3 * 8;
+    Reader reader(file, "COLMAP cameras.bin");
+    std::uint64_t count = 0;
+    SPLAT_TRY(reader.read(count, "count"));
+    SPLAT_TRY(need_count(reader, count, kLeastBytes));
+    Lenses lenses;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        std::uint32_t id = 0;
+        std::int32_t model = 0;
+        Lens lens;
+        SPLAT_TRY(reader.read(id, "camera id"));
+        SPLAT_TRY(reader.read(model, "model"));
+        lens.model = colmap::find_model(model);
+        if (lens.model == nullptr) return unsupported_model("number " + std::to_string(model));
+        SPLAT_TRY(reader.read(lens.width, "width"));
+        SPLAT_TRY(reader.read(lens.height, "height"));
+        lens.parameters.resize(lens.model->parameters);
+        for (double& parameter : lens.parameters) SPLAT_TRY(reader.read(parameter, "parameter"));
+        lenses[id] = std::move(lens);
+    }
+    return lenses;
+}
+
+}  // namespace
+
+Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options) {
+    SPLAT_ASSIGN(const Lenses lenses, read_text_lenses(cameras));
+    CameraSet set;
+    Lines lines(images, "images.txt");
+    std::string_view line;
+    while (lines.next_record(line)) {
+        Words words(line, lines);
+        std::uint64_t id = 0;
+        Pose pose;
+        SPLAT_TRY(words.read(id, "image id"));
+        for (double& value : pose.rotation) SPLAT_TRY(words.read(value, "quaternion"));
+        for (double& value : pose.translation) SPLAT_TRY(words.read(value, "translation"));
+        SPLAT_TRY(words.read(pose.camera, "camera id"));
+        pose.name = words.rest();
+        if (pose.name.empty()) return lines.bad("there is no name");
+        SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
+        static_cast<void>(lines.next(line));  // the points of the image; the line may be empty
+    }
+    return set;
+}
+
+Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOptions& options) {
+    constexpr std::uint64_t kLeastBytes = 4 + 7 * 8 + 4 + 1 + 8;
+    constexpr std::uint64_t kPointBytes = 24;
+    SPLAT_ASSIGN(const Lenses lenses, read_binary_lenses(cameras));
+    Reader reader(images, "COLMAP images.bin");
+    std::uint64_t count = 0;
+    SPLAT_TRY(reader.read(count, "count"));
+    SPLAT_TRY(need_count(reader, count, kLeastBytes));
+    CameraSet set;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        std::uint32_t id = 0;
+        std::uint32_t camera = 0;
+        std::uint64_t points = 0;
+        Pose pose;
+        SPLAT_TRY(reader.read(id, "image id"));
+        for (double& value : pose.rotation) SPLAT_TRY(reader.read(value, "quaternion"));
+        for (double& value : pose.translation) SPLAT_TRY(reader.read(value, "translation"));
+        SPLAT_TRY(reader.read(camera, "camera id"));
+        SPLAT_ASSIGN(pose.name, reader.take_string("name"));
+        pose.camera = camera;
+        SPLAT_TRY(reader.read(points, "count of points"));
+        SPLAT_TRY(reader.need(points, kPointBytes, "points"));
+        SPLAT_TRY(reader.take(points * kPointBytes, "points").status());
+        SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
+    }
+    return set;
+}
+
+Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
+    for (const char* subfolder : {"", "/sparse/0"})
+        for (const char* extension : {".bin", ".txt"}) {
+            const std::string cameras_path = folder + subfolder + "/cameras" + extension;
+            std::error_code failed;
+            if (!std::filesystem::is_regular_file(cameras_path, failed)) continue;
+            SPLAT_ASSIGN(const Buffer cameras, read_file(cameras_path));
+            SPLAT_ASSIGN(const Buffer images,
+                         read_file(folder + subfolder + "/images" + extension));
+            return extension[1] == 'b' ? read_colmap_binary(cameras, images, options)
+                                       : read_colmap_text(cameras, images, options);
+        }
+    return error(Code::kInvalidArgument,
+                 "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in sparse/0",
+                 folder.c_str());
+}
+
+}  // namespace splat::io

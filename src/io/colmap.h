@@ -1,0 +1,23 @@
+#pragma once
+
+#include "io/bytes.h"
+#include "io/camera_set.h"
+
+namespace splat::io {
+
+/// Cameras of a COLMAP model: the lens from `cameras`, the pose and the name of the image from
+/// `images`; in the order of `images`. Models PINHOLE and SIMPLE_PINHOLE; SIMPLE_RADIAL, RADIAL and
+/// OPENCV where their distortion is 0 or ignored.
+///
+/// Errors       kInvalidArgument with line or byte; kUnsupported for other models, distortion, and
+///              more cameras than the options allow
+/// Source       COLMAP's documentation, "Output Format"
+Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options = {});
+Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images,
+                                     const CameraOptions& options = {});
+
+/// cameras.bin and images.bin of a folder, or else cameras.txt and images.txt; also of its subfolder
+/// sparse/0. Errors: as above; kInvalidArgument if there are none.
+Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options = {});
+
+}  // namespace splat::io

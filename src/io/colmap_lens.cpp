@@ -1,0 +1,79 @@
+#include "io/colmap_lens.h"
+
+#include "scene/camera_pose.h"
+
+namespace splat::io::colmap {
+namespace {
+
+constexpr const char* kRadial1[] = {"k"};
+constexpr const char* kRadial2[] = {"k1", "k2"};
+constexpr const char* kOpenCv[] = {"k1", "k2", "p1", "p2"};
+
+constexpr Model kModels[] = {{0, "SIMPLE_PINHOLE", 3, true, {}},
+                             {1, "PINHOLE", 4, false, {}},
+                             {2, "SIMPLE_RADIAL", 4, true, kRadial1},
+                             {3, "RADIAL", 5, true, kRadial2},
+                             {4, "OPENCV", 8, false, kOpenCv}};
+
+}  // namespace
+
+const Model* find_model(std::int32_t id) {
+    for (const Model& model : kModels)
+        if (model.id == id) return &model;
+    return nullptr;
+}
+
+const Model* find_model(std::string_view name) {
+    for (const Model& model : kModels)
+        if (model.name == name) return &model;
+    return nullptr;
+}
+
+std::string supported_models() {
+    std::string list;
+    for (const Model& model : kModels) list += (list.empty() ? "" : ", ") + std::string(model.name);
+    return list;
+}
+
+Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& options,
+                  CameraSet& set) {
+    const auto found = lenses.find(pose.camera);
+    if (found == lenses.end())
+        return error(Code::kInvalidArgument,
+                     "COLMAP: image '%s' names camera %llu, which is not there", pose.name.c_str(),
+                     static_cast<unsigned long long>(pose.camera));
+    if (set.cameras.size() >= options.max_cameras)
+        return error(Code::kUnsupported, "COLMAP: more than %llu images",
+                     static_cast<unsigned long long>(options.max_cameras));
+    const Lens& lens = found->second;
+    const std::vector<double>& p = lens.parameters;
+    if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
+        return error(Code::kInvalidArgument, "COLMAP: camera %llu of %llu x %llu pixels",
+                     static_cast<unsigned long long>(pose.camera),
+                     static_cast<unsigned long long>(lens.width),
+                     static_cast<unsigned long long>(lens.height));
+    const std::size_t center = lens.model->one_focal ? 1 : 2;
+    scene::Camera camera;
+    camera.name = pose.name;
+    camera.width = static_cast<std::uint32_t>(lens.width);
+    camera.height = static_cast<std::uint32_t>(lens.height);
+    camera.fx = p[0];
+    camera.fy = lens.model->one_focal ? p[0] : p[1];
+    camera.cx = p[center];
+    camera.cy = p[center + 1];
+    for (std::size_t i = 0; i < lens.model->distortion.size(); ++i)
+        SPLAT_TRY(
+            note_distortion(pose.name, lens.model->distortion[i], p[center + 2 + i], options, set));
+    const auto matrix = scene::pose_from_quaternion(
+        {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
+        {pose.translation[0], pose.translation[1], pose.translation[2]});
+    if (!matrix.ok())
+        return error(Code::kInvalidArgument, "COLMAP: image '%s': %s", pose.name.c_str(),
+                     matrix.status().message().c_str());
+    camera.world_to_camera = matrix.value();
+    SPLAT_TRY(scene::check_camera(camera));
+    set.cameras.push_back(std::move(camera));
+    return {};
+}
+
+}  // namespace splat::io::colmap

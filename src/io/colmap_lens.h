@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <string_view>
+
+#include "io/camera_set.h"
+
+namespace splat::io::colmap {
+
+/// A lens model of COLMAP: how many parameters it has, in this order.
+struct Model {
+    std::int32_t id;
+    std::string_view name;
+    std::size_t parameters;
+    bool one_focal;                           ///< f cx cy instead of fx fy cx cy
+    std::span<const char* const> distortion;  ///< names of the parameters that follow
+};
+
+/// The model, or nothing for one that is not supported.
+const Model* find_model(std::int32_t id);
+const Model* find_model(std::string_view name);
+
+/// "PINHOLE, ..." for messages.
+std::string supported_models();
+
+struct Lens {
+    const Model* model = nullptr;
+    std::uint64_t width = 0;
+    std::uint64_t height = 0;
+    std::vector<double> parameters;
+};
+
+using Lenses = std::map<std::uint64_t, Lens>;
+
+/// What the line or record of an image says.
+struct Pose {
+    std::uint64_t camera = 0;
+    std::string name;
+    double rotation[4] = {};  ///< w x y z
+    double translation[3] = {};
+};
+
+/// Errors: kInvalidArgument for an unknown camera or one that is not valid; kUnsupported for
+/// distortion.
+Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& options,
+                  CameraSet& set);
+
+}  // namespace splat::io::colmap

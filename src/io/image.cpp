@@ -1,0 +1,219 @@
+#include "io/image.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstring>
+
+#include "core/checked_math.h"
+#include "io/quantise.h"
+
+namespace splat::io {
+namespace {
+
+constexpr std::size_t kSignatureBytes = 8;
+constexpr std::uint64_t kMaxDeflateRatio = 1032;
+
+/// What libpng's callbacks see. libpng leaves by longjmp, so no object with a destructor is created
+/// between setjmp and the end of a function below.
+struct PngState {
+    Bytes in;
+    Buffer* out = nullptr;
+    char message[160] = "";
+};
+
+void on_error(png_structp png, png_const_charp message) {
+    auto* const state = static_cast<PngState*>(png_get_error_ptr(png));
+    std::strncpy(state->message, message, sizeof state->message - 1);
+    png_longjmp(png, 1);
+}
+
+void on_warning(png_structp, png_const_charp) {}
+
+void on_read(png_structp png, png_bytep to, std::size_t count) {
+    auto* const state = static_cast<PngState*>(png_get_io_ptr(png));
+    if (count > state->in.size()) png_error(png, "the file is truncated");
+    std::memcpy(to, state->in.data(), count);
+    state->in = state->in.subspan(count);
+}
+
+void on_write(png_structp png, png_bytep from, std::size_t count) {
+    auto* const state = static_cast<PngState*>(png_get_io_ptr(png));
+    try {
+        put_bytes(*state->out, {reinterpret_cast<const std::byte*>(from), count});
+    } catch (...) {
+        std::strncpy(state->message, "out of memory", sizeof state->message - 1);
+    }
+    if (state->message[0] != 0) png_longjmp(png, 1);
+}
+
+void on_flush(png_structp) {}
+
+/// libpng's objects for reading.
+class PngReader {
+  public:
+    explicit PngReader(Bytes file) : state_{file, nullptr, ""} {
+        png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state_, on_error, on_warning);
+        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    }
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
+    ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+
+    /// Fills all but the samples.
+    bool read_header(Image& image, const ImageOptions& options) {
+        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_read_fn(png_, &state_, on_read);
+        png_set_user_limits(png_, options.max_side, options.max_side);
+        png_read_info(png_, info_);
+        png_set_expand(png_);
+        passes_ = png_set_interlace_handling(png_);
+        png_read_update_info(png_, info_);
+        image.width = png_get_image_width(png_, info_);
+        image.height = png_get_image_height(png_, info_);
+        image.channels = png_get_channels(png_, info_);
+        image.bits = png_get_bit_depth(png_, info_);
+        return true;
+    }
+
+    /// `rows` is [height, bytes of a row].
+    bool read_rows(std::byte* rows, std::size_t row_bytes, std::uint32_t height) {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        for (int pass = 0; pass < passes_; ++pass)
+            for (std::uint32_t y = 0; y < height; ++y)
+                png_read_row(png_, reinterpret_cast<png_bytep>(rows + y * row_bytes), nullptr);
+        png_read_end(png_, nullptr);
+        return true;
+    }
+
+    [[nodiscard]] const char* message() const { return state_.message; }
+
+  private:
+    PngState state_;
+    png_structp png_ = nullptr;
+    png_infop info_ = nullptr;
+    int passes_ = 1;
+};
+
+class PngWriter {
+  public:
+    explicit PngWriter(Buffer& out) : state_{{}, &out, ""} {
+        png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state_, on_error, on_warning);
+        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    }
+    PngWriter(const PngWriter&) = delete;
+    PngWriter& operator=(const PngWriter&) = delete;
+    ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
+
+    bool write(const Image& image, const std::byte* rows, std::size_t row_bytes) {
+        constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                  PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_write_fn(png_, &state_, on_write, on_flush);
+        png_set_IHDR(png_, info_, image.width, image.height, static_cast<int>(image.bits),
+                     kTypes[image.channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                     PNG_FILTER_TYPE_DEFAULT);
+        png_write_info(png_, info_);
+        for (std::uint32_t y = 0; y < image.height; ++y)
+            png_write_row(png_, reinterpret_cast<png_const_bytep>(rows + y * row_bytes));
+        png_write_end(png_, nullptr);
+        return true;
+    }
+
+    [[nodiscard]] const char* message() const { return state_.message; }
+
+  private:
+    PngState state_;
+    png_structp png_ = nullptr;
+    png_infop info_ = nullptr;
+};
+
+std::size_t row_bytes_of(const Image& image) {
+    return std::size_t{image.width} * image.channels * (image.bits / 8);
+}
+
+/// Whether so few bytes can unpack to such an image.
+Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
+    const std::uint64_t samples = std::uint64_t{image.width} * image.height * image.channels;
+    if (samples > options.max_samples)
+        return error(Code::kUnsupported,
+                     "png: %u x %u pixels of %u channels, the limit is %llu samples", image.width,
+                     image.height, image.channels,
+                     static_cast<unsigned long long>(options.max_samples));
+    // Packed at least: one bit for each pixel, as the image may have been expanded.
+    if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
+        return error(Code::kInvalidArgument, "png: %u x %u pixels cannot come from %zu bytes",
+                     image.width, image.height, file.size());
+    return {};
+}
+
+}  // namespace
+
+Status check_image(const Image& image) {
+    if (image.channels < 1 || image.channels > 4 || (image.bits != 8 && image.bits != 16))
+        return error(Code::kInvalidArgument,
+                     "image of %u channels of %u bits, expected 1 to 4 of 8 or 16", image.channels,
+                     image.bits);
+    const auto pixels = std::uint64_t{image.width} * image.height;
+    const auto samples = checked_mul(pixels, image.channels);
+    if (pixels == 0 || !samples || *samples != image.samples.size())
+        return error(Code::kInvalidArgument, "image of %u x %u x %u with %zu samples", image.width,
+                     image.height, image.channels, image.samples.size());
+    const auto largest = std::max_element(image.samples.begin(), image.samples.end());
+    if (image.bits == 8 && *largest > 255)
+        return error(Code::kInvalidArgument, "image of 8 bits with the sample %u", *largest);
+    return {};
+}
+
+Result<Image> read_png(Bytes file, const ImageOptions& options) {
+    if (file.size() < kSignatureBytes ||
+        png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, kSignatureBytes) != 0)
+        return error(Code::kInvalidArgument, "png: the file does not start as a PNG file does");
+    PngReader reader(file);
+    Image image;
+    if (!reader.read_header(image, options))
+        return error(Code::kInvalidArgument, "png: %s", reader.message());
+    SPLAT_TRY(check_room(image, file, options));
+    const std::size_t row_bytes = row_bytes_of(image);
+    Buffer rows(row_bytes * image.height);
+    if (!reader.read_rows(rows.data(), row_bytes, image.height))
+        return error(Code::kInvalidArgument, "png: %s", reader.message());
+    image.samples.resize(std::size_t{image.width} * image.height * image.channels);
+    for (std::size_t i = 0; i < image.samples.size(); ++i)
+        image.samples[i] = image.bits == 16
+                               ? number<std::uint16_t>(rows.data() + i * 2, std::endian::big)
+                               : std::to_integer<std::uint16_t>(rows[i]);
+    return image;
+}
+
+Result<Buffer> write_png(const Image& image) {
+    SPLAT_TRY(check_image(image));
+    if (image.bits == 16 && image.channels != 1)
+        return error(Code::kUnsupported, "png: 16 bits of %u channels to write, expected 1",
+                     image.channels);
+    Buffer rows;
+    rows.reserve(image.samples.size() * image.bits / 8);
+    for (const std::uint16_t sample : image.samples)
+        if (image.bits == 16)
+            put(rows, sample, std::endian::big);
+        else
+            rows.push_back(static_cast<std::byte>(sample));
+    Buffer file;
+    PngWriter writer(file);
+    if (!writer.write(image, rows.data(), row_bytes_of(image)))
+        return error(Code::kInvalidArgument, "png: %s", writer.message());
+    return file;
+}
+
+Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t channels) {
+    SPLAT_ASSERT(values.size() == std::size_t{width} * height * channels);
+    Image image{width, height, channels, 8, {}};
+    image.samples.reserve(values.size());
+    for (const float value : values)
+        image.samples.push_back(to_byte(255 * static_cast<double>(value)));
+    return image;
+}
+
+}  // namespace splat::io

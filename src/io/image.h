@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/status.h"
+#include "io/bytes.h"
+
+namespace splat::io {
+
+/// Pixels in host memory, row by row from the top, channels together.
+struct Image {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t channels = 0;          ///< 1 gray, 2 gray + alpha, 3 RGB, 4 RGB + alpha
+    std::uint32_t bits = 8;              ///< 8 or 16
+    std::vector<std::uint16_t> samples;  ///< [height,width,channels], 0 to 2^bits - 1
+};
+
+struct ImageOptions {
+    std::uint32_t max_side = 16384;  ///< pixels; larger images are refused
+    std::uint64_t max_samples = std::uint64_t{1} << 30;
+};
+
+/// A PNG file of any colour type and depth: palettes become RGB, fewer than 8 bits become 8, a
+/// transparent colour becomes alpha. Values are as stored: no gamma, no colour profile.
+///
+/// Errors       kInvalidArgument if it is no PNG, damaged (libpng's sentence) or truncated;
+///              kUnsupported above the limits
+Result<Image> read_png(Bytes file, const ImageOptions& options = {});
+
+/// 8 bits of 1 to 4 channels, or 16 bits of gray. Errors: kInvalidArgument if the samples do not fit
+/// the size or a value the bits; kUnsupported for 16 bits of other channels.
+Result<Buffer> write_png(const Image& image);
+
+/// 8-bit image of linear values: 255 v rounded to nearest, clamped; NaN gives 0. `values` is
+/// [height,width,channels].
+Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t channels);
+
+/// Errors: kInvalidArgument if the number of samples, channels or bits is not as said above.
+Status check_image(const Image& image);
+
+}  // namespace splat::io

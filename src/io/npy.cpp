@@ -1,0 +1,129 @@
+#include "io/npy.h"
+
+#include <charconv>
+#include <optional>
+#include <string>
+
+#include "core/checked_math.h"
+#include "io/reader.h"
+
+namespace splat::io {
+namespace {
+
+constexpr std::string_view kMagic("\x93NUMPY", 6);
+constexpr std::size_t kAlignment = 64;
+constexpr std::size_t kMaxDims = 32;
+
+Status bad(const std::string& problem) {
+    return error(Code::kInvalidArgument, "npy: %s", problem.c_str());
+}
+
+/// What stands behind 'key': in the header, a Python dict literal.
+Result<std::string_view> value_of(std::string_view header, const std::string& key) {
+    const std::size_t at = header.find("'" + key + "':");
+    if (at == std::string_view::npos) return bad("the header has no '" + key + "'");
+    std::string_view value = header.substr(at + key.size() + 3);
+    value.remove_prefix(std::min(value.find_first_not_of(' '), value.size()));
+    return value;
+}
+
+Result<std::vector<std::uint64_t>> parse_shape(std::string_view text) {
+    if (!text.starts_with('(')) return bad("'shape' is no tuple");
+    text.remove_prefix(1);
+    std::vector<std::uint64_t> shape;
+    while (true) {
+        text.remove_prefix(std::min(text.find_first_not_of(" ,"), text.size()));
+        if (text.starts_with(')')) return shape;
+        std::uint64_t dim = 0;
+        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), dim);
+        if (failed != std::errc() || shape.size() == kMaxDims)
+            return bad("'shape' is no tuple of up to 32 whole numbers");
+        shape.push_back(dim);
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    }
+}
+
+std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
+    std::uint64_t count = 1;
+    bool empty = false;
+    for (const std::uint64_t dim : shape) empty = empty || dim == 0;
+    if (empty) return 0;
+    for (const std::uint64_t dim : shape) {
+        const auto product = checked_mul(count, dim);
+        if (!product) return std::nullopt;
+        count = *product;
+    }
+    return count;
+}
+
+Result<std::string_view> read_header(Reader& reader) {
+    SPLAT_ASSIGN(const Bytes magic, reader.take(kMagic.size(), "magic"));
+    if (as_text(magic) != kMagic) return bad("the file does not start as a .npy file does");
+    std::uint8_t major = 0;
+    std::uint8_t minor = 0;
+    SPLAT_TRY(reader.read(major, "version"));
+    SPLAT_TRY(reader.read(minor, "version"));
+    if (major < 1 || major > 3)
+        return error(Code::kUnsupported, "npy: version %u, expected 1 to 3", major);
+    std::uint32_t size = 0;
+    if (major == 1) {
+        std::uint16_t small = 0;
+        SPLAT_TRY(reader.read(small, "header size"));
+        size = small;
+    } else {
+        SPLAT_TRY(reader.read(size, "header size"));
+    }
+    SPLAT_ASSIGN(const Bytes text, reader.take(size, "header"));
+    return as_text(text);
+}
+
+}  // namespace
+
+Result<FloatArray> read_npy(Bytes file) {
+    Reader reader(file, "npy");
+    SPLAT_ASSIGN(const std::string_view header, read_header(reader));
+    SPLAT_ASSIGN(const std::string_view type, value_of(header, "descr"));
+    SPLAT_ASSIGN(const std::string_view order, value_of(header, "fortran_order"));
+    SPLAT_ASSIGN(const std::string_view shape, value_of(header, "shape"));
+    FloatArray array;
+    SPLAT_ASSIGN(array.shape, parse_shape(shape));
+    const bool wide = type.starts_with("'<f8'") || type.starts_with("'>f8'");
+    if (!wide && !type.starts_with("'<f4'") && !type.starts_with("'>f4'"))
+        return error(Code::kUnsupported, "npy: dtype %s, expected '<f4' or '<f8'",
+                     std::string(type.substr(0, 8)).c_str());
+    if (!order.starts_with("False"))
+        return error(Code::kUnsupported, "npy: a column-major array; save it in C order");
+    const auto count = elements(array.shape);
+    if (!count) return bad("the shape has more than 2^64 elements");
+    SPLAT_TRY(reader.need(*count, wide ? 8 : 4, "data"));
+    SPLAT_ASSIGN(const Bytes data, reader.take(*count * (wide ? 8 : 4), "data"));
+    if (reader.left() != 0) return bad(std::to_string(reader.left()) + " bytes after the data");
+    const std::endian endian = type[1] == '>' ? std::endian::big : std::endian::little;
+    array.values.resize(*count);
+    for (std::size_t i = 0; i < array.values.size(); ++i)
+        array.values[i] = wide ? static_cast<float>(number<double>(data.data() + i * 8, endian))
+                               : number<float>(data.data() + i * 4, endian);
+    return array;
+}
+
+Result<Buffer> write_npy(const FloatArray& array) {
+    if (array.shape.size() > kMaxDims || elements(array.shape) != array.values.size())
+        return bad(std::to_string(array.values.size()) + " values do not fit the shape");
+    std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (";
+    for (const std::uint64_t dim : array.shape) header += std::to_string(dim) + ", ";
+    if (array.shape.size() > 1) header.resize(header.size() - 2);
+    header += "), }";
+    const std::size_t before = kMagic.size() + 4 + header.size() + 1;
+    header.append(round_up(before, kAlignment) - before, ' ');
+    header += '\n';
+    Buffer file;
+    file.reserve(before + kAlignment + array.values.size() * sizeof(float));
+    put_text(file, kMagic);
+    put(file, std::uint16_t{1});
+    put(file, static_cast<std::uint16_t>(header.size()));
+    put_text(file, header);
+    put_bytes(file, std::as_bytes(std::span(array.values)));
+    return file;
+}
+
+}  // namespace splat::io

@@ -1,0 +1,171 @@
+#include "io/transforms_json.h"
+
+#include <cmath>
+#include <optional>
+
+#include "core/json.h"
+#include "scene/camera_pose.h"
+
+namespace splat::io {
+namespace {
+
+using scene::Camera;
+using scene::Mat4;
+
+/// A frame, with the file's own keys behind it.
+class Frame {
+  public:
+    Frame(const Json& file, const Json& frame, std::size_t index)
+        : file_(file), frame_(frame), index_(index) {}
+
+    Status bad(const std::string& problem) const {
+        return error(Code::kInvalidArgument, "transforms.json: frame %zu: %s", index_,
+                     problem.c_str());
+    }
+
+    /// The number of this key in the frame, else in the file, else nothing.
+    Result<std::optional<double>> find(const char* key) const {
+        for (const Json* object : {&frame_, &file_}) {
+            const auto found = object->find(key);
+            if (found == object->end() || found->is_null()) continue;
+            if (!found->is_number()) return bad(std::string("'") + key + "' is no number");
+            return std::optional<double>(found->get<double>());
+        }
+        return std::optional<double>();
+    }
+
+    /// In the frame only.
+    [[nodiscard]] const Json* member(const char* key) const {
+        const auto found = frame_.find(key);
+        return found == frame_.end() ? nullptr : &*found;
+    }
+
+  private:
+    const Json& file_;
+    const Json& frame_;
+    std::size_t index_;
+};
+
+Result<std::uint32_t> side(const Frame& frame, const char* key, std::uint32_t usual) {
+    SPLAT_ASSIGN(const std::optional<double> value, frame.find(key));
+    const double pixels = value.value_or(usual);
+    if (!(pixels >= 1 && pixels <= scene::kMaxImageSide) || pixels != std::floor(pixels))
+        return frame.bad(format("'%s' is %g, expected whole pixels from 1 to %u%s", key, pixels,
+                                scene::kMaxImageSide, value ? "" : "; the file has none"));
+    return static_cast<std::uint32_t>(pixels);
+}
+
+/// From the key `fl`, else from the angle, else `otherwise` (0: an error).
+Result<double> focal(const Frame& frame, const char* fl, const char* angle, std::uint32_t pixels,
+                     double otherwise) {
+    SPLAT_ASSIGN(const std::optional<double> length, frame.find(fl));
+    if (length) return *length;
+    SPLAT_ASSIGN(const std::optional<double> fov, frame.find(angle));
+    if (fov) return pixels / (2 * std::tan(*fov / 2));
+    if (otherwise == 0)
+        return frame.bad(std::string("neither '") + fl + "' nor '" + angle + "' is there");
+    return otherwise;
+}
+
+Status read_intrinsics(const Frame& frame, std::uint32_t width, std::uint32_t height,
+                       Camera& camera) {
+    SPLAT_ASSIGN(camera.width, side(frame, "w", width));
+    SPLAT_ASSIGN(camera.height, side(frame, "h", height));
+    SPLAT_ASSIGN(camera.fx, focal(frame, "fl_x", "camera_angle_x", camera.width, 0));
+    SPLAT_ASSIGN(camera.fy, focal(frame, "fl_y", "camera_angle_y", camera.height, camera.fx));
+    SPLAT_ASSIGN(const std::optional<double> cx, frame.find("cx"));
+    SPLAT_ASSIGN(const std::optional<double> cy, frame.find("cy"));
+    camera.cx = cx.value_or(camera.width / 2.0);
+    camera.cy = cy.value_or(camera.height / 2.0);
+    return {};
+}
+
+Status read_pose(const Frame& frame, Camera& camera) {
+    const Json* const rows = frame.member("transform_matrix");
+    if (rows == nullptr || !rows->is_array() || (rows->size() != 4 && rows->size() != 3))
+        return frame.bad("'transform_matrix' is not there or no list of 4 rows");
+    Mat4 matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    for (std::size_t row = 0; row < rows->size(); ++row) {
+        const Json& values = (*rows)[row];
+        if (!values.is_array() || values.size() != 4)
+            return frame.bad(format("row %zu of 'transform_matrix' is no list of 4 numbers", row));
+        for (std::size_t column = 0; column < 4; ++column) {
+            if (!values[column].is_number())
+                return frame.bad(format("row %zu of 'transform_matrix' holds no number", row));
+            matrix[row * 4 + column] = values[column].get<double>();
+        }
+    }
+    auto pose = scene::opencv_from_opengl(matrix);
+    if (!pose.ok()) return frame.bad("'transform_matrix': " + pose.status().message());
+    camera.world_to_camera = pose.value();
+    return {};
+}
+
+Status read_distortion(const Frame& frame, const std::string& name, const CameraOptions& options,
+                       CameraSet& set) {
+    for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
+        SPLAT_ASSIGN(const std::optional<double> value, frame.find(key));
+        SPLAT_TRY(note_distortion(name, key, value.value_or(0), options, set));
+    }
+    return {};
+}
+
+Json rows_of(const Mat4& m) {
+    Json rows = Json::array();
+    for (std::size_t row = 0; row < 4; ++row)
+        rows.push_back(Json::array({m[row * 4], m[row * 4 + 1], m[row * 4 + 2], m[row * 4 + 3]}));
+    return rows;
+}
+
+}  // namespace
+
+Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uint32_t height,
+                                       const CameraOptions& options) {
+    SPLAT_ASSIGN(const Json json, parse_json(as_text(file), "transforms.json"));
+    if (!json.is_object() || !json.contains("frames") || !json["frames"].is_array())
+        return error(Code::kInvalidArgument, "transforms.json: there is no list 'frames'");
+    const Json& frames = json["frames"];
+    if (frames.size() > options.max_cameras)
+        return error(Code::kUnsupported, "transforms.json: %zu frames, the limit is %llu",
+                     frames.size(), static_cast<unsigned long long>(options.max_cameras));
+    CameraSet set;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const Frame frame(json, frames[i], i);
+        if (!frames[i].is_object()) return frame.bad("it is no object");
+        Camera camera;
+        if (const Json* const path = frame.member("file_path")) {
+            if (!path->is_string()) return frame.bad("'file_path' is no text");
+            camera.name = path->get<std::string>();
+        }
+        SPLAT_TRY(read_intrinsics(frame, width, height, camera));
+        SPLAT_TRY(read_pose(frame, camera));
+        SPLAT_TRY(read_distortion(frame, camera.name, options, set));
+        if (const Status valid = scene::check_camera(camera); !valid.ok())
+            return frame.bad(valid.message());
+        set.cameras.push_back(std::move(camera));
+    }
+    return set;
+}
+
+Result<Buffer> write_transforms_json(const std::vector<Camera>& cameras) {
+    Json frames = Json::array();
+    for (const Camera& camera : cameras) {
+        SPLAT_TRY(scene::check_camera(camera));
+        SPLAT_ASSIGN(const Mat4 pose, scene::opengl_from_opencv(camera.world_to_camera));
+        frames.push_back({{"file_path", camera.name},
+                          {"w", camera.width},
+                          {"h", camera.height},
+                          {"fl_x", camera.fx},
+                          {"fl_y", camera.fy},
+                          {"cx", camera.cx},
+                          {"cy", camera.cy},
+                          {"transform_matrix", rows_of(pose)}});
+    }
+    const Json json = {{"camera_model", "PINHOLE"}, {"frames", frames}};
+    Buffer file;
+    put_text(file, json.dump(1, ' ', false, Json::error_handler_t::replace));
+    put_text(file, "\n");
+    return file;
+}
+
+}  // namespace splat::io

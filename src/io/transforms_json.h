@@ -1,0 +1,23 @@
+#pragma once
+
+#include "io/bytes.h"
+#include "io/camera_set.h"
+
+namespace splat::io {
+
+/// Cameras of a NeRF transforms.json: `frames`, each with `file_path` and `transform_matrix` (OpenGL
+/// camera-to-world, 4x4 or 3x4), and `fl_x fl_y cx cy w h camera_angle_x camera_angle_y`, each for
+/// all frames or in a frame, where it counts for that frame. Without fl_x the angle gives it; without
+/// fl_y it is fl_x; without cx and cy the middle. Where there is no w and h, `width` and `height`
+/// count, the size of the images.
+///
+/// Errors       kInvalidArgument with the frame and the key; kUnsupported for distortion (k1 .. k4,
+///              p1, p2 other than 0) unless ignored
+/// Source       instant-ngp and nerfstudio, whose documentation describes the keys
+Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width = 0,
+                                       std::uint32_t height = 0, const CameraOptions& options = {});
+
+/// The same cameras, intrinsics in every frame. Errors: kInvalidArgument for an invalid camera.
+Result<Buffer> write_transforms_json(const std::vector<scene::Camera>& cameras);
+
+}  // namespace splat::io

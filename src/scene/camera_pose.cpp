@@ -1,0 +1,181 @@
+#include "scene/camera_pose.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace splat::scene {
+namespace {
+
+constexpr double kRigidTolerance = 1e-3;
+
+Mat3 rotation_of(const Mat4& m) {
+    return {{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}};
+}
+
+Vec3 translation_of(const Mat4& m) {
+    return {m[3], m[7], m[11]};
+}
+
+Mat4 pose(const Mat3& r, const Vec3& t) {
+    return {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
+            r[2][0], r[2][1], r[2][2], t[2], 0,       0,       0,       1};
+}
+
+bool is_finite(const Vec3& v) {
+    return std::isfinite(v[0] + v[1] + v[2]);
+}
+
+Status check_pose(const Mat4& m) {
+    for (const double value : m)
+        if (!std::isfinite(value)) return error(Code::kInvalidArgument, "the matrix is not finite");
+    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+        return error(Code::kInvalidArgument, "the last row is %g %g %g %g, expected 0 0 0 1", m[12],
+                     m[13], m[14], m[15]);
+    const Mat3 r = rotation_of(m);
+    const double volume = determinant(r);
+    if (volume == 0 || !std::isfinite(volume))
+        return error(Code::kInvalidArgument, "the matrix is singular");
+    if (volume < 0)
+        return error(Code::kInvalidArgument, "the matrix mirrors (determinant %g); check its axes",
+                     volume);
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            const double expected = i == j ? 1 : 0;
+            if (std::abs(dot(r[i], r[j]) - expected) > kRigidTolerance)
+                return error(
+                    Code::kInvalidArgument,
+                    "rows %zu and %zu of the rotation have the product %g, expected %g; scale "
+                    "the scene instead of its cameras",
+                    i, j, dot(r[i], r[j]), expected);
+        }
+    return {};
+}
+
+/// The inverse of a rigid motion.
+Mat4 inverse_pose(const Mat4& m) {
+    const Mat3 back = transposed(rotation_of(m));
+    return pose(back, scaled(product(back, translation_of(m)), -1));
+}
+
+/// A direction at a right angle to `axis`, of length 1: the part of +z, or if there is little of it
+/// of +x.
+Vec3 across(const Vec3& axis) {
+    for (const Vec3& candidate : {Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
+        const Vec3 part = minus(candidate, scaled(axis, dot(candidate, axis)));
+        if (length(part) > 0.1) return scaled(part, 1 / length(part));
+    }
+    return {0, 1, 0};
+}
+
+Result<double> orbit_distance(const Statistics& scene, const Camera& camera,
+                              const OrbitOptions& options) {
+    if (options.distance != 0) {
+        if (options.distance > 0 && std::isfinite(options.distance)) return options.distance;
+        return error(Code::kInvalidArgument, "orbit: distance %g, expected > 0", options.distance);
+    }
+    if (!(scene.radius > 0))
+        return error(Code::kInvalidArgument, "orbit: the scene has no extent; give a distance");
+    const double half_x = std::atan(camera.width / (2 * camera.fx));
+    const double half_y = std::atan(camera.height / (2 * camera.fy));
+    return scene.radius / std::sin(std::min(half_x, half_y));
+}
+
+}  // namespace
+
+Status check_camera(const Camera& c) {
+    const auto bad = [&c](const std::string& problem) {
+        return error(Code::kInvalidArgument, "camera '%s': %s", c.name.c_str(), problem.c_str());
+    };
+    if (c.width < 1 || c.width > kMaxImageSide || c.height < 1 || c.height > kMaxImageSide)
+        return bad(format("%u x %u pixels, expected 1 to %u", c.width, c.height, kMaxImageSide));
+    if (!std::isfinite(c.fx + c.fy) || c.fx <= 0 || c.fy <= 0)
+        return bad(format("focal lengths %g and %g, expected > 0", c.fx, c.fy));
+    if (!std::isfinite(c.cx + c.cy)) return bad("the principal point is not finite");
+    const Status pose_status = check_pose(c.world_to_camera);
+    return pose_status.ok() ? Status() : bad(pose_status.message());
+}
+
+Result<Camera> camera_from_fov(std::uint32_t width, std::uint32_t height, double fov_x) {
+    if (!(fov_x > 0 && fov_x < std::numbers::pi))
+        return error(Code::kInvalidArgument, "field of view %g radians, expected 0 to pi", fov_x);
+    Camera camera;
+    camera.width = width;
+    camera.height = height;
+    camera.fx = camera.fy = width / (2 * std::tan(fov_x / 2));
+    camera.cx = width / 2.0;
+    camera.cy = height / 2.0;
+    camera.world_to_camera = pose({{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {});
+    SPLAT_TRY(check_camera(camera));
+    return camera;
+}
+
+Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up) {
+    const Vec3 view = minus(target, eye);
+    const double distance = length(view);
+    if (!is_finite(eye) || !is_finite(view) || !is_finite(up) || !(distance > 0))
+        return error(Code::kInvalidArgument,
+                     "look_at: eye and target coincide, or something is not finite");
+    const Vec3 forward = scaled(view, 1 / distance);
+    const Vec3 side = cross(forward, up);
+    if (!(length(side) > 1e-9 * length(up)))
+        return error(Code::kInvalidArgument, "look_at: 'up' is zero or along the view");
+    const Vec3 right = scaled(side, 1 / length(side));
+    const Mat3 rows = {right, cross(forward, right), forward};
+    return pose(rows, scaled(product(rows, eye), -1));
+}
+
+Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& options) {
+    SPLAT_ASSIGN(const Camera lens, camera_from_fov(options.width, options.height, options.fov_x));
+    SPLAT_ASSIGN(const double distance, orbit_distance(scene, lens, options));
+    if (!(length(options.up) > 0) || !is_finite(options.up) || !std::isfinite(options.elevation) ||
+        !std::isfinite(options.start))
+        return error(Code::kInvalidArgument, "orbit: 'up' is zero, or an angle is not finite");
+    const Vec3 up = scaled(options.up, 1 / length(options.up));
+    const Vec3 front = scaled(across(up), -1);
+    const Vec3 side = cross(up, front);
+    std::vector<Camera> cameras;
+    for (std::uint32_t i = 0; i < options.count; ++i) {
+        const double angle = options.start + 2 * std::numbers::pi * i / options.count;
+        const double flat = distance * std::cos(options.elevation);
+        Vec3 eye = scene.center;
+        for (std::size_t k = 0; k < 3; ++k)
+            eye[k] += flat * (std::cos(angle) * front[k] + std::sin(angle) * side[k]) +
+                      distance * std::sin(options.elevation) * up[k];
+        Camera camera = lens;
+        camera.name = format("%03u", i);
+        SPLAT_ASSIGN(camera.world_to_camera, look_at(eye, scene.center, up));
+        cameras.push_back(std::move(camera));
+    }
+    return cameras;
+}
+
+Vec3 camera_center(const Camera& camera) {
+    return translation_of(inverse_pose(camera.world_to_camera));
+}
+
+Result<Mat4> opencv_from_opengl(const Mat4& camera_to_world) {
+    SPLAT_TRY(check_pose(camera_to_world));
+    Mat4 flipped = camera_to_world;
+    for (std::size_t row = 0; row < 3; ++row)
+        for (const std::size_t column : {1U, 2U}) flipped[row * 4 + column] *= -1;
+    return inverse_pose(flipped);
+}
+
+Result<Mat4> opengl_from_opencv(const Mat4& world_to_camera) {
+    SPLAT_TRY(check_pose(world_to_camera));
+    Mat4 result = inverse_pose(world_to_camera);
+    for (std::size_t row = 0; row < 3; ++row)
+        for (const std::size_t column : {1U, 2U}) result[row * 4 + column] *= -1;
+    return result;
+}
+
+Result<Mat4> pose_from_quaternion(const Quaternion& q, const Vec3& translation) {
+    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!std::isfinite(size) || size == 0 || !is_finite(translation))
+        return error(Code::kInvalidArgument,
+                     "a pose with a quaternion of length %g or a translation that is not finite",
+                     size);
+    return pose(rotation_matrix({q[0] / size, q[1] / size, q[2] / size, q[3] / size}), translation);
+}
+
+}  // namespace splat::scene

@@ -1,0 +1,58 @@
+#pragma once
+
+#include "core/status.h"
+#include "scene/camera.h"
+#include "scene/statistics.h"
+#include "scene/vector.h"
+
+namespace splat::scene {
+
+/// Largest width and height of a camera.
+inline constexpr std::uint32_t kMaxImageSide = 16384;
+
+/// Errors: kInvalidArgument, naming the camera and the field, for width or height 0 or above
+/// kMaxImageSide, a focal length that is not > 0, anything not finite, a last row other than
+/// 0 0 0 1, and a matrix whose 3x3 part is singular, mirrors, or is no rotation within 1e-3.
+Status check_camera(const Camera& camera);
+
+/// fx, fy, cx, cy of an image of this size whose horizontal field of view is `fov_x` radians; square
+/// pixels, principal point in the middle. Errors: kInvalidArgument for an angle outside (0, pi) or a
+/// size as in check_camera(). The pose is the identity.
+Result<Camera> camera_from_fov(std::uint32_t width, std::uint32_t height, double fov_x);
+
+/// World-to-camera matrix (OpenCV axes) of a camera at `eye` that looks at `target` with `up`, a
+/// direction of the world, upwards in the image. Errors: kInvalidArgument if eye and target
+/// coincide, `up` is along the view, or anything is not finite.
+Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up);
+
+/// Upwards in scenes of the frame RDF.
+inline constexpr Vec3 kUp = {0, -1, 0};
+
+struct OrbitOptions {
+    std::uint32_t count = 60;
+    std::uint32_t width = 512;
+    std::uint32_t height = 512;
+    double fov_x = 0.7;      ///< radians
+    double elevation = 0.2;  ///< radians above the horizon
+    double start = 0;        ///< angle of the first camera; 0: before the scene, looking along +z
+    double distance = 0;     ///< from the centre; 0: the scene's radius fills the image
+    Vec3 up = kUp;
+};
+
+/// Cameras at equal angles on a circle around the centre of a scene. Errors: kInvalidArgument for
+/// options that make no camera, or a scene without extent if there is no distance.
+Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& options = {});
+
+/// Where the camera is in the world. The matrix is that of a valid camera.
+Vec3 camera_center(const Camera& camera);
+
+/// OpenGL camera-to-world (x right, y up, z backwards; NeRF's transform_matrix) and OpenCV
+/// world-to-camera, row-major 4x4. Errors: kInvalidArgument as check_camera() for the matrix.
+Result<Mat4> opencv_from_opengl(const Mat4& camera_to_world);
+Result<Mat4> opengl_from_opencv(const Mat4& world_to_camera);
+
+/// World-to-camera matrix of a rotation w, x, y, z (of any length > 0) and a translation, as COLMAP
+/// stores it. Errors: kInvalidArgument for a length of 0 or anything not finite.
+Result<Mat4> pose_from_quaternion(const Quaternion& rotation, const Vec3& translation);
+
+}  // namespace splat::scene

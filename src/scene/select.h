@@ -1,0 +1,36 @@
+#pragma once
+
+#include "core/status.h"
+#include "scene/gaussians.h"
+#include "scene/vector.h"
+
+namespace splat::scene {
+
+/// An axis-aligned box; the faces belong to it.
+struct Box {
+    Vec3 low{};
+    Vec3 high{};
+};
+
+/// The Gaussians whose mean is in the box, in their order; means that are not finite are outside.
+/// Errors: kInvalidArgument for a box whose low corner is not below the high one, or arrays.
+Result<Gaussians> crop(const Gaussians& gaussians, const Box& box);
+
+/// The Gaussians of at least this opacity (0 to 1), in their order; a logit NaN is below all.
+/// Errors: kInvalidArgument.
+Result<Gaussians> filter_by_opacity(const Gaussians& gaussians, double least);
+
+/// The Gaussians without NaN, infinities and rotations of length 0, in their order.
+/// Errors: kInvalidArgument.
+Result<Gaussians> remove_invalid(const Gaussians& gaussians);
+
+/// All Gaussians of the scenes, one scene after the other, with the highest of their degrees; the
+/// bands that a scene lacks are zeros. Errors: kInvalidArgument.
+Result<Gaussians> merge(const std::vector<Gaussians>& scenes);
+
+/// The Gaussians along a Morton curve through their bounds: neighbours in space become neighbours
+/// in memory. Equal places keep their order; means that are not finite come last. Errors:
+/// kInvalidArgument.
+Result<Gaussians> sort_morton(const Gaussians& gaussians);
+
+}  // namespace splat::scene

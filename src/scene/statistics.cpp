@@ -1,0 +1,119 @@
+#include "scene/statistics.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "scene/activate.h"
+#include "scene/arrays.h"
+#include "scene/sh.h"
+
+namespace splat::scene {
+namespace {
+
+constexpr double kLeastScale = 1e-12;
+constexpr double kLeastOpacity = 1.0 / 255;
+
+class RangeSum {
+  public:
+    void add(double value) {
+        if (!std::isfinite(value)) {
+            ++range_.non_finite;
+            return;
+        }
+        range_.min = range_.finite == 0 ? value : std::min(range_.min, value);
+        range_.max = range_.finite == 0 ? value : std::max(range_.max, value);
+        sum_ += value;
+        ++range_.finite;
+    }
+    [[nodiscard]] Range range() const {
+        Range range = range_;
+        if (range.finite > 0) range.mean = sum_ / static_cast<double>(range.finite);
+        return range;
+    }
+
+  private:
+    Range range_;
+    double sum_ = 0;
+};
+
+Range range_of(const std::vector<float>& values, const std::function<double(double)>& map) {
+    RangeSum sum;
+    for (const float value : values) sum.add(map(static_cast<double>(value)));
+    return sum.range();
+}
+
+/// Value at this part of the sorted list; reorders it.
+double quantile(std::vector<double>& values, double part) {
+    if (values.empty()) return 0;
+    const auto place = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), values.begin() + place, values.end());
+    return values[static_cast<std::size_t>(place)];
+}
+
+void measure_places(const Gaussians& g, Statistics& s) {
+    std::vector<Vec3> places;
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        const Vec3 place = {static_cast<double>(g.means[i * 3]),
+                            static_cast<double>(g.means[i * 3 + 1]),
+                            static_cast<double>(g.means[i * 3 + 2])};
+        if (std::isfinite(place[0] + place[1] + place[2])) places.push_back(place);
+    }
+    if (places.empty()) return;
+    std::vector<double> values(places.size());
+    for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t i = 0; i < places.size(); ++i) values[i] = places[i][k];
+        const auto [low, high] = std::minmax_element(values.begin(), values.end());
+        s.bounds.low[k] = *low;
+        s.bounds.high[k] = *high;
+        s.center[k] = quantile(values, 0.5);
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) values[i] = length(minus(places[i], s.center));
+    s.radius = quantile(values, 0.95);
+}
+
+void measure_colors(const Gaussians& g, Statistics& s) {
+    const std::size_t each = std::size_t{sh_coefficients(g.sh_degree)} * 3;
+    RangeSum colors;
+    RangeSum bands;
+    for (std::size_t i = 0; i < g.sh.size(); ++i)
+        if (i % each < 3)
+            colors.add(0.5 + kSh0 * static_cast<double>(g.sh[i]));
+        else
+            bands.add(static_cast<double>(g.sh[i]));
+    s.colors = colors.range();
+    s.bands = bands.range();
+}
+
+void count_defects(const Gaussians& g, Statistics& s) {
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        double squared = 0;
+        for (std::size_t k = i * 4; k < i * 4 + 4; ++k)
+            squared += static_cast<double>(g.rotations[k]) * static_cast<double>(g.rotations[k]);
+        if (!std::isfinite(squared) || squared == 0) ++s.bad_rotations;
+        bool flat = false;
+        for (std::size_t k = i * 3; k < i * 3 + 3; ++k)
+            flat = flat || std::exp(static_cast<double>(g.log_scales[k])) < kLeastScale;
+        if (flat) ++s.degenerate;
+        if (opacity_of(static_cast<double>(g.opacity_logits[i])) < kLeastOpacity) ++s.invisible;
+    }
+    for (const auto* values : {&g.means, &g.log_scales, &g.rotations, &g.opacity_logits, &g.sh})
+        for (const float value : *values) s.non_finite += std::isfinite(value) ? 0U : 1U;
+}
+
+}  // namespace
+
+Result<Statistics> statistics(const Gaussians& g) {
+    SPLAT_TRY(check_arrays(g));
+    Statistics s;
+    s.count = g.count();
+    s.sh_degree = g.sh_degree;
+    s.means = range_of(g.means, [](double value) { return value; });
+    s.scales = range_of(g.log_scales, [](double value) { return std::exp(value); });
+    s.opacities = range_of(g.opacity_logits, opacity_of);
+    measure_places(g, s);
+    measure_colors(g, s);
+    count_defects(g, s);
+    return s;
+}
+
+}  // namespace splat::scene

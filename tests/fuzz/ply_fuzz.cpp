@@ -1,0 +1,33 @@
+// .ply, plain and compressed: what is accepted survives being written and read again, bit by bit.
+
+#include <cstring>
+
+#include "fuzz/target.h"
+#include "io/ply.h"
+#include "io/ply_compressed.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const io::LoadOptions options = fuzz::small_scenes();
+    const auto compressed = io::read_compressed_ply(file, options);
+    if (compressed.ok()) fuzz::check_scene(compressed.value());
+    const auto loaded = io::read_ply(file, options);
+    if (!loaded.ok()) return;
+    fuzz::check_scene(loaded.value());
+    const auto& scene = loaded.value().gaussians;
+    const auto written = io::write_ply(scene);
+    fuzz::require(written.ok());
+    const auto again = io::read_ply(written.value(), options);
+    fuzz::require(again.ok());
+    const auto& means = again.value().gaussians.means;
+    fuzz::require(means.size() == scene.means.size());
+    if (!means.empty())
+        fuzz::require(std::memcmp(means.data(), scene.means.data(), means.size() * 4) == 0);
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

@@ -1,0 +1,18 @@
+#include "fuzz/target.h"
+#include "io/splat_file.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const auto loaded = io::read_splat(file, fuzz::small_scenes());
+    if (!loaded.ok()) return;
+    fuzz::check_scene(loaded.value());
+    const auto written = io::write_splat(loaded.value().gaussians);
+    if (written.ok()) fuzz::require(written.value().size() == file.size());
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

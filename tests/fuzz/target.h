@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdlib>
+#include <span>
+
+#include "io/bytes.h"
+#include "io/scene_load.h"
+#include "scene/arrays.h"
+
+namespace splat::fuzz {
+
+/// libFuzzer counts an abort as a crash.
+inline void require(bool condition) {
+    if (!condition) std::abort();
+}
+
+/// Scenes of a fuzzed file stay so small that no input can ask for much memory.
+inline io::LoadOptions small_scenes() {
+    io::LoadOptions options;
+    options.max_count = 4096;
+    return options;
+}
+
+/// What every scene that was accepted keeps.
+inline void check_scene(const io::LoadedScene& loaded) {
+    require(scene::check_arrays(loaded.gaussians).ok());
+    require(loaded.report.count == loaded.gaussians.count());
+    require(loaded.report.sh_degree == loaded.gaussians.sh_degree);
+}
+
+}  // namespace splat::fuzz
+
+/// The entry that libFuzzer and regression_main.cpp call.
+#define SPLAT_FUZZ_TARGET(check)                                                        \
+    extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);  \
+    extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { \
+        check(std::as_bytes(std::span(data, size)));                                    \
+        return 0;                                                                       \
+    }

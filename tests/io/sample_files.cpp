@@ -1,0 +1,84 @@
+#include "io/sample_files.h"
+
+#include <vector>
+
+namespace splat::test {
+namespace {
+
+using io::Buffer;
+using io::put;
+
+const char* const kRanges[] = {
+    "min_x",       "min_y",       "min_z",       "max_x",       "max_y",       "max_z",
+    "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z",
+    "min_r",       "min_g",       "min_b",       "max_r",       "max_g",       "max_b"};
+
+std::size_t range_count(const CompressedPlyLayout& layout) {
+    return layout.colors ? 18 : 12;
+}
+
+}  // namespace
+
+std::string compressed_ply_header(const CompressedPlyLayout& layout) {
+    std::string text =
+        "ply\nformat binary_little_endian 1.0\nelement chunk " + layout.chunks + "\n";
+    for (std::size_t i = 0; i < range_count(layout); ++i)
+        text += std::string("property float ") + kRanges[i] + "\n";
+    text += "element vertex " + layout.vertices + "\n";
+    for (const char* name : {"position", "rotation", "scale", "color"})
+        text += std::string("property uint packed_") + name + "\n";
+    if (layout.rest > 0) text += "element sh " + layout.rest_rows + "\n";
+    for (std::size_t i = 0; i < layout.rest; ++i)
+        text += "property uchar f_rest_" + std::to_string(i) + "\n";
+    return text + "end_header\n";
+}
+
+Buffer sample_compressed_ply(const CompressedPlyLayout& layout) {
+    constexpr float kEnds[] = {-1, 2, -8, 0, -0.5F, 1.5F};  // of position, log scale, colour
+    constexpr std::uint32_t kMiddle = 0x1FF;                // of 10 bits: -0.0007
+    constexpr std::uint32_t kZeros = kMiddle << 10U | kMiddle;
+    Buffer file;
+    io::put_text(file, compressed_ply_header(layout));
+    for (std::size_t i = 0; i < range_count(layout); ++i) put(file, kEnds[i / 3]);
+    for (const std::uint32_t word : {0U, kMiddle << 20U | kZeros, 0U, 51U}) put(file, word);
+    for (const std::uint32_t word :
+         {~0U, 2U << 30U | 1023U << 20U | kZeros, ~0U, 0xFFFFFF00U + 51U})
+        put(file, word);
+    for (std::size_t row = 0; row < 2; ++row)
+        for (std::size_t i = 0; i < layout.rest; ++i)
+            put(file, static_cast<std::uint8_t>(i == 0 ? 0 : (i == 1 ? 255 : 63)));
+    return file;
+}
+
+Buffer sample_colmap_cameras() {
+    Buffer file;
+    put(file, std::uint64_t{2});
+    for (const int id : {1, 2}) {
+        put(file, std::int32_t{id});
+        put(file, std::int32_t{id == 1 ? 1 : 0});
+        put(file, std::uint64_t{id == 1 ? 64U : 10U});
+        put(file, std::uint64_t{id == 1 ? 48U : 20U});
+        const std::vector<double> parameters =
+            id == 1 ? std::vector<double>{50, 51, 32, 24} : std::vector<double>{9, 5, 10};
+        for (const double value : parameters) put(file, value);
+    }
+    return file;
+}
+
+Buffer sample_colmap_images() {
+    Buffer file;
+    put(file, std::uint64_t{2});
+    for (const int id : {1, 2}) {
+        put(file, std::int32_t{id});
+        for (int k = 0; k < 4; ++k) put(file, id == 1 ? (k == 0 ? 1.0 : 0.0) : 0.5);
+        for (int k = 0; k < 3; ++k) put(file, id == 1 ? k + 1.0 : 0.0);
+        put(file, std::int32_t{id});
+        io::put_text(file, id == 1 ? "a b.png" : "c.png");
+        put(file, std::uint8_t{0});
+        put(file, std::uint64_t{id == 1 ? 1U : 0U});
+        if (id == 1) file.resize(file.size() + 24);
+    }
+    return file;
+}
+
+}  // namespace splat::test

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "io/bytes.h"
+
+namespace splat::test {
+
+/// Of a compressed .ply file. The counts are texts, so that they can be wrong.
+struct CompressedPlyLayout {
+    bool colors = true;    ///< chunks have ranges of colour
+    std::size_t rest = 0;  ///< properties of element "sh"
+    std::string chunks = "1";
+    std::string vertices = "2";
+    std::string rest_rows = "2";
+};
+
+std::string compressed_ply_header(const CompressedPlyLayout& layout);
+
+/// Two Gaussians: at the low end and at the high end of every range.
+io::Buffer sample_compressed_ply(const CompressedPlyLayout& layout);
+
+/// A COLMAP model of four lenses, three of which have images.
+inline const char* const kColmapCameras =
+    "# comment\n1 PINHOLE 64 48 50 51 32 24\n2 SIMPLE_PINHOLE 10 20 9 5 10\n"
+    "3 OPENCV 64 48 50 51 32 24 0 0 0 0\n4 SIMPLE_RADIAL 8 8 7 4 4 0.5\n";
+inline const char* const kColmapImages =
+    "# comment\n1 1 0 0 0 1 2 3 1 a b.png\n10 20 -1 5 6 7\n"
+    "2 0.5 0.5 0.5 0.5 0 0 0 2 c.png\n\n3 1 0 0 0 0 0 0 3 d.png";
+
+/// The first two of them as binary files.
+io::Buffer sample_colmap_cameras();
+io::Buffer sample_colmap_images();
+
+}  // namespace splat::test

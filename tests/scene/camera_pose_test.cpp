@@ -1,0 +1,157 @@
+#include "scene/camera_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numbers>
+
+#include "support/expect_status.h"
+
+namespace splat::scene {
+namespace {
+
+/// Pixel of a point, and its depth.
+Vec3 project(const Camera& c, const Vec3& p) {
+    Vec3 q{};
+    for (std::size_t i = 0; i < 3; ++i)
+        q[i] = c.world_to_camera[i * 4] * p[0] + c.world_to_camera[i * 4 + 1] * p[1] +
+               c.world_to_camera[i * 4 + 2] * p[2] + c.world_to_camera[i * 4 + 3];
+    return {c.fx * q[0] / q[2] + c.cx, c.fy * q[1] / q[2] + c.cy, q[2]};
+}
+
+Camera sample_camera() {
+    auto camera = camera_from_fov(640, 480, 1.0);
+    EXPECT_OK(camera.status());
+    auto pose = look_at({1, -2, -5}, {0.5, 0, 0}, kUp);
+    EXPECT_OK(pose.status());
+    camera.value().world_to_camera = pose.value();
+    return camera.value();
+}
+
+TEST(CameraPose, FieldOfViewReachesTheEdges) {
+    const auto camera = camera_from_fov(200, 100, std::numbers::pi / 2);
+    ASSERT_OK(camera.status());
+    EXPECT_NEAR(camera.value().fx, 100, 1e-9);
+    EXPECT_NEAR(project(camera.value(), {1, 0, 1})[0], 200, 1e-9);
+    EXPECT_NEAR(project(camera.value(), {0, 0, 1})[1], 50, 1e-9);
+    for (const double angle : {0.0, -1.0, 4.0, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_FALSE(camera_from_fov(10, 10, angle).ok());
+    EXPECT_ERROR(camera_from_fov(0, 10, 1).status(), Code::kInvalidArgument, "0 x 10 pixels");
+}
+
+TEST(CameraPose, LookAtPutsTheTargetInTheMiddle) {
+    const Camera camera = sample_camera();
+    EXPECT_OK(check_camera(camera));
+    const Vec3 target = project(camera, {0.5, 0, 0});
+    EXPECT_NEAR(target[0], 320, 1e-9);
+    EXPECT_NEAR(target[1], 240, 1e-9);
+    EXPECT_NEAR(target[2], std::sqrt(0.25 + 4 + 25), 1e-9);
+    EXPECT_LT(project(camera, {0.5, -1, 0})[1], 240) << "-y is up";
+    EXPECT_GT(project(camera, {1.5, 0, 0})[0], 320) << "+x is right";
+    const Vec3 center = camera_center(camera);
+    EXPECT_NEAR(center[0], 1, 1e-9);
+    EXPECT_NEAR(center[1], -2, 1e-9);
+    EXPECT_NEAR(center[2], -5, 1e-9);
+    EXPECT_FALSE(look_at({0, 0, 0}, {0, 0, 0}, kUp).ok());
+    EXPECT_FALSE(look_at({0, 0, 0}, {0, 5, 0}, kUp).ok());
+    EXPECT_FALSE(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 0}).ok());
+}
+
+TEST(CameraPose, OrbitSeesTheWholeScene) {
+    Statistics scene;
+    scene.center = {1, 2, 3};
+    scene.radius = 2;
+    OrbitOptions options;
+    options.count = 7;
+    options.width = 300;
+    options.height = 200;
+    const auto cameras = orbit(scene, options);
+    ASSERT_OK(cameras.status());
+    ASSERT_EQ(cameras.value().size(), 7U);
+    for (const Camera& camera : cameras.value()) {
+        EXPECT_OK(check_camera(camera));
+        const Vec3 middle = project(camera, scene.center);
+        EXPECT_NEAR(middle[0], 150, 1e-6);
+        EXPECT_NEAR(middle[1], 100, 1e-6);
+        const Vec3 eye = camera_center(camera);
+        EXPECT_LT(eye[1], scene.center[1]) << "above: -y is up";
+        const double sine = scene.radius / length(minus(eye, scene.center));
+        const double edge = camera.fy * sine / std::sqrt(1 - sine * sine);
+        EXPECT_NEAR(edge, 100, 1e-6) << "the sphere touches the nearer edge";
+    }
+    EXPECT_LT(camera_center(cameras.value()[0])[2], scene.center[2]) << "before the scene";
+    EXPECT_EQ(cameras.value()[3].name, "003");
+    scene.radius = 0;
+    EXPECT_ERROR(orbit(scene, options).status(), Code::kInvalidArgument, "no extent");
+    options.distance = 4;
+    EXPECT_OK(orbit(scene, options).status());
+    options.distance = -4;
+    EXPECT_FALSE(orbit(scene, options).ok());
+    options.distance = 4;
+    options.up = {0, 0, 0};
+    EXPECT_FALSE(orbit(scene, options).ok());
+    options.up = {0, 0, 1};
+    EXPECT_OK(orbit(scene, options).status());
+}
+
+TEST(CameraPose, OpenGlAndOpenCvAreInverse) {
+    const Camera camera = sample_camera();
+    const auto gl = opengl_from_opencv(camera.world_to_camera);
+    ASSERT_OK(gl.status());
+    EXPECT_NEAR(gl.value()[3], 1, 1e-12) << "the last column is the camera's place";
+    EXPECT_NEAR(gl.value()[7], -2, 1e-12);
+    const auto back = opencv_from_opengl(gl.value());
+    ASSERT_OK(back.status());
+    for (std::size_t i = 0; i < 16; ++i)
+        EXPECT_NEAR(back.value()[i], camera.world_to_camera[i], 1e-12);
+    // A camera of OpenGL at the origin looks along -z with y up.
+    const auto cv = opencv_from_opengl({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    ASSERT_OK(cv.status());
+    EXPECT_EQ(cv.value()[5], -1);
+    EXPECT_EQ(cv.value()[10], -1);
+}
+
+TEST(CameraPose, QuaternionPose) {
+    const double h = std::sqrt(0.5);
+    const auto pose = pose_from_quaternion({2 * h, 0, 0, 2 * h}, {1, 2, 3});
+    ASSERT_OK(pose.status());
+    const double expected[] = {0, -1, 0, 1, 1, 0, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1};
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(pose.value()[i], expected[i], 1e-12);
+    EXPECT_FALSE(pose_from_quaternion({0, 0, 0, 0}, {}).ok());
+}
+
+TEST(CameraPose, ChecksFindEveryDefect) {
+    const auto refused = [](auto change, const char* part) {
+        Camera camera = sample_camera();
+        camera.name = "c";
+        change(camera);
+        EXPECT_ERROR(check_camera(camera), Code::kInvalidArgument, part);
+    };
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    refused([](Camera& c) { c.width = 0; }, "camera 'c': 0 x 480");
+    refused([](Camera& c) { c.height = 20000; }, "640 x 20000");
+    refused([](Camera& c) { c.fx = 0; }, "focal");
+    refused([](Camera& c) { c.fy = kNan; }, "focal");
+    refused([](Camera& c) { c.cx = kNan; }, "principal");
+    refused([](Camera& c) { c.world_to_camera[3] = kNan; }, "not finite");
+    refused([](Camera& c) { c.world_to_camera[12] = 1; }, "last row");
+    refused([](Camera& c) { c.world_to_camera = {}; }, "last row");
+    refused(
+        [](Camera& c) {
+            for (int i = 0; i < 3; ++i) c.world_to_camera[static_cast<std::size_t>(i)] = 0;
+        },
+        "singular");
+    refused(
+        [](Camera& c) {
+            for (std::size_t i = 0; i < 3; ++i) c.world_to_camera[i] *= -1;
+        },
+        "mirrors");
+    refused(
+        [](Camera& c) {
+            for (std::size_t i = 0; i < 11; ++i) c.world_to_camera[i] *= 1.01;
+        },
+        "product");
+}
+
+}  // namespace
+}  // namespace splat::scene

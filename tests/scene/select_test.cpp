@@ -1,0 +1,169 @@
+#include "scene/select.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "io/sample_scene.h"
+#include "scene/activate.h"
+#include "scene/arrays.h"
+#include "scene/statistics.h"
+#include "support/expect_status.h"
+
+namespace splat::scene {
+namespace {
+
+using test::sample_scene;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// n Gaussians on the x axis at 0, 1, 2, ...
+Gaussians row_of(std::size_t count) {
+    Gaussians g = sample_scene(count, 1);
+    for (std::size_t i = 0; i < count; ++i) {
+        g.means[i * 3] = static_cast<float>(i);
+        g.means[i * 3 + 1] = g.means[i * 3 + 2] = 0;
+    }
+    return g;
+}
+
+TEST(Activate, AppliesExpAndSigmoidInDouble) {
+    Gaussians g = make_gaussians(4, 0);
+    g.opacity_logits = {0, 3, -100, 100};
+    g.log_scales[0] = 1;
+    const auto a = activate(g);
+    ASSERT_OK(a.status());
+    EXPECT_EQ(a.value().scales[0], static_cast<float>(std::exp(1.0)));
+    EXPECT_EQ(a.value().opacities[0], 0.5F);
+    EXPECT_EQ(a.value().opacities[1], static_cast<float>(1 / (1 + std::exp(-3.0))));
+    EXPECT_GT(a.value().opacities[2], 0.0F);
+    EXPECT_EQ(a.value().opacities[3], 1.0F);
+}
+
+TEST(Activate, InverseComesBack) {
+    const auto before = sample_scene(100, 2);
+    const auto a = activate(before);
+    ASSERT_OK(a.status());
+    const auto after = deactivate(a.value());
+    ASSERT_OK(after.status());
+    EXPECT_LT(test::max_difference(after.value().log_scales, before.log_scales), 1e-6);
+    // A logit of 4 has the opacity 0.982, whose float32 step moves the logit by 1.7e-6.
+    EXPECT_LT(test::max_difference(after.value().opacity_logits, before.opacity_logits), 4e-6);
+    EXPECT_EQ(after.value().sh, before.sh);
+}
+
+TEST(Activate, InverseClampsAndRefuses) {
+    const auto a = activate(sample_scene(2, 0));
+    ASSERT_OK(a.status());
+    auto values = a.value();
+    values.opacities = {0, 1};
+    const auto clamped = deactivate(values);
+    ASSERT_OK(clamped.status());
+    EXPECT_EQ(clamped.value().opacity_logits, (std::vector<float>{-40, 40}));
+    values.opacities[1] = 1.5F;
+    EXPECT_ERROR(deactivate(values).status(), Code::kInvalidArgument,
+                 "opacity of Gaussian 1 is 1.5");
+    values.opacities[1] = kNan;
+    EXPECT_FALSE(deactivate(values).ok());
+    values.opacities[1] = 1;
+    values.scales[4] = 0;
+    EXPECT_ERROR(deactivate(values).status(), Code::kInvalidArgument, "scale 1 of Gaussian 1 is 0");
+    values.scales.pop_back();
+    EXPECT_FALSE(deactivate(values).ok());
+}
+
+TEST(Select, CropKeepsTheFacesAndTheOrder) {
+    Gaussians g = row_of(6);
+    g.means[3 * 3 + 1] = kNan;
+    const auto cropped = crop(g, {{1, -1, -1}, {4, 1, 1}});
+    ASSERT_OK(cropped.status());
+    ASSERT_EQ(cropped.value().count(), 3U);
+    EXPECT_EQ(cropped.value().means[0], 1.0F);
+    EXPECT_EQ(cropped.value().means[6], 4.0F);
+    EXPECT_EQ(cropped.value().sh[12], g.sh[2 * 12]);
+    EXPECT_ERROR(crop(g, {{1, 0, 0}, {0, 1, 1}}).status(), Code::kInvalidArgument, "axis x");
+    g.sh.pop_back();
+    EXPECT_ERROR(crop(g, {{0, 0, 0}, {1, 1, 1}}).status(), Code::kInvalidArgument, "'sh'");
+}
+
+TEST(Select, FilterByOpacity) {
+    Gaussians g = row_of(4);
+    g.opacity_logits = {-1, 0, kNan, kInfinity};
+    const auto kept = filter_by_opacity(g, 0.5);
+    ASSERT_OK(kept.status());
+    EXPECT_EQ(kept.value().opacity_logits, (std::vector<float>{0, kInfinity}));
+    EXPECT_FALSE(filter_by_opacity(g, 1.5).ok());
+}
+
+TEST(Select, RemoveInvalid) {
+    Gaussians g = row_of(6);
+    g.means[1 * 3] = kNan;
+    g.opacity_logits[2] = kInfinity;
+    for (std::size_t k = 0; k < 4; ++k) g.rotations[3 * 4 + k] = 0;
+    g.sh[4 * 12 + 11] = -kInfinity;
+    const auto kept = remove_invalid(g);
+    ASSERT_OK(kept.status());
+    EXPECT_EQ(kept.value().count(), 2U);
+    EXPECT_EQ(kept.value().means[3], 5.0F);
+}
+
+TEST(Select, MergePadsTheLowerDegree) {
+    const auto a = sample_scene(2, 0);
+    const auto b = sample_scene(3, 2);
+    const auto all = merge({a, b});
+    ASSERT_OK(all.status());
+    EXPECT_OK(check_arrays(all.value()));
+    EXPECT_EQ(all.value().count(), 5U);
+    EXPECT_EQ(all.value().sh_degree, 2U);
+    EXPECT_EQ(all.value().sh[27], a.sh[3]);
+    EXPECT_EQ(all.value().sh[27 + 3], 0.0F);
+    EXPECT_EQ(all.value().sh[2 * 27 + 26], b.sh[26]);
+    const auto none = merge({});
+    ASSERT_OK(none.status());
+    EXPECT_EQ(none.value().count(), 0U);
+}
+
+TEST(Select, MortonOrderBringsNeighboursTogether) {
+    Gaussians g = row_of(5);
+    const float xs[] = {7, 0, 6, kNan, 1};
+    for (std::size_t i = 0; i < 5; ++i) g.means[i * 3] = xs[i];
+    const auto sorted = sort_morton(g);
+    ASSERT_OK(sorted.status());
+    EXPECT_EQ(sorted.value().means[0], 0.0F);
+    EXPECT_EQ(sorted.value().means[3], 1.0F);
+    EXPECT_EQ(sorted.value().means[6], 6.0F);
+    EXPECT_EQ(sorted.value().means[9], 7.0F);
+    EXPECT_TRUE(std::isnan(sorted.value().means[12]));
+    EXPECT_EQ(sorted.value().opacity_logits[0], g.opacity_logits[1]);
+}
+
+TEST(Statistics, MeasuresAndCounts) {
+    Gaussians g = row_of(21);
+    g.opacity_logits.assign(21, 0.0F);
+    g.opacity_logits[1] = -10;
+    g.means[20 * 3 + 2] = kInfinity;
+    g.rotations[8] = kNan;
+    g.log_scales[5] = -std::numeric_limits<float>::infinity();
+    const auto result = statistics(g);
+    ASSERT_OK(result.status());
+    const Statistics& s = result.value();
+    EXPECT_EQ(s.count, 21U);
+    EXPECT_EQ(s.bounds.low, (Vec3{0, 0, 0}));
+    EXPECT_EQ(s.bounds.high, (Vec3{19, 0, 0}));
+    EXPECT_EQ(s.center[0], 9);
+    EXPECT_EQ(s.radius, 9);
+    EXPECT_EQ(s.opacities.max, 0.5);
+    EXPECT_NEAR(s.opacities.mean, (20 * 0.5 + 4.54e-5) / 21, 1e-6);
+    EXPECT_EQ(s.non_finite, 3U);
+    EXPECT_EQ(s.means.non_finite, 1U);
+    EXPECT_EQ(s.bad_rotations, 1U);
+    EXPECT_EQ(s.degenerate, 1U);
+    EXPECT_EQ(s.invisible, 1U);
+    const auto none = statistics({});
+    ASSERT_OK(none.status());
+    EXPECT_EQ(none.value().radius, 0);
+}
+
+}  // namespace
+}  // namespace splat::scene

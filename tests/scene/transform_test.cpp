@@ -1,0 +1,161 @@
+#include "scene/transform.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "io/sample_scene.h"
+#include "scene/frame.h"
+#include "scene/sh.h"
+#include "support/expect_status.h"
+
+namespace splat::scene {
+namespace {
+
+using test::sample_scene;
+
+constexpr Vec3 kDirections[] = {{0, 0, 1}, {0.6, -0.8, 0}, {0.48, 0.6, -0.64}, {-0.6, 0.48, 0.64}};
+
+Similarity sample_similarity() {
+    return {{0.3, -1.2, 0.5, 0.9}, {1, -2, 0.5}, 2.5};
+}
+
+Mat3 matrix_of(const Quaternion& q) {
+    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    return rotation_matrix({q[0] / size, q[1] / size, q[2] / size, q[3] / size});
+}
+
+/// R S S R^T of Gaussian i.
+Mat3 covariance(const Gaussians& g, std::size_t i) {
+    const Mat3 r = rotation_matrix(
+        {static_cast<double>(g.rotations[i * 4]), static_cast<double>(g.rotations[i * 4 + 1]),
+         static_cast<double>(g.rotations[i * 4 + 2]), static_cast<double>(g.rotations[i * 4 + 3])});
+    Mat3 sigma{};
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b)
+            for (std::size_t k = 0; k < 3; ++k)
+                sigma[a][b] +=
+                    r[a][k] * std::exp(2 * static_cast<double>(g.log_scales[i * 3 + k])) * r[b][k];
+    return sigma;
+}
+
+/// m sigma m^T.
+Mat3 turned(const Mat3& m, const Mat3& sigma) {
+    Mat3 result{};
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b)
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t l = 0; l < 3; ++l) result[a][b] += m[a][k] * sigma[k][l] * m[b][l];
+    return result;
+}
+
+void expect_near(const Mat3& a, const Mat3& b, double bound) {
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(a[i][j], b[i][j], bound) << i << " " << j;
+}
+
+TEST(Sh, BasisIsOrthonormalUnderItsOwnTransform) {
+    const Mat3 identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    auto scene = sample_scene(1, 3);
+    const auto before = scene.sh;
+    ShTransform(identity).apply(scene.sh.data(), 3);
+    EXPECT_LT(test::max_difference(scene.sh, before), 1e-6);
+}
+
+TEST(Sh, ColoursTurnWithTheScene) {
+    const Mat3 turn = matrix_of(sample_similarity().rotation);
+    for (std::uint32_t degree = 0; degree <= 3; ++degree) {
+        const auto before = sample_scene(20, degree);
+        auto after = before;
+        ASSERT_OK(transform(after, {sample_similarity().rotation, {}, 1}));
+        for (std::size_t i = 0; i < before.count(); ++i)
+            for (const Vec3& d : kDirections) {
+                const auto expected = sh_color(before, i, d);
+                const auto got = sh_color(after, i, product(turn, d));
+                for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(got[c], expected[c], 2e-6);
+            }
+    }
+}
+
+TEST(Transform, MovesMeansAndCovariances) {
+    const Similarity s = sample_similarity();
+    const Mat3 turn = matrix_of(s.rotation);
+    const auto before = sample_scene(20, 1);
+    auto after = before;
+    ASSERT_OK(transform(after, s));
+    for (std::size_t i = 0; i < before.count(); ++i) {
+        const Vec3 mean = product(turn, {static_cast<double>(before.means[i * 3]),
+                                         static_cast<double>(before.means[i * 3 + 1]),
+                                         static_cast<double>(before.means[i * 3 + 2])});
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(after.means[i * 3 + k], s.scale * mean[k] + s.translation[k], 1e-5);
+        Mat3 expected = turned(turn, covariance(before, i));
+        for (Vec3& row : expected) row = scaled(row, s.scale * s.scale);
+        expect_near(covariance(after, i), expected, 1e-5 * (1 + expected[0][0] + expected[1][1]));
+    }
+}
+
+TEST(Transform, InverseUndoesIt) {
+    const auto before = sample_scene(20, 3);
+    auto after = before;
+    ASSERT_OK(transform(after, sample_similarity()));
+    ASSERT_OK(transform(after, inverse(sample_similarity())));
+    EXPECT_LT(test::max_difference(after.means, before.means), 2e-6);
+    EXPECT_LT(test::max_difference(after.log_scales, before.log_scales), 1e-6);
+    EXPECT_LT(test::max_angle(after.rotations, before.rotations), 1e-3);
+    EXPECT_LT(test::max_difference(after.sh, before.sh), 1e-6);
+    EXPECT_EQ(after.opacity_logits, before.opacity_logits);
+}
+
+TEST(Transform, RefusesWhatIsNoSimilarity) {
+    const auto before = sample_scene(2, 1);
+    auto scene = before;
+    EXPECT_ERROR(transform(scene, {{0, 0, 0, 0}, {}, 1}), Code::kInvalidArgument, "length 0");
+    EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {}, 0}), Code::kInvalidArgument, "scale 0");
+    EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {}, -1}), Code::kInvalidArgument, "scale -1");
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(transform(scene, {{1, kNan, 0, 0}, {}, 1}).ok());
+    EXPECT_FALSE(transform(scene, {{1, 0, 0, 0}, {0, kNan, 0}, 1}).ok());
+    test::expect_same_bits(scene, before);
+}
+
+TEST(Frame, NamesAreReadInAnyCase) {
+    for (const Frame frame : {Frame::kRdf, Frame::kRub, Frame::kLuf, Frame::kRuf, Frame::kLdb,
+                              Frame::kRdb, Frame::kLub, Frame::kLdf})
+        EXPECT_EQ(frame_from_name(frame_name(frame)), frame);
+    EXPECT_EQ(frame_from_name("rub"), Frame::kRub);
+    EXPECT_FALSE(frame_from_name("RU"));
+    EXPECT_FALSE(frame_from_name(""));
+}
+
+TEST(Frame, MirrorsMeansCovariancesAndColours) {
+    for (const Frame frame : {Frame::kRub, Frame::kLuf, Frame::kRuf, Frame::kLdb, Frame::kRdb,
+                              Frame::kLub, Frame::kLdf}) {
+        Mat3 mirror{};
+        for (std::size_t k = 0; k < 3; ++k)
+            mirror[k][k] = frame_name(frame)[k] == frame_name(Frame::kRdf)[k] ? 1 : -1;
+        const auto before = sample_scene(5, 3);
+        auto after = before;
+        convert_frame(after, Frame::kRdf, frame);
+        for (std::size_t i = 0; i < before.count(); ++i) {
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_EQ(after.means[i * 3 + k],
+                          static_cast<float>(mirror[k][k]) * before.means[i * 3 + k]);
+            expect_near(covariance(after, i), turned(mirror, covariance(before, i)), 1e-6);
+            for (const Vec3& d : kDirections)
+                for (std::size_t c = 0; c < 3; ++c)
+                    EXPECT_NEAR(sh_color(after, i, product(mirror, d))[c],
+                                sh_color(before, i, d)[c], 1e-6)
+                        << frame_name(frame);
+        }
+        auto by_matrix = before.sh;
+        const ShTransform bands(mirror);
+        for (std::size_t i = 0; i < 5; ++i) bands.apply(by_matrix.data() + i * 48, 3);
+        EXPECT_LT(test::max_difference(by_matrix, after.sh), 1e-6) << "two ways agree";
+        convert_frame(after, frame, Frame::kRdf);
+        test::expect_same_bits(after, before);
+    }
+}
+
+}  // namespace
+}  // namespace splat::scene
