@@ -41,7 +41,9 @@ void put(Buffer& to, T value, std::endian order = std::endian::little) {
     std::byte bytes[sizeof(T)];
     std::memcpy(bytes, &value, sizeof value);
     if (order == std::endian::big) std::reverse(std::begin(bytes), std::end(bytes));
-    to.insert(to.end(), std::begin(bytes), std::end(bytes));
+    const std::size_t place = to.size();
+    to.resize(place + sizeof bytes);  // gcc 12 takes an insert of constant length for an overflow
+    std::memcpy(to.data() + place, bytes, sizeof bytes);
 }
 
 inline void put_bytes(Buffer& to, Bytes bytes) {

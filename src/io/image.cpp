@@ -26,7 +26,7 @@ struct PngState {
 void on_error(png_structp png, png_const_charp message) {
     auto* const state = static_cast<PngState*>(png_get_error_ptr(png));
     std::strncpy(state->message, message, sizeof state->message - 1);
-    png_longjmp(png, 1);
+    png_longjmp(png, 1);  // libpng is C: an exception must not pass through it
 }
 
 void on_warning(png_structp, png_const_charp) {}
@@ -63,6 +63,7 @@ class PngReader {
 
     /// Fills all but the samples.
     bool read_header(Image& image, const ImageOptions& options) {
+        // NOLINTNEXTLINE(cert-err52-cpp)
         if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
         png_set_read_fn(png_, &state_, on_read);
         png_set_user_limits(png_, options.max_side, options.max_side);
@@ -79,6 +80,7 @@ class PngReader {
 
     /// `rows` is [height, bytes of a row].
     bool read_rows(std::byte* rows, std::size_t row_bytes, std::uint32_t height) {
+        // NOLINTNEXTLINE(cert-err52-cpp)
         if (setjmp(png_jmpbuf(png_)) != 0) return false;
         for (int pass = 0; pass < passes_; ++pass)
             for (std::uint32_t y = 0; y < height; ++y)
@@ -109,6 +111,7 @@ class PngWriter {
     bool write(const Image& image, const std::byte* rows, std::size_t row_bytes) {
         constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
                                   PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+        // NOLINTNEXTLINE(cert-err52-cpp)
         if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
         png_set_write_fn(png_, &state_, on_write, on_flush);
         png_set_IHDR(png_, info_, image.width, image.height, static_cast<int>(image.bits),

@@ -126,9 +126,10 @@ void decode_means(Bytes from, const Header& header, Gaussians& g) {
             continue;
         }
         const std::byte* const at = from.data() + i * 3;
-        const auto low = number<std::uint16_t>(at);
-        const int high = number<std::int8_t>(at + 2);
-        g.means[i] = static_cast<float>((high * 65536 + low) * unit);
+        const std::uint32_t bits = number<std::uint16_t>(at) | std::to_integer<std::uint32_t>(at[2])
+                                                                   << 16U;
+        const int fixed = static_cast<int>(bits ^ 0x800000U) - 0x800000;  // sign of 24 bits
+        g.means[i] = static_cast<float>(fixed * unit);
     }
 }
 
