@@ -428,6 +428,484 @@ SPLAT_API splat_result splat_op_backward(splat_op op);
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_op_destroy(splat_op op);
 
+/* ---- Scene ----------------------------------------------------------------------------------- */
+
+/* A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device;
+ * a rasterizer that draws it keeps a packed copy on its device until the scene changes or is
+ * destroyed. Axes: those of 3DGS .ply files, x right, y down, z forward (SPLAT_FRAME_RDF).
+ *
+ * Attributes, float32, row-major, n Gaussians, K = (sh_degree + 1)^2:
+ *   "means" [n,3] scene units             "log_scales" [n,3] or activated "scales" [n,3], > 0
+ *   "rotations" [n,4] w, x, y, z          "opacity_logits" [n] or activated "opacities" [n], 0 to 1
+ *   "sh" [n,K,3] constant term first; colour = max(0, 0.5 + sum sh_k Y_k(direction)) */
+typedef struct splat_scene_s* splat_scene;
+
+typedef struct splat_scene_desc {
+    uint32_t struct_size;
+    uint32_t flags;     /* 0 */
+    const void* next;   /* NULL */
+    uint64_t count;     /* Gaussians; 0 makes an empty scene */
+    uint32_t sh_degree; /* 0 to 3 */
+    uint32_t reserved;
+    /* arrays as above, copied; NULL: zeros, for rotations 1, 0, 0, 0 */
+    const float* means;
+    const float* log_scales;
+    const float* rotations;
+    const float* opacity_logits;
+    const float* sh;
+} splat_scene_desc;
+
+/* Create a scene.
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree > 3
+ *   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene);
+
+typedef int32_t splat_scene_format;
+enum {
+    SPLAT_SCENE_PLY = 1,            /* of 3DGS, any order of properties, ascii and binary */
+    SPLAT_SCENE_COMPRESSED_PLY = 2, /* read only */
+    SPLAT_SCENE_SPLAT = 3,          /* 8-bit colours, no higher bands */
+    SPLAT_SCENE_SPZ = 4             /* quantised; versions 1 to 4 are read, 3 and 4 written */
+};
+
+/* Axes x, y, z of a file: right or left, up or down, front or back. */
+typedef int32_t splat_frame;
+enum {
+    SPLAT_FRAME_RDF = 1, /* .ply, .splat, COLMAP, OpenCV; and scenes in memory */
+    SPLAT_FRAME_RUB = 2, /* .spz, OpenGL, three.js */
+    SPLAT_FRAME_LUF = 3,
+    SPLAT_FRAME_RUF = 4, /* Unity */
+    SPLAT_FRAME_LDB = 5,
+    SPLAT_FRAME_RDB = 6,
+    SPLAT_FRAME_LUB = 7,
+    SPLAT_FRAME_LDF = 8
+};
+
+/* For splat_scene_file_desc.sh_degree: the constant colour only. */
+#define SPLAT_SH_CONSTANT (-1)
+
+typedef struct splat_scene_file_desc {
+    uint32_t struct_size;
+    uint32_t flags;            /* 0 */
+    const void* next;          /* NULL */
+    splat_scene_format format; /* 0 = by the first bytes, or by the extension of the path */
+    splat_frame frame;         /* of the file; 0 = the format's usual one */
+    /* 0 = as it is; 1 to 3, or SPLAT_SH_CONSTANT for 0: bands are dropped or padded with zeros */
+    int32_t sh_degree;
+    uint32_t spz_version; /* to write: 3 or 4; 0 = 3 */
+    uint64_t max_count;   /* more Gaussians in a file are refused; 0 = 2^27 */
+} splat_scene_file_desc;
+
+/* Read a scene.
+ * desc      may be NULL for defaults
+ * data      in, `bytes` bytes of a file; .splat has no mark, so its format must be said
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read, is damaged, truncated, no scene or
+ *                                     not of desc.format; a field of desc
+ *   SPLAT_ERROR_UNSUPPORTED           a known format that is not read, or more than max_count
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
+                                        splat_scene* scene);
+SPLAT_API splat_result splat_scene_load_memory(const void* data, size_t bytes,
+                                               const splat_scene_file_desc* desc,
+                                               splat_scene* scene);
+
+/* What was found when the scene was read. JSON: {"format", "version", "count", "sh_degree",
+ * "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} if it was not read.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
+                                               size_t* needed);
+
+/* Write a scene: a file appears whole or not at all; memory needs desc.format.
+ * needed    out, bytes of the file; with a capacity below that the result is SPLAT_INCOMPLETE and
+ *           nothing is written to `buffer`
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, or the file cannot be written; an old one stays
+ *   SPLAT_ERROR_UNSUPPORTED           a format or extension that is not written
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_save(splat_scene scene, const char* path,
+                                        const splat_scene_file_desc* desc);
+SPLAT_API splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_desc* desc,
+                                               void* buffer, size_t capacity, size_t* needed);
+
+/* Copy an attribute out of a scene or into it.
+ * name      as listed above
+ * values    `bytes` bytes, those of the attribute or more
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      name; too few bytes; to write "scales" or "opacities", a value
+ *                                     outside their range. Nothing is changed */
+SPLAT_API splat_result splat_scene_read(splat_scene scene, const char* name, float* values,
+                                        size_t bytes);
+SPLAT_API splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
+                                         size_t bytes);
+
+/* Copy an attribute to a new tensor of its shape.
+ * Returns what splat_scene_read and splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a
+ * scene without Gaussians. */
+SPLAT_API splat_result splat_scene_to_tensor(splat_scene scene, const char* name,
+                                             splat_device device, splat_tensor* tensor);
+
+/* x -> scale * rotation x + translation. Frozen. */
+typedef struct splat_similarity {
+    double rotation[4];    /* w, x, y, z, of any length > 0 */
+    double translation[3]; /* scene units */
+    double scale;          /* > 0 */
+} splat_similarity;
+
+/* Move, turn and scale a scene, its spherical harmonics too.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is as it was. */
+SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity);
+
+/* Keep the Gaussians whose mean lies in a box.
+ * low, high  3 doubles each, scene units; the faces belong to the box
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
+
+enum {
+    SPLAT_FILTER_FINITE = 1u << 0, /* without NaN, infinities and rotations of length 0 */
+    SPLAT_FILTER_SORT = 1u << 1    /* order what is kept along a Morton curve */
+};
+
+/* Keep the Gaussians of at least this opacity, in their order.
+ * flags        SPLAT_FILTER_ bits
+ * min_opacity  0 to 1
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity);
+
+/* Make a scene of the Gaussians of `count` scenes, one after the other, with the highest of their
+ * degrees.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
+ *   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count,
+                                         splat_scene* scene);
+
+typedef struct splat_scene_info {
+    uint32_t struct_size;
+    uint32_t sh_degree;
+    uint64_t count;
+    double low[3];          /* bounds of the finite means */
+    double high[3];         /* likewise */
+    double center[3];       /* median of the finite means, axis by axis */
+    double radius;          /* 95 % of the finite means are so near to the centre */
+    double scale_min;       /* standard deviations, scene units, finite ones */
+    double scale_max;       /* likewise */
+    double scale_mean;      /* likewise */
+    double opacity_min;     /* 0 to 1 */
+    double opacity_max;     /* likewise */
+    double opacity_mean;    /* likewise */
+    uint64_t non_finite;    /* values of all attributes */
+    uint64_t bad_rotations; /* of length 0, or not finite */
+    uint64_t degenerate;    /* Gaussians with a scale below 1e-12 */
+    uint64_t invisible;     /* Gaussians of opacity below 1/255 */
+} splat_scene_info;
+
+/* Measure a scene.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info);
+
+/* Destroy a scene.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_scene_destroy(splat_scene scene);
+
+/* ---- Camera ---------------------------------------------------------------------------------- */
+
+/* A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5). */
+typedef struct splat_camera {
+    uint32_t width; /* pixels */
+    uint32_t height;
+    double fx; /* pixels */
+    double fy;
+    double cx;
+    double cy;
+    /* row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward */
+    double world_to_camera[16];
+} splat_camera;
+
+/* Intrinsics of an image whose horizontal field of view is `fov_x` radians, square pixels, principal
+ * point in the middle; the pose is the identity.
+ * camera    out
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a side outside 1 to 16384, or an angle outside
+ * 0 to pi. */
+SPLAT_API splat_result splat_camera_from_fov(uint32_t width, uint32_t height, double fov_x,
+                                             splat_camera* camera);
+
+/* Set the pose: at `eye`, looking at `target`, `up` (a direction of the world) upwards in the image.
+ * camera    in/out, the intrinsics stay
+ * eye, target, up  3 doubles each, scene units
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: eye and target coincide, `up` is along the
+ * view, or something is not finite. */
+SPLAT_API splat_result splat_camera_look_at(splat_camera* camera, const double* eye,
+                                            const double* target, const double* up);
+
+/* Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards; transform_matrix
+ * of NeRF), or give it as one.
+ * camera_to_world  16 doubles, row-major
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is no rotation and translation. */
+SPLAT_API splat_result splat_camera_from_opengl(splat_camera* camera,
+                                                const double* camera_to_world);
+SPLAT_API splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_to_world);
+
+typedef struct splat_orbit_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* 0 */
+    const void* next; /* NULL */
+    uint32_t width;   /* pixels; 0 = 512 */
+    uint32_t height;  /* pixels; 0 = 512 */
+    double fov_x;     /* radians; 0 = 0.7 */
+    double elevation; /* radians above the horizon */
+    double start;     /* radians, of the first camera; 0: before the scene, looking along +z */
+    double distance;  /* scene units from the centre; 0 = the scene's radius fills the image */
+    double up[3];     /* a direction of the world; 0, 0, 0 = 0, -1, 0 */
+} splat_orbit_desc;
+
+/* `count` cameras at equal angles on a circle around the centre of a scene.
+ * desc      may be NULL for defaults
+ * cameras   out, `count` of them
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that make no camera, or a scene without
+ *                                     extent if there is no distance */
+SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
+                                          uint32_t count, splat_camera* cameras);
+
+enum {
+    /* read cameras with lens distortion as if they had none; else they are refused */
+    SPLAT_CAMERA_IGNORE_DISTORTION = 1u << 0
+};
+
+typedef struct splat_camera_file_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_CAMERA_ bits */
+    const void* next; /* NULL */
+    uint32_t width;   /* pixels, for a transforms.json that does not say; else 0 */
+    uint32_t height;
+} splat_camera_file_desc;
+
+/* Cameras of a NeRF transforms.json, or of the folder of a COLMAP model (text or binary).
+ * desc      may be NULL for defaults
+ * cameras   out, `capacity` of them; may be NULL when capacity is 0
+ * count     out, cameras of the file; may be NULL
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (the first `capacity` are written), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read or is damaged, an invalid camera
+ *   SPLAT_ERROR_UNSUPPORTED           distortion, another model of lens
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_camera_load(const char* path, const splat_camera_file_desc* desc,
+                                         splat_camera* cameras, uint32_t capacity, uint32_t* count);
+
+/* Text on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
+ * "warnings": [sentences]}.
+ * Returns as splat_camera_load. */
+SPLAT_API splat_result splat_camera_load_report(const char* path,
+                                                const splat_camera_file_desc* desc, char* buffer,
+                                                size_t capacity, size_t* needed);
+
+/* ---- Rasterizer ------------------------------------------------------------------------------ */
+
+/* 3D Gaussian splatting of a number of Gaussians into a number of views, and its gradients. */
+typedef struct splat_rasterizer_s* splat_rasterizer;
+
+typedef int32_t splat_convention;
+enum {
+    SPLAT_CONVENTION_3DGS = 1,  /* Kerbl et al. 2023: extents of 3 sigma, quaternions as given */
+    SPLAT_CONVENTION_GSPLAT = 2 /* gsplat 1.6: exactly alpha >= 1/255, quaternions normalised */
+};
+
+/* What a rasterizer can do. */
+enum {
+    SPLAT_RASTERIZER_DIRECT_COLORS = 1u << 0, /* colours are RGB, not spherical harmonics */
+    SPLAT_RASTERIZER_ANTIALIASED = 1u << 1,   /* opacity compensates for the dilation */
+    SPLAT_RASTERIZER_DEPTH = 1u << 2,         /* outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */
+    SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
+    /* gradients from the depth, by the pose (SPLAT_CONVENTION_GSPLAT), by means2d; imply BACKWARD */
+    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,
+    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,
+    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6,
+    /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
+    SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7
+};
+
+/* Work that is left out because it does not change the image. */
+enum {
+    SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* what lies beyond alpha = 1/255 */
+    SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
+    SPLAT_SKIP_CULL = 1u << 2,           /* sorting Gaussians that reach no tile */
+    SPLAT_SKIP_EARLY_OUT = 1u << 3,      /* blending where every pixel has stopped */
+    SPLAT_SKIP_UNCHANGED = 1u << 4       /* drawing when scene, cameras, background stay */
+};
+
+typedef struct splat_rasterizer_desc {
+    uint32_t struct_size;
+    uint32_t flags;              /* SPLAT_RASTERIZER_ bits */
+    const void* next;            /* NULL */
+    uint32_t gaussians;          /* N, 0 and more */
+    uint32_t views;              /* V; 0 = 1 */
+    uint32_t width;              /* W, pixels */
+    uint32_t height;             /* H, pixels */
+    uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
+    uint32_t switch_off;         /* SPLAT_SKIP_ bits of skips to do without, to measure them */
+    splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
+    float near_plane;            /* scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */
+    float far_plane;             /* scene units; 0 = 1e10 */
+    uint32_t reserved;
+} splat_rasterizer_desc;
+
+/* Create a rasterizer with its memory; the memory for intersections grows when it has to.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, flags that exclude another
+ *   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes at a
+ *                                     time
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_rasterizer_create(splat_device device,
+                                               const splat_rasterizer_desc* desc,
+                                               splat_rasterizer* rasterizer);
+
+typedef struct splat_gaussians_desc {
+    uint32_t struct_size;
+    uint32_t flags;         /* 0 */
+    const void* next;       /* NULL */
+    splat_tensor means;     /* [N,3] scene units */
+    splat_tensor scales;    /* [N,3] standard deviations, scene units */
+    splat_tensor rotations; /* [N,4] w, x, y, z */
+    splat_tensor opacities; /* [N] 0 to 1 */
+    splat_tensor sh;        /* [N,(sh_degree+1)^2,3]; NULL with direct colours */
+    splat_tensor colors;    /* [N,3]; NULL without direct colours */
+} splat_gaussians_desc;
+
+/* Draw Gaussians; the images stay in the rasterizer, see splat_rasterizer_output. What is not finite
+ * or has no extent is left out.
+ * scene           N Gaussians; bands beyond the rasterizer's degree are left out
+ * gaussians       tensors of the rasterizer's device; all NULL for N = 0
+ * cameras         `count` = V cameras of W x H pixels
+ * background      3 floats RGB; NULL = black
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
+ *                                     count; a background that is not finite; a scene of another
+ *                                     number of Gaussians; a tensor of another device or dtype
+ *   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
+ *   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor and the shape expected
+ *   SPLAT_ERROR_UNSUPPORTED           more Gaussians on one place than this device's loops take
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST
+ * On an error before the device works the last images stay, on a later one there are none. */
+SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer,
+                                                      splat_scene scene,
+                                                      const splat_camera* cameras, uint32_t count,
+                                                      const float* background);
+SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
+                                                const splat_gaussians_desc* gaussians,
+                                                const splat_camera* cameras, uint32_t count,
+                                                const float* background);
+
+typedef int32_t splat_output;
+enum {
+    SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] over the background */
+    SPLAT_OUTPUT_ALPHA = 2,          /* [V,H,W] */
+    SPLAT_OUTPUT_DEPTH = 3,          /* [V,H,W] sum of weight * depth, scene units along z */
+    SPLAT_OUTPUT_EXPECTED_DEPTH = 4, /* [V,H,W] depth / alpha */
+    SPLAT_OUTPUT_CONTRIBUTORS = 5,   /* [V,H,W] Gaussians of weight > 0 */
+    SPLAT_OUTPUT_MEANS2D = 6,        /* [V,N,2] pixels; this and those below: 0 where culled */
+    SPLAT_OUTPUT_RADII = 7,          /* [V,N,2] pixels */
+    SPLAT_OUTPUT_CONICS = 8,         /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
+    SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] scene units along z */
+    SPLAT_OUTPUT_VISIBILITY = 10     /* [V,N] 1, or 0 for what is culled */
+};
+
+/* Copy an output of the last forward call, float32, to a tensor or to host memory.
+ * tensor    of the rasterizer's device and of the output's shape
+ * values    `bytes` bytes, those of the output or more; untouched on error
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      an output that is none, too few bytes, device or dtype
+ *   SPLAT_ERROR_INVALID_STATE         no forward call that succeeded, a mapped tensor, or a
+ *                                     rasterizer made without SPLAT_RASTERIZER_DEPTH
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
+SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_output output,
+                                               splat_tensor tensor);
+SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_output output,
+                                             float* values, size_t bytes);
+
+enum {
+    /* gradients are added to what is there, not written over it */
+    SPLAT_GRADIENTS_ACCUMULATE = 1u << 0
+};
+
+typedef struct splat_gradients_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_GRADIENTS_ bits */
+    const void* next; /* NULL */
+    /* in: gradients of the loss by outputs; NULL: zeros */
+    splat_tensor grad_rgb;   /* [V,H,W,3] */
+    splat_tensor grad_alpha; /* [V,H,W] */
+    splat_tensor grad_depth; /* [V,H,W] */
+    /* out: gradients of the loss by inputs; NULL: not wanted */
+    splat_tensor grad_means;           /* [N,3] */
+    splat_tensor grad_scales;          /* [N,3] */
+    splat_tensor grad_rotations;       /* [N,4] */
+    splat_tensor grad_opacities;       /* [N] */
+    splat_tensor grad_sh;              /* [N,(sh_degree+1)^2,3] */
+    splat_tensor grad_colors;          /* [N,3] direct colours */
+    splat_tensor grad_means2d;         /* [V,N,2] per pixel */
+    splat_tensor grad_means2d_abs;     /* [V,N,2] sums over the pixels of absolute values */
+    splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
+} splat_gradients_desc;
+
+/* Compute gradients at the inputs of the last forward call, of which the rasterizer keeps a copy. A
+ * scene's gradients are by its activated attributes.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
+ *                                     also another tensor of the call
+ *   SPLAT_ERROR_INVALID_STATE         no forward call that succeeded, a mapped tensor, or a tensor
+ *                                     for which the rasterizer was not made
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined */
+SPLAT_API splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
+                                                 const splat_gradients_desc* gradients);
+
+typedef struct splat_rasterizer_info {
+    uint32_t struct_size;
+    uint32_t passes;      /* groups of tile rows that the last forward call drew one by one */
+    uint64_t visible;     /* (Gaussian, view) that reached a tile */
+    uint64_t pairs;       /* (tile, Gaussian, view) */
+    uint64_t longest;     /* Gaussians on the fullest tile */
+    uint64_t tiles;       /* of all views */
+    uint64_t empty_tiles; /* of these, without Gaussians */
+    uint64_t bytes;       /* device memory of the rasterizer */
+    uint32_t runs;        /* 0: nothing had changed; 2 and more: memory had to grow */
+    uint32_t reserved;
+} splat_rasterizer_info;
+
+/* Describe the last forward call; zeros before the first.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
+                                                 splat_rasterizer_info* info);
+
+/* Destroy a rasterizer; scenes and tensors stay.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
+
+/* ---- Image files ----------------------------------------------------------------------------- */
+
+/* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy
+ * (float32 [height,width,channels], as it is). The file appears whole or not at all.
+ * values    height * width * channels floats, rows from the top
+ * channels  1 to 4: gray, gray and alpha, RGB, RGB and alpha
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a side outside 1 to 16384, channels, or the file cannot
+ *                                     be written
+ *   SPLAT_ERROR_UNSUPPORTED           another extension */
+SPLAT_API splat_result splat_image_save(const char* path, const float* values, uint32_t width,
+                                        uint32_t height, uint32_t channels);
+
+/* Write an animated PNG of `frames` images, one after the other in `values`, that repeats for ever.
+ * milliseconds  for each frame; 1 to 65535
+ * Returns as splat_image_save. */
+SPLAT_API splat_result splat_image_save_animation(const char* path, const float* values,
+                                                  uint32_t frames, uint32_t width, uint32_t height,
+                                                  uint32_t channels, uint32_t milliseconds);
+
 #ifdef __cplusplus
 }
 #endif

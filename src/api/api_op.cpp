@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/tensor_arguments.h"
 #include "core/json.h"
 #include "nn/op_table.h"
 
@@ -22,13 +23,8 @@ class TensorList {
             return {};
         }
         const std::string argument = format("%s: tensor '%s%s'", op_, prefix, name);
-        SPLAT_ASSIGN(TensorPointer object, api::Tensors::find(tensor, argument.c_str()));
-        if (object->context.get() != &context_)
-            return error(Code::kInvalidArgument, "%s is on another device than the operator",
-                         argument.c_str());
-        if (object->dtype != SPLAT_DTYPE_F32)
-            return error(Code::kInvalidArgument, "%s has dtype %d, expected SPLAT_DTYPE_F32",
-                         argument.c_str(), object->dtype);
+        SPLAT_ASSIGN(TensorPointer object,
+                     api::find_tensor(tensor, argument.c_str(), context_, "operator"));
         views.push_back(object->view);
         tensors.push_back(std::move(object));
         return {};
@@ -106,11 +102,7 @@ splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Ops::find(op, "op"));
         const std::lock_guard lock(object->context->mutex);
-        for (const TensorPointer& tensor : object->tensors)
-            if (tensor->mapped != 0)
-                return error(Code::kInvalidState,
-                             "tensor '%s' is mapped; call splat_tensor_unmap first",
-                             tensor->name.c_str());
+        for (const TensorPointer& tensor : object->tensors) SPLAT_TRY(api::check_unmapped(*tensor));
         return ((*object->op).*pass)();
     });
 }

@@ -4,6 +4,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/strides.h"
+#include "api/tensor_arguments.h"
 #include "ops/tensor_stats.h"
 
 using namespace splat;
@@ -11,12 +12,6 @@ using namespace splat;
 namespace {
 
 using TensorPointer = std::shared_ptr<api::TensorObject>;
-
-Status not_mapped(const api::TensorObject& tensor) {
-    if (tensor.mapped == 0) return {};
-    return error(Code::kInvalidState, "tensor '%s' is mapped; call splat_tensor_unmap first",
-                 tensor.name.c_str());
-}
 
 Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
@@ -59,7 +54,7 @@ Status write(api::TensorObject& tensor, const void* data, std::size_t bytes,
                  api::host_layout(tensor.view.shape, strides, bytes, false));
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    SPLAT_TRY(not_mapped(tensor));
+    SPLAT_TRY(api::check_unmapped(tensor));
     if (layout.contiguous) return context.write(tensor.view, data, tensor.bytes());
     std::vector<std::byte> contiguous(tensor.bytes());
     api::gather(tensor.view.shape, layout, static_cast<const std::byte*>(data), contiguous.data());
@@ -72,7 +67,7 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
                  api::host_layout(tensor.view.shape, strides, bytes, true));
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    SPLAT_TRY(not_mapped(tensor));
+    SPLAT_TRY(api::check_unmapped(tensor));
     // A mapped tensor is copied in one step that cannot fail half-way; a staged one goes through a
     // copy of our own first.
     if (layout.contiguous && vk::Memory::host(tensor.view) != nullptr)
@@ -93,7 +88,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
                      SPLAT_ACCESS_READ, SPLAT_ACCESS_READ_WRITE);
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    SPLAT_TRY(not_mapped(tensor));
+    SPLAT_TRY(api::check_unmapped(tensor));
     SPLAT_TRY(context.device().alive());
     void* host = vk::Memory::host(tensor.view);
     if (host != nullptr) {
@@ -133,7 +128,7 @@ Status unmap(api::TensorObject& tensor) {
 Result<ops::TensorStats> measure(api::TensorObject& tensor) {
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    SPLAT_TRY(not_mapped(tensor));
+    SPLAT_TRY(api::check_unmapped(tensor));
     if (tensor.dtype != SPLAT_DTYPE_F32)
         return error(Code::kInvalidArgument, "tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32",
                      tensor.name.c_str(), tensor.dtype);

@@ -14,6 +14,10 @@ template <>
 constexpr const char* kKind<TensorObject> = "splat_tensor";
 template <>
 constexpr const char* kKind<OpObject> = "splat_op";
+template <>
+constexpr const char* kKind<SceneObject> = "splat_scene";
+template <>
+constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
 
 struct Entry {
     const char* kind;
@@ -60,6 +64,22 @@ OpObject::~OpObject() {
     op.reset();
 }
 
+PackedScene::~PackedScene() {
+    if (context == nullptr) return;
+    const std::lock_guard lock(context->mutex);
+    arrays = {};
+}
+
+RasterizerObject::~RasterizerObject() {
+    if (context == nullptr) return;
+    const std::lock_guard lock(context->mutex);
+    rasterizer.reset();
+    inputs = {};
+    gradients = {};
+    grad_image = {};
+    grad_depth = {};
+}
+
 template <class Object, class Handle>
 Handle Handles<Object, Handle>::add(std::shared_ptr<Object> object) {
     Registry& all = registry();
@@ -95,5 +115,7 @@ Result<std::shared_ptr<Object>> Handles<Object, Handle>::remove(Handle handle,
 template struct Handles<DeviceObject, splat_device>;
 template struct Handles<TensorObject, splat_tensor>;
 template struct Handles<OpObject, splat_op>;
+template struct Handles<SceneObject, splat_scene>;
+template struct Handles<RasterizerObject, splat_rasterizer>;
 
 }  // namespace splat::api

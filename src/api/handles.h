@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "nn/op_instance.h"
+#include "raster/pack.h"
 #include "splat.h"
 #include "vk/context.h"
 
@@ -38,6 +40,39 @@ struct OpObject {
     ~OpObject();
 };
 
+/// A scene on a device, activated and packed with the bands up to a degree. Never changes.
+struct PackedScene {
+    std::shared_ptr<vk::Context> context;
+    std::uint32_t sh_degree = 0;
+    std::uint64_t version = 0;  ///< of no other PackedScene of the process
+    raster::PackedArrays arrays;
+
+    ~PackedScene();
+};
+
+/// What stands behind splat_scene. Its mutex is locked before that of a context, never after.
+struct SceneObject {
+    std::mutex mutex;
+    scene::Gaussians gaussians;
+    std::string report = "{}";                         ///< JSON
+    std::vector<std::shared_ptr<PackedScene>> packed;  ///< of the Gaussians as they are
+};
+
+/// What stands behind splat_rasterizer.
+struct RasterizerObject {
+    std::shared_ptr<vk::Context> context;
+    std::unique_ptr<raster::Rasterizer> rasterizer;
+    bool drawn = false;           ///< the workspace holds a forward call that succeeded
+    raster::PackedArrays inputs;  ///< of tensors; empty before the first such call
+    raster::PackedArrays gradients;
+    vk::Buffer grad_image;  ///< [V,H,W] quads
+    vk::Buffer grad_depth;  ///< [V,H,W]
+    /// Scenes that recorded command lists may name; the latest is the last.
+    std::vector<std::shared_ptr<PackedScene>> scenes;
+
+    ~RasterizerObject();
+};
+
 /// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
 /// recognised, not followed.
 ///
@@ -53,9 +88,13 @@ struct Handles {
 using Devices = Handles<DeviceObject, splat_device>;
 using Tensors = Handles<TensorObject, splat_tensor>;
 using Ops = Handles<OpObject, splat_op>;
+using Scenes = Handles<SceneObject, splat_scene>;
+using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
 extern template struct Handles<OpObject, splat_op>;
+extern template struct Handles<SceneObject, splat_scene>;
+extern template struct Handles<RasterizerObject, splat_rasterizer>;
 
 }  // namespace splat::api

@@ -70,6 +70,8 @@ class Owned {
 using Device = Owned<splat_device, splat_device_destroy>;
 using Tensor = Owned<splat_tensor, splat_tensor_destroy>;
 using Op = Owned<splat_op, splat_op_destroy>;
+using Scene = Owned<splat_scene, splat_scene_destroy>;
+using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.

@@ -154,8 +154,195 @@ const Layout kOpDesc = {  // clang-format off
     SPLAT_FIELD(splat_op_desc, grad_inputs, 64, 8),}
 };  // clang-format on
 
-const Layout kLayouts[] = {kDeviceInfo, kDeviceDesc,  kMemoryInfo, kTensorDesc,
-                           kTensorInfo, kTensorStats, kOpDesc};
+const Layout kSceneDesc = {  // clang-format off
+    "splat_scene_desc",
+    sizeof(splat_scene_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_scene_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_scene_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_scene_desc, next, 8, 8),
+    SPLAT_FIELD(splat_scene_desc, count, 16, 8),
+    SPLAT_FIELD(splat_scene_desc, sh_degree, 24, 4),
+    SPLAT_FIELD(splat_scene_desc, reserved, 28, 4),
+    SPLAT_FIELD(splat_scene_desc, means, 32, 8),
+    SPLAT_FIELD(splat_scene_desc, log_scales, 40, 8),
+    SPLAT_FIELD(splat_scene_desc, rotations, 48, 8),
+    SPLAT_FIELD(splat_scene_desc, opacity_logits, 56, 8),
+    SPLAT_FIELD(splat_scene_desc, sh, 64, 8),}
+};  // clang-format on
+
+const Layout kSceneFileDesc = {  // clang-format off
+    "splat_scene_file_desc",
+    sizeof(splat_scene_file_desc),
+    40,
+    {
+    SPLAT_FIELD(splat_scene_file_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_scene_file_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_scene_file_desc, next, 8, 8),
+    SPLAT_FIELD(splat_scene_file_desc, format, 16, 4),
+    SPLAT_FIELD(splat_scene_file_desc, frame, 20, 4),
+    SPLAT_FIELD(splat_scene_file_desc, sh_degree, 24, 4),
+    SPLAT_FIELD(splat_scene_file_desc, spz_version, 28, 4),
+    SPLAT_FIELD(splat_scene_file_desc, max_count, 32, 8),}
+};  // clang-format on
+
+const Layout kSimilarity = {  // clang-format off
+    "splat_similarity",
+    sizeof(splat_similarity),
+    64,
+    {
+    SPLAT_FIELD(splat_similarity, rotation, 0, 32),
+    SPLAT_FIELD(splat_similarity, translation, 32, 24),
+    SPLAT_FIELD(splat_similarity, scale, 56, 8),}
+};  // clang-format on
+
+const Layout kSceneInfo = {  // clang-format off
+    "splat_scene_info",
+    sizeof(splat_scene_info),
+    176,
+    {
+    SPLAT_FIELD(splat_scene_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_scene_info, sh_degree, 4, 4),
+    SPLAT_FIELD(splat_scene_info, count, 8, 8),
+    SPLAT_FIELD(splat_scene_info, low, 16, 24),
+    SPLAT_FIELD(splat_scene_info, high, 40, 24),
+    SPLAT_FIELD(splat_scene_info, center, 64, 24),
+    SPLAT_FIELD(splat_scene_info, radius, 88, 8),
+    SPLAT_FIELD(splat_scene_info, scale_min, 96, 8),
+    SPLAT_FIELD(splat_scene_info, scale_max, 104, 8),
+    SPLAT_FIELD(splat_scene_info, scale_mean, 112, 8),
+    SPLAT_FIELD(splat_scene_info, opacity_min, 120, 8),
+    SPLAT_FIELD(splat_scene_info, opacity_max, 128, 8),
+    SPLAT_FIELD(splat_scene_info, opacity_mean, 136, 8),
+    SPLAT_FIELD(splat_scene_info, non_finite, 144, 8),
+    SPLAT_FIELD(splat_scene_info, bad_rotations, 152, 8),
+    SPLAT_FIELD(splat_scene_info, degenerate, 160, 8),
+    SPLAT_FIELD(splat_scene_info, invisible, 168, 8),}
+};  // clang-format on
+
+const Layout kCamera = {  // clang-format off
+    "splat_camera",
+    sizeof(splat_camera),
+    168,
+    {
+    SPLAT_FIELD(splat_camera, width, 0, 4),
+    SPLAT_FIELD(splat_camera, height, 4, 4),
+    SPLAT_FIELD(splat_camera, fx, 8, 8),
+    SPLAT_FIELD(splat_camera, fy, 16, 8),
+    SPLAT_FIELD(splat_camera, cx, 24, 8),
+    SPLAT_FIELD(splat_camera, cy, 32, 8),
+    SPLAT_FIELD(splat_camera, world_to_camera, 40, 128),}
+};  // clang-format on
+
+const Layout kOrbitDesc = {  // clang-format off
+    "splat_orbit_desc",
+    sizeof(splat_orbit_desc),
+    80,
+    {
+    SPLAT_FIELD(splat_orbit_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_orbit_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_orbit_desc, next, 8, 8),
+    SPLAT_FIELD(splat_orbit_desc, width, 16, 4),
+    SPLAT_FIELD(splat_orbit_desc, height, 20, 4),
+    SPLAT_FIELD(splat_orbit_desc, fov_x, 24, 8),
+    SPLAT_FIELD(splat_orbit_desc, elevation, 32, 8),
+    SPLAT_FIELD(splat_orbit_desc, start, 40, 8),
+    SPLAT_FIELD(splat_orbit_desc, distance, 48, 8),
+    SPLAT_FIELD(splat_orbit_desc, up, 56, 24),}
+};  // clang-format on
+
+const Layout kCameraFileDesc = {  // clang-format off
+    "splat_camera_file_desc",
+    sizeof(splat_camera_file_desc),
+    24,
+    {
+    SPLAT_FIELD(splat_camera_file_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_camera_file_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_camera_file_desc, next, 8, 8),
+    SPLAT_FIELD(splat_camera_file_desc, width, 16, 4),
+    SPLAT_FIELD(splat_camera_file_desc, height, 20, 4),}
+};  // clang-format on
+
+const Layout kRasterizerDesc = {  // clang-format off
+    "splat_rasterizer_desc",
+    sizeof(splat_rasterizer_desc),
+    56,
+    {
+    SPLAT_FIELD(splat_rasterizer_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, next, 8, 8),
+    SPLAT_FIELD(splat_rasterizer_desc, gaussians, 16, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, views, 20, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, width, 24, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, height, 28, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, sh_degree, 32, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, switch_off, 36, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, convention, 40, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, near_plane, 44, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, far_plane, 48, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, reserved, 52, 4),}
+};  // clang-format on
+
+const Layout kGaussiansDesc = {  // clang-format off
+    "splat_gaussians_desc",
+    sizeof(splat_gaussians_desc),
+    64,
+    {
+    SPLAT_FIELD(splat_gaussians_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_gaussians_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_gaussians_desc, next, 8, 8),
+    SPLAT_FIELD(splat_gaussians_desc, means, 16, 8),
+    SPLAT_FIELD(splat_gaussians_desc, scales, 24, 8),
+    SPLAT_FIELD(splat_gaussians_desc, rotations, 32, 8),
+    SPLAT_FIELD(splat_gaussians_desc, opacities, 40, 8),
+    SPLAT_FIELD(splat_gaussians_desc, sh, 48, 8),
+    SPLAT_FIELD(splat_gaussians_desc, colors, 56, 8),}
+};  // clang-format on
+
+const Layout kGradientsDesc = {  // clang-format off
+    "splat_gradients_desc",
+    sizeof(splat_gradients_desc),
+    112,
+    {
+    SPLAT_FIELD(splat_gradients_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_gradients_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_gradients_desc, next, 8, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_rgb, 16, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_alpha, 24, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_depth, 32, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_means, 40, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_scales, 48, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_rotations, 56, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_opacities, 64, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_sh, 72, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_colors, 80, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_means2d, 88, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_means2d_abs, 96, 8),
+    SPLAT_FIELD(splat_gradients_desc, grad_world_to_camera, 104, 8),}
+};  // clang-format on
+
+const Layout kRasterizerInfo = {  // clang-format off
+    "splat_rasterizer_info",
+    sizeof(splat_rasterizer_info),
+    64,
+    {
+    SPLAT_FIELD(splat_rasterizer_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_rasterizer_info, passes, 4, 4),
+    SPLAT_FIELD(splat_rasterizer_info, visible, 8, 8),
+    SPLAT_FIELD(splat_rasterizer_info, pairs, 16, 8),
+    SPLAT_FIELD(splat_rasterizer_info, longest, 24, 8),
+    SPLAT_FIELD(splat_rasterizer_info, tiles, 32, 8),
+    SPLAT_FIELD(splat_rasterizer_info, empty_tiles, 40, 8),
+    SPLAT_FIELD(splat_rasterizer_info, bytes, 48, 8),
+    SPLAT_FIELD(splat_rasterizer_info, runs, 56, 4),
+    SPLAT_FIELD(splat_rasterizer_info, reserved, 60, 4),}
+};  // clang-format on
+
+const Layout kLayouts[] = {
+    kDeviceInfo, kDeviceDesc,     kMemoryInfo,     kTensorDesc,    kTensorInfo,    kTensorStats,
+    kOpDesc,     kSceneDesc,      kSceneFileDesc,  kSimilarity,    kSceneInfo,     kCamera,
+    kOrbitDesc,  kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -216,6 +403,12 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(std::is_same_v<splat_dtype, std::int32_t>);
     static_assert(std::is_same_v<splat_access, std::int32_t>);
     static_assert(sizeof(splat_device) == sizeof(void*) && sizeof(splat_tensor) == sizeof(void*));
+    static_assert(std::is_same_v<splat_scene_format, std::int32_t>);
+    static_assert(std::is_same_v<splat_frame, std::int32_t>);
+    static_assert(std::is_same_v<splat_convention, std::int32_t>);
+    static_assert(std::is_same_v<splat_output, std::int32_t>);
+    static_assert(sizeof(splat_scene) == sizeof(void*));
+    static_assert(sizeof(splat_rasterizer) == sizeof(void*));
     static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
 }
 

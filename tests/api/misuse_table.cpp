@@ -13,19 +13,24 @@ Outputs::Outputs() {
     memory.set_struct_size(sizeof(splat_memory_info));
     tensor_info.set_struct_size(sizeof(splat_tensor_info));
     stats.set_struct_size(sizeof(splat_tensor_stats));
+    scene_info.set_struct_size(sizeof(splat_scene_info));
+    rasterizer_info.set_struct_size(sizeof(splat_rasterizer_info));
 }
 
 bool Outputs::untouched() const {
     return device.untouched() && tensor.untouched() && op.untouched() && device_info.untouched() &&
            memory.untouched() && tensor_info.untouched() && stats.untouched() &&
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
-           pointer.untouched();
+           pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
+           camera.untouched() && scene_info.untouched() && rasterizer_info.untouched();
 }
 
 MisuseTable::MisuseTable() {
     stale_device_ = number(open_device().destroy());
     stale_tensor_ = number(make_tensor(device_, {1}).destroy());
     stale_op_ = number(make_op(device_, request_).destroy());
+    stale_scene_ = number(SampleScene(1).create().destroy());
+    stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -35,6 +40,15 @@ MisuseTable::MisuseTable() {
     tensor_rows();
     op_rows();
     op_desc_rows();
+    scene_rows();
+    scene_file_rows();
+    scene_change_rows();
+    camera_rows();
+    camera_file_rows();
+    rasterizer_rows();
+    rasterizer_forward_rows();
+    rasterizer_output_rows();
+    image_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "api/api_calls.h"
+#include "api/raster_calls.h"
 
 namespace splat::test {
 
@@ -23,6 +23,11 @@ struct Outputs {
     Output<splat_device> device;
     Output<splat_tensor> tensor;
     Output<splat_op> op;
+    Output<splat_scene> scene;
+    Output<splat_rasterizer> rasterizer;
+    Output<splat_camera> camera;
+    Output<splat_scene_info> scene_info;
+    Output<splat_rasterizer_info> rasterizer_info;
     Output<splat_device_info> device_info;
     Output<splat_memory_info> memory;
     Output<splat_tensor_info> tensor_info;
@@ -52,6 +57,15 @@ class MisuseTable {
     void tensor_rows();
     void op_rows();
     void op_desc_rows();
+    void scene_rows();
+    void scene_file_rows();
+    void scene_change_rows();
+    void camera_rows();
+    void camera_file_rows();
+    void rasterizer_rows();
+    void rasterizer_forward_rows();
+    void rasterizer_output_rows();
+    void image_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {
@@ -79,9 +93,14 @@ class MisuseTable {
     Tensor result_ = make_tensor(device_, {2, 2});
     OpRequest request_{"linear", {matrix_, matrix_, nullptr}, {result_}};
     Op op_ = make_op(device_, request_);
+    Scene scene_ = SampleScene(3).create();
+    Rasterizer rasterizer_ =
+        make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     std::uintptr_t stale_device_ = 0;
     std::uintptr_t stale_tensor_ = 0;
     std::uintptr_t stale_op_ = 0;
+    std::uintptr_t stale_scene_ = 0;
+    std::uintptr_t stale_rasterizer_ = 0;
     std::vector<Misuse> rows_;
 };
 
@@ -92,6 +111,8 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool device = std::is_same_v<Handle, splat_device>;
     constexpr bool tensor = std::is_same_v<Handle, splat_tensor>;
     constexpr bool op = std::is_same_v<Handle, splat_op>;
+    constexpr bool scene = std::is_same_v<Handle, splat_scene>;
+    constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
         add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
@@ -99,9 +120,13 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!device) bad("a device", number(device_.get()));
     if (!tensor) bad("a tensor", number(tensor_.get()));
     if (!op) bad("an operator", number(op_.get()));
+    if (!scene) bad("a scene", number(scene_.get()));
+    if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
     bad("a destroyed device", stale_device_);
     bad("a destroyed tensor", stale_tensor_);
     bad("a destroyed operator", stale_op_);
+    bad("a destroyed scene", stale_scene_);
+    bad("a destroyed rasterizer", stale_rasterizer_);
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});
@@ -135,7 +160,7 @@ void MisuseTable::descs(const char* function, const Desc& good,
     spoilt("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
     spoilt("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
     spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
-    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 7; });
+    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 20; });
     spoilt("a next", [](Desc& desc) { desc.next = &desc; });
 }
 

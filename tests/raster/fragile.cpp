@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace splat::test {
 namespace {
@@ -116,13 +117,19 @@ class FragileSearch {
 
 }  // namespace
 
-std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene) {
+std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene,
+                                 const std::vector<std::size_t>& pixels) {
     const FragileSearch search(scene);
     std::vector<bool> fragile;
-    for (std::size_t row = 0; row < scene.camera.height; ++row)
-        for (std::size_t column = 0; column < scene.camera.width; ++column)
-            fragile.push_back(search.at(column, row));
+    for (const std::size_t pixel : pixels)
+        fragile.push_back(search.at(pixel % scene.camera.width, pixel / scene.camera.width));
     return fragile;
+}
+
+std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene) {
+    std::vector<std::size_t> all(scene.camera.width * scene.camera.height);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return fragile_pixels(scene, all);
 }
 
 }  // namespace splat::test

@@ -18,6 +18,10 @@ namespace splat::test {
 /// no weight on these pixels, images are compared loosely there.
 std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene);
 
+/// The same for some pixels only, given as row * width + column.
+std::vector<bool> fragile_pixels(const ref::RasterScene<double>& scene,
+                                 const std::vector<std::size_t>& pixels);
+
 /// Many times what float32 arithmetic costs, as exp() of some devices is off by dozens of ulps and
 /// the conics of needles by 60; yet few pixels are lost.
 inline constexpr double kFragileUlps = 256;

@@ -63,6 +63,10 @@ struct PixelLoss {
         if (!loss.grad_alpha.empty()) alpha = loss.grad_alpha[pixel];
         if (!loss.grad_depth.empty()) depth = loss.grad_depth[pixel];
     }
+
+    [[nodiscard]] bool is_zero() const {
+        return dot(rgb, rgb) == Real(0) && alpha == Real(0) && depth == Real(0);
+    }
 };
 
 /// From dL/dalpha of one hit to its Gaussian.
@@ -93,8 +97,9 @@ BlendBackward<Real> blend_backward(const RasterScene<Real>& scene,
     BlendBackward<Real> out(scene.count());
     for (std::size_t p = 0; p < scene.pixels(); ++p) {
         const std::size_t width = scene.camera.width;
-        const BlendedPixel<Real> pixel = blend_pixel(scene, projected, p % width, p / width);
         const PixelLoss<Real> grad(loss, p);
+        if (grad.is_zero()) continue;
+        const BlendedPixel<Real> pixel = blend_pixel(scene, projected, p % width, p / width);
         const Real grad_end = grad.alpha - dot(grad.rgb, scene.background);
         Real behind = -pixel.transmittance * grad_end;  // S_i - T_end (...)
         for (std::size_t h = pixel.hits.size(); h-- > 0;) {

@@ -1,0 +1,27 @@
+#ifndef SPLAT_STRIDED_COPY_PARAMS_H
+#define SPLAT_STRIDED_COPY_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+// Strides and offsets in floats.
+struct StridedCopyParams {
+    uint count;
+    uint channels;
+    uint in_stride;
+    uint in_offset;
+    uint out_stride;
+    uint out_offset;
+    uint accumulate;
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(StridedCopyParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,293 @@
+#include <atomic>
+#include <cmath>
+
+#include "api/api_guard.h"
+#include "api/camera_value.h"
+#include "api/tensor_arguments.h"
+
+using namespace splat;
+
+namespace {
+
+using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
+using PackedPointer = std::shared_ptr<api::PackedScene>;
+
+constexpr float kNear3dgs = 0.2F;
+constexpr float kNearGsplat = 0.01F;
+constexpr float kFar = 1e10F;
+
+Status check_flags(const splat_rasterizer_desc& desc) {
+    const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
+    if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
+        return error(Code::kInvalidArgument,
+                     "splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
+                     SPLAT_CONVENTION_GSPLAT);
+    const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
+    if (is_set(SPLAT_RASTERIZER_GRAD_POSE) && !gsplat)
+        return error(Code::kInvalidArgument,
+                     "splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
+    if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
+        return error(Code::kInvalidArgument,
+                     "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
+    if (is_set(SPLAT_RASTERIZER_DIRECT_COLORS) && desc.sh_degree != 0)
+        return error(Code::kInvalidArgument,
+                     "splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
+                     desc.sh_degree);
+    constexpr std::uint32_t kSkips = SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES |
+                                     SPLAT_SKIP_CULL | SPLAT_SKIP_EARLY_OUT | SPLAT_SKIP_UNCHANGED;
+    if ((desc.switch_off & ~kSkips) != 0)
+        return error(Code::kInvalidArgument,
+                     "splat_rasterizer_desc.switch_off has unknown bits %#x",
+                     desc.switch_off & ~kSkips);
+    return {};
+}
+
+Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
+    SPLAT_TRY(check_flags(from));
+    const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
+    const auto skips = [&](std::uint32_t bit) { return (from.switch_off & bit) == 0; };
+    raster::RasterDesc desc;
+    desc.gaussians = from.gaussians;
+    desc.views = from.views == 0 ? 1 : from.views;
+    desc.width = from.width;
+    desc.height = from.height;
+    desc.sh_degree = from.sh_degree;
+    desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
+    const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
+    desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
+    desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
+    desc.near_plane = gsplat ? kNearGsplat : kNear3dgs;
+    if (from.near_plane != 0) desc.near_plane = from.near_plane;
+    desc.far_plane = from.far_plane != 0 ? from.far_plane : kFar;
+    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
+    desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
+    desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
+    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE);
+    desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
+    desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
+                    desc.export_gradients;
+    desc.skips = {skips(SPLAT_SKIP_OPACITY_EXTENT), skips(SPLAT_SKIP_EXACT_TILES),
+                  skips(SPLAT_SKIP_CULL), skips(SPLAT_SKIP_EARLY_OUT), skips(SPLAT_SKIP_UNCHANGED)};
+    return desc;
+}
+
+/// Memory of the gradients, now: so that a backward call does not fail for want of it.
+Status allocate_gradients(api::RasterizerObject& object, const raster::RasterDesc& desc) {
+    vk::Context& context = *object.context;
+    SPLAT_ASSIGN(object.gradients, raster::allocate_packed(context, desc));
+    SPLAT_ASSIGN(object.grad_image,
+                 context.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
+                                           "gradient of the image"));
+    const std::uint64_t depth = desc.grad_depth ? vk::quad_bytes(desc.pixels()) : 16;
+    SPLAT_ASSIGN(object.grad_depth, context.memory().allocate(depth, vk::MemoryKind::kDevice,
+                                                              "gradient of the depth"));
+    return {};
+}
+
+Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_desc* from) {
+    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_ORIGINAL_GRADIENT - 1;
+    SPLAT_TRY(
+        api::check_desc(from, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
+    SPLAT_ASSIGN(const raster::RasterDesc desc, raster_desc(*from));
+    auto object = std::make_shared<api::RasterizerObject>();
+    object->context = owner->context;
+    const std::lock_guard lock(owner->context->mutex);
+    SPLAT_TRY(owner->context->device().alive());
+    SPLAT_ASSIGN(object->rasterizer, raster::Rasterizer::create(*owner->context, desc));
+    if (desc.backward) SPLAT_TRY(allocate_gradients(*object, desc));
+    return object;
+}
+
+/// What both ways to draw are given.
+struct Views {
+    std::vector<scene::Camera> cameras;
+    std::array<float, 3> background{};
+};
+
+Result<Views> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
+                          std::uint32_t count, const float* background) {
+    SPLAT_TRY(api::require(cameras, "cameras"));
+    if (count != desc.views)
+        return error(Code::kInvalidArgument,
+                     "count is %u, but the rasterizer was made for %u views", count, desc.views);
+    Views views;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        views.cameras.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
+        const scene::Camera& camera = views.cameras.back();
+        if (camera.width != desc.width || camera.height != desc.height)
+            return error(Code::kInvalidArgument,
+                         "cameras[%u] has %u x %u pixels, but the rasterizer was made for %u x %u",
+                         i, camera.width, camera.height, desc.width, desc.height);
+        SPLAT_TRY(raster::pack_camera(camera, desc.convention).status());
+    }
+    for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
+        if (!std::isfinite(background[k]))
+            return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
+                         k, static_cast<double>(background[k]));
+        views.background[k] = background[k];
+    }
+    return views;
+}
+
+/// The scene on the rasterizer's device, packed for its degree; uploaded if it is not there yet. The
+/// scene's mutex is held by the caller.
+Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::RasterizerObject& object) {
+    static std::atomic<std::uint64_t> versions{0};
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    if (desc.direct_colors)
+        return error(Code::kInvalidState,
+                     "the rasterizer was made for direct colours, but a scene has spherical "
+                     "harmonics");
+    if (scene.gaussians.count() != desc.gaussians)
+        return error(Code::kInvalidArgument,
+                     "the scene has %zu Gaussians, but the rasterizer was made for %u",
+                     scene.gaussians.count(), desc.gaussians);
+    for (const PackedPointer& packed : scene.packed)
+        if (packed->context == object.context && packed->sh_degree == desc.sh_degree) return packed;
+    auto packed = std::make_shared<api::PackedScene>();
+    packed->context = object.context;
+    packed->sh_degree = desc.sh_degree;
+    packed->version = ++versions;
+    {
+        const std::lock_guard lock(object.context->mutex);
+        SPLAT_TRY(object.context->device().alive());
+        SPLAT_ASSIGN(packed->arrays, raster::allocate_packed(*object.context, desc));
+        SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, packed->arrays));
+    }
+    scene.packed.push_back(packed);
+    return packed;
+}
+
+/// The context's mutex is held by the caller.
+Status draw(api::RasterizerObject& object, const raster::SceneInput& input, const Views& views) {
+    object.drawn = false;
+    SPLAT_TRY(object.rasterizer->forward(input, views.cameras, views.background));
+    object.drawn = true;
+    return {};
+}
+
+/// Check the tensors, and take them into `views`.
+Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
+                       const splat_gaussians_desc& from, raster::AttributeViews& views) {
+    const std::int64_t n = desc.gaussians;
+    const std::int64_t k = scene::sh_coefficients(desc.sh_degree);
+    if (n > 0) {
+        SPLAT_TRY(api::require(from.means, "splat_gaussians_desc.means"));
+        SPLAT_TRY(api::require(from.scales, "splat_gaussians_desc.scales"));
+        SPLAT_TRY(api::require(from.rotations, "splat_gaussians_desc.rotations"));
+        SPLAT_TRY(api::require(from.opacities, "splat_gaussians_desc.opacities"));
+        SPLAT_TRY(desc.direct_colors ? api::require(from.colors, "splat_gaussians_desc.colors")
+                                     : api::require(from.sh, "splat_gaussians_desc.sh"));
+    }
+    if ((desc.direct_colors ? from.sh : from.colors) != nullptr)
+        return error(Code::kInvalidArgument,
+                     "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
+                     "colours",
+                     desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
+    SPLAT_TRY(arguments.read(from.means, "means", {n, 3}, views.means));
+    SPLAT_TRY(arguments.read(from.scales, "scales", {n, 3}, views.scales));
+    SPLAT_TRY(arguments.read(from.rotations, "rotations", {n, 4}, views.rotations));
+    SPLAT_TRY(arguments.read(from.opacities, "opacities", {n}, views.opacities));
+    SPLAT_TRY(arguments.read(from.colors, "colors", {n, 3}, views.colors));
+    return arguments.read(from.sh, "sh", {n, k, 3}, views.colors);
+}
+
+Status pack(api::RasterizerObject& object, const raster::AttributeViews& views) {
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    if (object.inputs.gaussians.bytes() == 0) {
+        SPLAT_ASSIGN(object.inputs, raster::allocate_packed(*object.context, desc));
+    }
+    object.drawn = false;
+    vk::Recorder recorder(*object.context);
+    SPLAT_TRY(raster::pack_attributes(recorder, desc, views, object.inputs.input()));
+    SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+    return object.context->run(list);
+}
+
+}  // namespace
+
+splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer_desc* desc,
+                                     splat_rasterizer* rasterizer) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(RasterizerPointer object, create(device, desc));
+        *rasterizer = api::Rasterizers::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_scene scene,
+                                            const splat_camera* cameras, uint32_t count,
+                                            const float* background) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const Views views,
+                     check_views(object->rasterizer->desc(), cameras, count, background));
+        std::vector<PackedPointer> released;  // destroyed without the mutex, which they lock
+        PackedPointer packed;
+        {
+            const std::lock_guard lock(from->mutex);
+            SPLAT_ASSIGN(packed, packed_scene(*from, *object));
+        }
+        const std::lock_guard lock(object->context->mutex);
+        object->scenes.push_back(packed);
+        SPLAT_TRY(draw(*object, packed->arrays.input(packed->version), views));
+        // The lists now name this scene only.
+        released = std::exchange(object->scenes, {packed});
+        return {};
+    });
+}
+
+splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
+                                      const splat_gaussians_desc* gaussians,
+                                      const splat_camera* cameras, uint32_t count,
+                                      const float* background) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_TRY(
+            api::check_desc(gaussians, "splat_gaussians_desc", sizeof(splat_gaussians_desc), 0));
+        const raster::RasterDesc& desc = object->rasterizer->desc();
+        SPLAT_ASSIGN(const Views views, check_views(desc, cameras, count, background));
+        api::TensorArguments arguments(*object->context, "rasterizer");
+        raster::AttributeViews attributes;
+        SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(arguments.check_unmapped());
+        SPLAT_TRY(pack(*object, attributes));
+        return draw(*object, object->inputs.input(), views);
+    });
+}
+
+splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_rasterizer_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_TRY(api::check_info(info, "splat_rasterizer_info", sizeof(splat_rasterizer_info)));
+        const std::lock_guard lock(object->context->mutex);
+        const raster::RasterStats& stats = object->rasterizer->stats();
+        splat_rasterizer_info filled{};
+        filled.bytes = object->rasterizer->workspace().bytes() + object->inputs.gaussians.bytes() +
+                       object->inputs.colors.bytes() + object->gradients.gaussians.bytes() +
+                       object->gradients.colors.bytes() + object->grad_image.bytes() +
+                       object->grad_depth.bytes();
+        if (object->drawn) {
+            filled.passes = stats.passes;
+            filled.visible = stats.visible;
+            filled.pairs = stats.pairs;
+            filled.longest = stats.longest;
+            filled.tiles = stats.tiles;
+            filled.empty_tiles = stats.empty_tiles;
+            filled.runs = stats.runs;
+        }
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Rasterizers::remove(rasterizer, "rasterizer"));
+        return {};
+    });
+}

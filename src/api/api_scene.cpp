@@ -1,0 +1,252 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "api/scene_attribute.h"
+#include "scene/arrays.h"
+#include "scene/select.h"
+#include "scene/statistics.h"
+#include "scene/transform.h"
+
+using namespace splat;
+
+namespace {
+
+constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 27;
+
+Status check_count(std::uint64_t count) {
+    if (count <= kMaxCount) return {};
+    return error(Code::kUnsupported, "a scene of %llu Gaussians, expected at most %llu",
+                 static_cast<unsigned long long>(count),
+                 static_cast<unsigned long long>(kMaxCount));
+}
+
+Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
+    if (desc.sh_degree > scene::kMaxShDegree)
+        return error(Code::kInvalidArgument, "splat_scene_desc.sh_degree is %u, expected 0 to %u",
+                     desc.sh_degree, scene::kMaxShDegree);
+    SPLAT_TRY(check_count(desc.count));
+    const auto count = static_cast<std::size_t>(desc.count);
+    scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
+    const auto fill = [](const float* from, std::vector<float>& to) {
+        if (from != nullptr) std::copy_n(from, to.size(), to.begin());
+    };
+    fill(desc.means, gaussians.means);
+    fill(desc.log_scales, gaussians.log_scales);
+    fill(desc.rotations, gaussians.rotations);
+    fill(desc.opacity_logits, gaussians.opacity_logits);
+    fill(desc.sh, gaussians.sh);
+    for (std::size_t i = 0; desc.rotations == nullptr && i < count; ++i)
+        gaussians.rotations[4 * i] = 1;
+    return gaussians;
+}
+
+splat_scene add_scene(scene::Gaussians gaussians) {
+    auto object = std::make_shared<api::SceneObject>();
+    object->gaussians = std::move(gaussians);
+    return api::Scenes::add(std::move(object));
+}
+
+/// Replace the Gaussians of a scene by those that `make` gives of them, or leave it as it was.
+template <class Make>
+splat_result replace(splat_scene scene, Make&& make) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        const std::lock_guard lock(object->mutex);
+        SPLAT_ASSIGN(object->gaussians, make(std::as_const(object->gaussians)));
+        object->packed.clear();
+        return {};
+    });
+}
+
+Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
+    if (bytes >= elements * sizeof(float)) return {};
+    return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
+                 elements * sizeof(float));
+}
+
+splat_scene_info info_of(const scene::Statistics& s) {
+    splat_scene_info info{};
+    info.sh_degree = s.sh_degree;
+    info.count = s.count;
+    std::copy(s.bounds.low.begin(), s.bounds.low.end(), info.low);
+    std::copy(s.bounds.high.begin(), s.bounds.high.end(), info.high);
+    std::copy(s.center.begin(), s.center.end(), info.center);
+    info.radius = s.radius;
+    info.scale_min = s.scales.min;
+    info.scale_max = s.scales.max;
+    info.scale_mean = s.scales.mean;
+    info.opacity_min = s.opacities.min;
+    info.opacity_max = s.opacities.max;
+    info.opacity_mean = s.opacities.mean;
+    info.non_finite = s.non_finite;
+    info.bad_rotations = s.bad_rotations;
+    info.degenerate = s.degenerate;
+    info.invisible = s.invisible;
+    return info;
+}
+
+/// The Gaussians of live scenes; each is locked while it is copied.
+Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::uint32_t count) {
+    std::vector<scene::Gaussians> copies;
+    std::uint64_t total = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        SPLAT_ASSIGN(const auto object,
+                     api::Scenes::find(scenes[i], format("scenes[%u]", i).c_str()));
+        const std::lock_guard lock(object->mutex);
+        total += object->gaussians.count();
+        SPLAT_TRY(check_count(total));
+        copies.push_back(object->gaussians);
+    }
+    return copies;
+}
+
+}  // namespace
+
+splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(scene, "scene"));
+        SPLAT_TRY(api::check_desc(desc, "splat_scene_desc", sizeof(splat_scene_desc), 0));
+        SPLAT_ASSIGN(scene::Gaussians gaussians, gaussians_of(*desc));
+        *scene = add_scene(std::move(gaussians));
+        return {};
+    });
+}
+
+splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
+                                     size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        const std::string& report = object->report;
+        given = api::give_text(report.c_str(), report.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result != SPLAT_OK ? result : given;
+}
+
+splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
+        const std::lock_guard lock(object->mutex);
+        SPLAT_TRY(check_bytes(name, (object->gaussians.*attribute->array).size(), bytes));
+        const std::vector<float> read = api::attribute_values(*attribute, object->gaussians);
+        std::copy(read.begin(), read.end(), values);
+        return {};
+    });
+}
+
+splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
+                               size_t bytes) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
+        const std::lock_guard lock(object->mutex);
+        const std::size_t elements = (object->gaussians.*attribute->array).size();
+        SPLAT_TRY(check_bytes(name, elements, bytes));
+        SPLAT_TRY(api::set_attribute(*attribute, {values, elements}, object->gaussians));
+        object->packed.clear();
+        return {};
+    });
+}
+
+splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_device device,
+                                   splat_tensor* tensor) {
+    splat_tensor_desc desc{};
+    desc.struct_size = sizeof desc;
+    desc.name = name;
+    std::vector<float> values;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
+        const std::lock_guard lock(object->mutex);
+        SPLAT_ASSIGN(const Shape shape, api::attribute_shape(*attribute, object->gaussians));
+        desc.rank = shape.rank();
+        for (std::uint32_t axis = 0; axis < desc.rank; ++axis) desc.dims[axis] = shape[axis];
+        values = api::attribute_values(*attribute, object->gaussians);
+        return {};
+    });
+    if (result != SPLAT_OK) return result;
+    return splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
+                                  nullptr, tensor);
+}
+
+splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity) {
+    return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
+        SPLAT_TRY(api::require(similarity, "similarity"));
+        scene::Similarity s;
+        std::copy_n(similarity->rotation, 4, s.rotation.begin());
+        std::copy_n(similarity->translation, 3, s.translation.begin());
+        s.scale = similarity->scale;
+        scene::Gaussians moved = from;
+        SPLAT_TRY(scene::transform(moved, s));
+        return moved;
+    });
+}
+
+splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high) {
+    return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
+        SPLAT_TRY(api::require(low, "low"));
+        SPLAT_TRY(api::require(high, "high"));
+        return scene::crop(from, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+    });
+}
+
+splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity) {
+    return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
+        constexpr std::uint32_t kKnown = SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT;
+        if ((flags & ~kKnown) != 0)
+            return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        if (!(min_opacity >= 0 && min_opacity <= 1))
+            return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
+        scene::Gaussians kept = from;
+        if ((flags & SPLAT_FILTER_FINITE) != 0) {
+            SPLAT_ASSIGN(kept, scene::remove_invalid(kept));
+        }
+        if (min_opacity > 0) {
+            SPLAT_ASSIGN(kept, scene::filter_by_opacity(kept, min_opacity));
+        }
+        if ((flags & SPLAT_FILTER_SORT) != 0) {
+            SPLAT_ASSIGN(kept, scene::sort_morton(kept));
+        }
+        return kept;
+    });
+}
+
+splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(scene, "scene"));
+        SPLAT_TRY(api::require(scenes, "scenes"));
+        if (count == 0)
+            return error(Code::kInvalidArgument, "count is 0, expected at least 1 scene");
+        SPLAT_ASSIGN(const std::vector<scene::Gaussians> copies, copies_of(scenes, count));
+        SPLAT_ASSIGN(scene::Gaussians merged, scene::merge(copies));
+        *scene = add_scene(std::move(merged));
+        return {};
+    });
+}
+
+splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_TRY(api::check_info(info, "splat_scene_info", sizeof(splat_scene_info)));
+        const std::lock_guard lock(object->mutex);
+        SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object->gaussians));
+        api::give(info_of(measured), info);
+        return {};
+    });
+}
+
+splat_result splat_scene_destroy(splat_scene scene) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::remove(scene, "scene"));
+        return {};
+    });
+}

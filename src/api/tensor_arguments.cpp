@@ -1,0 +1,68 @@
+#include "api/tensor_arguments.h"
+
+namespace splat::api {
+namespace {
+
+std::string text_of(std::initializer_list<std::int64_t> dims) {
+    std::string text;
+    for (const std::int64_t size : dims) text += (text.empty() ? "" : ", ") + std::to_string(size);
+    return "[" + text + "]";
+}
+
+bool has_shape(const Shape& shape, std::initializer_list<std::int64_t> dims) {
+    if (shape.rank() != dims.size()) return false;
+    std::uint32_t axis = 0;
+    for (const std::int64_t size : dims)
+        if (shape[axis++] != size) return false;
+    return true;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const char* argument,
+                                                  const vk::Context& context, const char* owner) {
+    SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, Tensors::find(tensor, argument));
+    if (object->context.get() != &context)
+        return error(Code::kInvalidArgument, "%s is on another device than the %s", argument,
+                     owner);
+    if (object->dtype != SPLAT_DTYPE_F32)
+        return error(Code::kInvalidArgument, "%s has dtype %d, expected SPLAT_DTYPE_F32", argument,
+                     object->dtype);
+    return object;
+}
+
+Status check_unmapped(const TensorObject& tensor) {
+    if (tensor.mapped == 0) return {};
+    return error(Code::kInvalidState, "tensor '%s' is mapped; call splat_tensor_unmap first",
+                 tensor.name.c_str());
+}
+
+Status TensorArguments::read(splat_tensor tensor, const char* name,
+                             std::initializer_list<std::int64_t> dims, vk::BufferView& view) {
+    if (tensor == nullptr) return {};
+    SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, find_tensor(tensor, name, context_, owner_));
+    if (!has_shape(object->view.shape, dims))
+        return error(Code::kShape, "%s has the shape %s, expected %s", name,
+                     object->view.shape.text().c_str(), text_of(dims).c_str());
+    view = object->view;
+    arguments_.push_back({name, std::move(object)});
+    return {};
+}
+
+Status TensorArguments::write(splat_tensor tensor, const char* name,
+                              std::initializer_list<std::int64_t> dims, vk::BufferView& view) {
+    SPLAT_TRY(read(tensor, name, dims, view));
+    if (tensor == nullptr) return {};
+    for (std::size_t i = 0; i + 1 < arguments_.size(); ++i)
+        if (arguments_[i].tensor == arguments_.back().tensor)
+            return error(Code::kInvalidArgument, "%s is the same tensor as %s", name,
+                         arguments_[i].name);
+    return {};
+}
+
+Status TensorArguments::check_unmapped() const {
+    for (const Argument& argument : arguments_) SPLAT_TRY(api::check_unmapped(*argument.tensor));
+    return {};
+}
+
+}  // namespace splat::api

@@ -1,0 +1,113 @@
+// Cameras through the C API.
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+/// Where the camera is: -R^T t.
+std::array<double, 3> center_of(const splat_camera& camera) {
+    const double* m = camera.world_to_camera;
+    std::array<double, 3> center{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t row = 0; row < 3; ++row) center[k] -= m[4 * row + k] * m[4 * row + 3];
+    return center;
+}
+
+TEST(ApiCamera, LooksAtItsTarget) {
+    splat_camera camera = sample_camera(64, 48);
+    EXPECT_DOUBLE_EQ(camera.fx, 32 / std::tan(0.4));
+    EXPECT_EQ(camera.fx, camera.fy);
+    EXPECT_EQ(camera.cx, 32);
+    EXPECT_EQ(camera.cy, 24);
+    const auto center = center_of(camera);
+    EXPECT_NEAR(center[0], 0, 1e-12);
+    EXPECT_NEAR(center[1], 0.5, 1e-12);
+    EXPECT_NEAR(center[2], -4, 1e-12);
+    EXPECT_NEAR(camera.world_to_camera[11], std::sqrt(16.25), 1e-12) << "depth of the target";
+    const double fx = camera.fx;
+    const double eye[3] = {1, 0, 0};
+    const double target[3] = {0, 0, 0};
+    const double up[3] = {0, 0, 1};
+    EXPECT_DONE(splat_camera_look_at(&camera, eye, target, up));
+    EXPECT_EQ(camera.fx, fx) << "intrinsics stay";
+}
+
+TEST(ApiCamera, OpenGlAndBack) {
+    const splat_camera camera = sample_camera(8, 8, 0.7);
+    double matrix[16];
+    ASSERT_DONE(splat_camera_to_opengl(&camera, matrix));
+    const auto center = center_of(camera);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(matrix[4 * k + 3], center[k], 1e-12);
+    splat_camera back = camera;
+    for (double& value : back.world_to_camera) value = 0;
+    ASSERT_DONE(splat_camera_from_opengl(&back, matrix));
+    for (std::size_t i = 0; i < 16; ++i)
+        EXPECT_NEAR(back.world_to_camera[i], camera.world_to_camera[i], 1e-12);
+}
+
+TEST(ApiCamera, OrbitsAScene) {
+    const Scene scene = SampleScene(50).create();
+    splat_camera cameras[4];
+    auto desc = sized<splat_orbit_desc>();
+    desc.width = 40;
+    desc.height = 30;
+    desc.distance = 5;
+    ASSERT_DONE(splat_camera_orbit(scene, &desc, 4, cameras));
+    const splat_scene_info info = info_of(scene);
+    for (const splat_camera& camera : cameras) {
+        EXPECT_EQ(camera.width, 40U);
+        const auto at = center_of(camera);
+        double squared = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            squared += (at[k] - info.center[k]) * (at[k] - info.center[k]);
+        EXPECT_NEAR(std::sqrt(squared), 5, 1e-9);
+        EXPECT_NEAR(at[1], info.center[1], 1e-9) << "elevation 0";
+    }
+    EXPECT_NEAR(center_of(cameras[0])[2], info.center[2] - 5, 1e-9) << "before the scene";
+    ASSERT_DONE(splat_camera_orbit(scene, nullptr, 1, cameras));
+    EXPECT_EQ(cameras[0].width, 512U);
+    const auto empty_desc = sized<splat_scene_desc>();
+    Scene empty;
+    ASSERT_DONE(splat_scene_create(&empty_desc, empty.out()));
+    EXPECT_REFUSED(splat_camera_orbit(empty, nullptr, 1, cameras), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "");
+}
+
+TEST(ApiCamera, FilesAreRead) {
+    const auto path =
+        std::filesystem::temp_directory_path() /
+        ("api_camera_" +
+         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
+    std::ofstream(path) << R"({"camera_angle_x": 0.8, "frames": [
+        {"file_path": "a.png", "transform_matrix": [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]},
+        {"file_path": "b.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})";
+    auto desc = sized<splat_camera_file_desc>();
+    desc.width = 20;
+    desc.height = 10;
+    std::uint32_t count = 0;
+    splat_camera cameras[2] = {};
+    EXPECT_EQ(splat_camera_load(path.c_str(), &desc, cameras, 1, &count), SPLAT_INCOMPLETE);
+    EXPECT_EQ(count, 2U);
+    EXPECT_EQ(cameras[0].width, 20U);
+    EXPECT_EQ(cameras[1].width, 0U) << "beyond the capacity";
+    ASSERT_DONE(splat_camera_load(path.c_str(), &desc, cameras, 2, nullptr));
+    EXPECT_EQ(cameras[0].world_to_camera[3], -1);
+    EXPECT_EQ(cameras[0].world_to_camera[7], 2) << "y is turned";
+    EXPECT_EQ(cameras[0].world_to_camera[11], 3);
+    const std::string report =
+        whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
+        });
+    EXPECT_EQ(report, R"({"names": ["a.png", "b.png"], "warnings": []})");
+    EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, cameras, 2, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "'w'");
+    std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,236 @@
+// How rasterizers behave; what they compute is compared in api_raster_equal_test.cpp.
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+constexpr std::uint32_t kWidth = 40;
+constexpr std::uint32_t kHeight = 30;
+constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
+
+splat_result forward(splat_rasterizer rasterizer, splat_scene scene, double angle = 0) {
+    const splat_camera camera = sample_camera(kWidth, kHeight, angle);
+    return splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr);
+}
+
+std::vector<float> image_of(splat_rasterizer rasterizer) {
+    return output(rasterizer, SPLAT_OUTPUT_RGB, 3 * kPixels);
+}
+
+TEST(ApiRasterizer, TensorsAndScenesGiveTheSameImage) {
+    const Scene scene = SampleScene(60).create();
+    const GaussianTensors tensors(shared_device(), scene);
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(60, kWidth, kHeight));
+    ASSERT_DONE(forward(rasterizer, scene));
+    const std::vector<float> by_scene = image_of(rasterizer);
+    const splat_camera camera = sample_camera(kWidth, kHeight);
+    const splat_gaussians_desc desc = tensors.desc();
+    ASSERT_DONE(splat_rasterizer_forward(rasterizer, &desc, &camera, 1, nullptr));
+    EXPECT_EQ(image_of(rasterizer), by_scene);
+    EXPECT_NE(by_scene, std::vector<float>(3 * kPixels)) << "something is there";
+}
+
+TEST(ApiRasterizer, ViewsAreDrawnTogetherAsOneByOne) {
+    const Scene scene = SampleScene(60).create();
+    splat_rasterizer_desc desc = rasterizer_desc(60, kWidth, kHeight);
+    const Rasterizer one = make_rasterizer(shared_device(), desc);
+    desc.views = 3;
+    const Rasterizer three = make_rasterizer(shared_device(), desc);
+    const splat_camera cameras[] = {sample_camera(kWidth, kHeight, 0),
+                                    sample_camera(kWidth, kHeight, 1),
+                                    sample_camera(kWidth, kHeight, 2)};
+    const float background[] = {0.25F, 0.5F, 0.75F};
+    ASSERT_DONE(splat_rasterizer_forward_scene(three, scene, cameras, 3, background));
+    const std::vector<float> all = output(three, SPLAT_OUTPUT_RGB, 9 * kPixels);
+    for (std::size_t view = 0; view < 3; ++view) {
+        ASSERT_DONE(splat_rasterizer_forward_scene(one, scene, &cameras[view], 1, background));
+        const auto first = all.begin() + static_cast<std::ptrdiff_t>(view * 3 * kPixels);
+        EXPECT_EQ(image_of(one), std::vector<float>(first, first + 3 * kPixels)) << view;
+    }
+}
+
+TEST(ApiRasterizer, SeesChangesOfItsScene) {
+    const Scene scene = SampleScene(60).create();
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(60, kWidth, kHeight));
+    ASSERT_DONE(forward(rasterizer, scene));
+    const std::vector<float> before = image_of(rasterizer);
+    const splat_similarity moved = {{1, 0, 0, 0}, {0.3, 0, 0}, 1};
+    ASSERT_DONE(splat_scene_transform(scene, &moved));
+    ASSERT_DONE(forward(rasterizer, scene));
+    EXPECT_NE(image_of(rasterizer), before);
+    const splat_similarity back = {{1, 0, 0, 0}, {-0.3, 0, 0}, 1};
+    const SampleScene sample(60);
+    ASSERT_DONE(splat_scene_transform(scene, &back));
+    ASSERT_DONE(splat_scene_write(scene, "means", sample.means.data(), 60 * 12));
+    ASSERT_DONE(forward(rasterizer, scene));
+    EXPECT_EQ(image_of(rasterizer), before);
+    const double low[3] = {-0.2, -9, -9};
+    const double high[3] = {9, 9, 9};
+    ASSERT_DONE(splat_scene_crop(scene, low, high));
+    EXPECT_REFUSED(forward(rasterizer, scene), SPLAT_ERROR_INVALID_ARGUMENT, "was made for 60");
+    EXPECT_EQ(image_of(rasterizer), before) << "refused at once: the last image stays";
+}
+
+TEST(ApiRasterizer, BandsAreLeftOutOrPadded) {
+    SampleScene sample(40, 2);
+    const Scene scene = sample.create();
+    std::vector<std::vector<float>> images;
+    for (const std::uint32_t degree : {0U, 2U, 3U}) {
+        splat_rasterizer_desc desc = rasterizer_desc(40, kWidth, kHeight);
+        desc.sh_degree = degree;
+        const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
+        ASSERT_DONE(forward(rasterizer, scene));
+        images.push_back(image_of(rasterizer));
+    }
+    EXPECT_NE(images[0], images[1]);
+    for (std::size_t i = 0; i < images[1].size(); ++i)
+        EXPECT_NEAR(images[2][i], images[1][i], 1e-6) << "bands of zeros";
+}
+
+TEST(ApiRasterizer, NothingGivesTheBackground) {
+    const auto none = sized<splat_scene_desc>();
+    Scene scene;
+    ASSERT_DONE(splat_scene_create(&none, scene.out()));
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(0, kWidth, kHeight));
+    const splat_camera camera = sample_camera(kWidth, kHeight);
+    const float background[] = {0.5F, 0.25F, 1};
+    const auto tensors = sized<splat_gaussians_desc>();
+    for (int way = 0; way < 2; ++way) {
+        if (way == 0)
+            ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, background));
+        else
+            ASSERT_DONE(splat_rasterizer_forward(rasterizer, &tensors, &camera, 1, background));
+        const std::vector<float> image = image_of(rasterizer);
+        for (std::size_t i = 0; i < image.size(); ++i) EXPECT_EQ(image[i], background[i % 3]);
+        EXPECT_EQ(output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixels), std::vector<float>(kPixels));
+    }
+}
+
+/// Everything may be destroyed in any order.
+TEST(ApiRasterizer, OutlivesSceneAndDevice) {
+    Device device = open_device();
+    Scene scene = SampleScene(30).create();
+    Rasterizer rasterizer =
+        make_rasterizer(device, rasterizer_desc(30, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
+    ASSERT_DONE(forward(rasterizer, scene));
+    const std::vector<float> image = image_of(rasterizer);
+    const Tensor grad = make_tensor(device, {30, 3});
+    scene.destroy();
+    device.destroy();
+    EXPECT_EQ(image_of(rasterizer), image);
+    auto gradients = sized<splat_gradients_desc>();
+    gradients.grad_means = grad;
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, &gradients));
+    EXPECT_EQ(download(grad), std::vector<float>(90)) << "no gradient by the outputs: zeros";
+}
+
+TEST(ApiRasterizer, ScenesFollowEachOther) {
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(30, kWidth, kHeight));
+    std::vector<float> first;
+    for (int turn = 0; turn < 3; ++turn) {
+        const Scene scene = SampleScene(30).create();
+        ASSERT_DONE(forward(rasterizer, scene));
+        if (turn == 0) first = image_of(rasterizer);
+        EXPECT_EQ(image_of(rasterizer), first);
+    }
+}
+
+TEST(ApiRasterizer, RefusesTensorsThatDoNotFit) {
+    const Scene scene = SampleScene(8).create();
+    const GaussianTensors good(shared_device(), scene);
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(8, kWidth, kHeight));
+    const splat_camera camera = sample_camera(kWidth, kHeight);
+    const auto refuse = [&](const splat_gaussians_desc& desc, splat_result code, const char* part) {
+        EXPECT_REFUSED(splat_rasterizer_forward(rasterizer, &desc, &camera, 1, nullptr), code,
+                       part);
+    };
+    const Tensor short_one = make_tensor(shared_device(), {7, 3});
+    const Tensor words = make_tensor(shared_device(), {8, 3}, "words", SPLAT_DTYPE_U32);
+    const Device other = open_device();
+    const Tensor far_away = make_tensor(other, {8, 3});
+    splat_gaussians_desc desc = good.desc();
+    desc.means = short_one;
+    refuse(desc, SPLAT_ERROR_SHAPE_MISMATCH, "means has the shape [7, 3], expected [8, 3]");
+    desc.means = words;
+    refuse(desc, SPLAT_ERROR_INVALID_ARGUMENT, "means has dtype 3");
+    desc.means = far_away;
+    refuse(desc, SPLAT_ERROR_INVALID_ARGUMENT, "another device than the rasterizer");
+    desc.means = reinterpret_cast<splat_tensor>(scene.get());
+    refuse(desc, SPLAT_ERROR_INVALID_HANDLE, "splat_scene");
+    desc = good.desc();
+    desc.colors = good.means;
+    refuse(desc, SPLAT_ERROR_INVALID_ARGUMENT, "colors is not NULL");
+    desc = good.desc();
+    desc.sh = nullptr;
+    refuse(desc, SPLAT_ERROR_INVALID_ARGUMENT, "sh is NULL");
+    void* mapped = nullptr;
+    ASSERT_DONE(splat_tensor_map(good.scales, SPLAT_ACCESS_READ, &mapped, nullptr));
+    refuse(good.desc(), SPLAT_ERROR_INVALID_STATE, "is mapped");
+    ASSERT_DONE(splat_tensor_unmap(good.scales));
+    const splat_gaussians_desc right = good.desc();
+    EXPECT_DONE(splat_rasterizer_forward(rasterizer, &right, &camera, 1, nullptr));
+}
+
+TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
+    const Scene scene = SampleScene(8).create();
+    const Rasterizer plain = make_rasterizer(shared_device(), rasterizer_desc(8, kWidth, kHeight));
+    std::vector<float> values(kPixels, 7);
+    EXPECT_REFUSED(splat_rasterizer_read(plain, SPLAT_OUTPUT_ALPHA, values.data(), kPixels * 4),
+                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    ASSERT_DONE(forward(plain, scene));
+    EXPECT_REFUSED(splat_rasterizer_read(plain, SPLAT_OUTPUT_DEPTH, values.data(), kPixels * 4),
+                   SPLAT_ERROR_INVALID_STATE, "SPLAT_RASTERIZER_DEPTH");
+    EXPECT_EQ(values, std::vector<float>(kPixels, 7)) << "untouched";
+    const Tensor means = make_tensor(shared_device(), {8, 3});
+    auto gradients = sized<splat_gradients_desc>();
+    gradients.grad_means = means;
+    EXPECT_REFUSED(splat_rasterizer_backward(plain, &gradients), SPLAT_ERROR_INVALID_STATE,
+                   "SPLAT_RASTERIZER_BACKWARD");
+    const Rasterizer rasterizer = make_rasterizer(
+        shared_device(), rasterizer_desc(8, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
+    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, &gradients), SPLAT_ERROR_INVALID_STATE,
+                   "drawn nothing");
+    ASSERT_DONE(forward(rasterizer, scene));
+    const Tensor depth = make_tensor(shared_device(), {1, kHeight, kWidth});
+    const Tensor any = make_tensor(shared_device(), {8, 3});
+    const auto refuse = [&](splat_tensor splat_gradients_desc::*field, splat_tensor tensor,
+                            splat_result code, const char* part) {
+        splat_gradients_desc desc = gradients;
+        desc.*field = tensor;
+        EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, &desc), code, part);
+    };
+    constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
+    refuse(&splat_gradients_desc::grad_depth, depth, kState, "SPLAT_RASTERIZER_GRAD_DEPTH");
+    refuse(&splat_gradients_desc::grad_world_to_camera, any, kState, "SPLAT_RASTERIZER_GRAD_POSE");
+    refuse(&splat_gradients_desc::grad_means2d, any, kState, "SPLAT_RASTERIZER_GRAD_MEANS2D");
+    refuse(&splat_gradients_desc::grad_means2d_abs, any, kState, "GRAD_MEANS2D");
+    refuse(&splat_gradients_desc::grad_colors, any, kState, "DIRECT_COLORS");
+    refuse(&splat_gradients_desc::grad_scales, means, SPLAT_ERROR_INVALID_ARGUMENT,
+           "grad_scales is the same tensor as grad_means");
+    refuse(&splat_gradients_desc::grad_rotations, any, SPLAT_ERROR_SHAPE_MISMATCH, "[8, 4]");
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, &gradients));
+    const Rasterizer direct = make_rasterizer(
+        shared_device(), rasterizer_desc(8, kWidth, kHeight, SPLAT_RASTERIZER_DIRECT_COLORS));
+    EXPECT_REFUSED(forward(direct, scene), SPLAT_ERROR_INVALID_STATE, "direct colours");
+}
+
+TEST(ApiRasterizer, MemoryBeyondTheBudgetIsRefused) {
+    splat_device_desc desc = device_desc();
+    desc.max_device_bytes = std::uint64_t{48} << 20;
+    const Device device = open_device(desc);
+    const splat_rasterizer_desc large = rasterizer_desc(100, 2048, 2048);
+    Output<splat_rasterizer> out;
+    EXPECT_REFUSED(splat_rasterizer_create(device, &large, out.out()),
+                   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, "");
+    EXPECT_TRUE(out.untouched());
+    const Rasterizer small = make_rasterizer(device, rasterizer_desc(8, kWidth, kHeight));
+    EXPECT_DONE(forward(small, SampleScene(8).create()));
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,234 @@
+// Scenes through the C API; most of it needs no device.
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+std::vector<float> values_of(splat_scene scene, const char* name, std::size_t elements) {
+    std::vector<float> values(elements);
+    EXPECT_DONE(splat_scene_read(scene, name, values.data(), elements * sizeof(float)));
+    return values;
+}
+
+splat_scene_file_desc file_desc(splat_scene_format format, std::int32_t degree = 0) {
+    auto desc = sized<splat_scene_file_desc>();
+    desc.format = format;
+    desc.sh_degree = degree;
+    return desc;
+}
+
+std::vector<char> saved(splat_scene scene, const splat_scene_file_desc& desc) {
+    std::size_t needed = 0;
+    EXPECT_EQ(splat_scene_save_memory(scene, &desc, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::vector<char> file(needed);
+    EXPECT_DONE(splat_scene_save_memory(scene, &desc, file.data(), file.size(), nullptr));
+    return file;
+}
+
+Scene loaded(const std::vector<char>& file, const splat_scene_file_desc* desc = nullptr) {
+    Scene scene;
+    EXPECT_DONE(splat_scene_load_memory(file.data(), file.size(), desc, scene.out()));
+    return scene;
+}
+
+TEST(ApiScene, HoldsWhatItWasMadeOf) {
+    const SampleScene sample(7, 2);
+    const Scene scene = sample.create();
+    EXPECT_EQ(values_of(scene, "means", 21), sample.means);
+    EXPECT_EQ(values_of(scene, "log_scales", 21), sample.log_scales);
+    EXPECT_EQ(values_of(scene, "rotations", 28), sample.rotations);
+    EXPECT_EQ(values_of(scene, "opacity_logits", 7), sample.opacity_logits);
+    EXPECT_EQ(values_of(scene, "sh", 7 * 27), sample.sh);
+    const std::vector<float> scales = values_of(scene, "scales", 21);
+    const std::vector<float> opacities = values_of(scene, "opacities", 7);
+    for (std::size_t i = 0; i < 21; ++i) EXPECT_FLOAT_EQ(scales[i], std::exp(sample.log_scales[i]));
+    for (std::size_t i = 0; i < 7; ++i)
+        EXPECT_FLOAT_EQ(opacities[i], 1 / (1 + std::exp(-sample.opacity_logits[i])));
+    EXPECT_EQ(load_report(scene), "{}") << "it was not loaded";
+    const splat_scene_info info = info_of(scene);
+    EXPECT_EQ(info.count, 7U);
+    EXPECT_EQ(info.sh_degree, 2U);
+    EXPECT_EQ(info.non_finite + info.bad_rotations + info.degenerate, 0U);
+    EXPECT_LE(info.low[0], info.center[0]);
+    EXPECT_GT(info.radius, 0);
+    EXPECT_GT(info.scale_min, 0);
+    EXPECT_LE(info.opacity_min, info.opacity_mean);
+}
+
+TEST(ApiScene, DefaultsAreZerosAndNoTurn) {
+    auto desc = sized<splat_scene_desc>();
+    desc.count = 2;
+    Scene scene;
+    ASSERT_DONE(splat_scene_create(&desc, scene.out()));
+    EXPECT_EQ(values_of(scene, "means", 6), std::vector<float>(6));
+    EXPECT_EQ(values_of(scene, "rotations", 8), (std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(values_of(scene, "opacities", 2), (std::vector<float>{0.5, 0.5}));
+    desc.count = 0;
+    ASSERT_DONE(splat_scene_create(&desc, scene.out()));
+    EXPECT_EQ(info_of(scene).count, 0U);
+    Output<splat_tensor> tensor;
+    EXPECT_REFUSED(splat_scene_to_tensor(scene, "sh", shared_device(), tensor.out()),
+                   SPLAT_ERROR_INVALID_STATE, "no Gaussians");
+    EXPECT_TRUE(tensor.untouched());
+}
+
+TEST(ApiScene, AttributesAreWrittenActivatedOrNot) {
+    const Scene scene = SampleScene(2).create();
+    const std::vector<float> scales = {0.5F, 1, 2, 4, 8, 16};
+    EXPECT_DONE(splat_scene_write(scene, "scales", scales.data(), 24));
+    const std::vector<float> logs = values_of(scene, "log_scales", 6);
+    EXPECT_FLOAT_EQ(logs[0], std::log(0.5F));
+    EXPECT_EQ(logs[1], 0.0F);
+    const float opacities[] = {0.25F, 1};
+    EXPECT_DONE(splat_scene_write(scene, "opacities", opacities, 8));
+    EXPECT_FLOAT_EQ(values_of(scene, "opacity_logits", 2)[0], std::log(1.0F / 3));
+    const std::vector<float> before = values_of(scene, "log_scales", 6);
+    const std::vector<float> bad = {1, 1, 1, 1, 0, 1};
+    EXPECT_REFUSED(splat_scene_write(scene, "scales", bad.data(), 24), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "values[4] of 'scales' is 0, expected > 0");
+    EXPECT_EQ(values_of(scene, "log_scales", 6), before);
+    const float beyond[] = {0.5F, 1.5F};
+    EXPECT_REFUSED(splat_scene_write(scene, "opacities", beyond, 8), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "values[1]");
+}
+
+TEST(ApiScene, AttributesBecomeTensors) {
+    const SampleScene sample(5, 1);
+    const Scene scene = sample.create();
+    const std::pair<const char*, Dims> shapes[] = {
+        {"means", {5, 3}}, {"scales", {5, 3}}, {"log_scales", {5, 3}},  {"rotations", {5, 4}},
+        {"sh", {5, 4, 3}}, {"opacities", {5}}, {"opacity_logits", {5}},
+    };
+    for (const auto& [name, dims] : shapes) {
+        Tensor tensor;
+        ASSERT_DONE(splat_scene_to_tensor(scene, name, shared_device(), tensor.out())) << name;
+        auto info = sized<splat_tensor_info>();
+        EXPECT_DONE(splat_tensor_get_info(tensor, &info));
+        EXPECT_EQ(Dims(info.dims, info.dims + info.rank), dims) << name;
+        EXPECT_STREQ(info.name, name);
+        EXPECT_EQ(download(tensor), values_of(scene, name, info.elements)) << name;
+    }
+}
+
+TEST(ApiScene, FilesComeBack) {
+    const SampleScene sample(6, 3);
+    const Scene scene = sample.create();
+    const Scene ply = loaded(saved(scene, file_desc(SPLAT_SCENE_PLY)));
+    EXPECT_EQ(values_of(ply, "means", 18), sample.means);
+    EXPECT_EQ(values_of(ply, "sh", 6 * 48), sample.sh);
+    EXPECT_NE(load_report(ply).find("\"format\": \"ply\""), std::string::npos) << load_report(ply);
+    EXPECT_NE(load_report(ply).find("\"frame\": \"RDF\""), std::string::npos);
+    const Scene constant = loaded(saved(scene, file_desc(SPLAT_SCENE_PLY, SPLAT_SH_CONSTANT)));
+    EXPECT_EQ(info_of(constant).sh_degree, 0U);
+    const auto degree_1 = file_desc(0, 1);
+    EXPECT_EQ(info_of(loaded(saved(scene, file_desc(SPLAT_SCENE_PLY)), &degree_1)).sh_degree, 1U);
+    auto spz = file_desc(SPLAT_SCENE_SPZ);
+    spz.spz_version = 4;
+    EXPECT_NE(load_report(loaded(saved(scene, spz))).find("\"version\": 4"), std::string::npos);
+    const auto splat = file_desc(SPLAT_SCENE_SPLAT);
+    const Scene eight_bits = loaded(saved(scene, splat), &splat);
+    EXPECT_EQ(values_of(eight_bits, "means", 18), sample.means);
+    auto turned = file_desc(SPLAT_SCENE_PLY);
+    turned.frame = SPLAT_FRAME_RUB;
+    const std::vector<float> means = values_of(loaded(saved(scene, turned)), "means", 18);
+    for (std::size_t i = 0; i < 18; ++i)
+        EXPECT_EQ(means[i], i % 3 == 0 ? sample.means[i] : -sample.means[i]);
+    EXPECT_EQ(values_of(loaded(saved(scene, turned), &turned), "means", 18), sample.means);
+}
+
+TEST(ApiScene, RefusesFilesThatAreNot) {
+    const Scene scene = SampleScene(4).create();
+    Output<splat_scene> out;
+    std::vector<char> file = saved(scene, file_desc(SPLAT_SCENE_PLY));
+    const auto as_spz = file_desc(SPLAT_SCENE_SPZ);
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &as_spz, out.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "ply, expected spz");
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size() - 1, nullptr, out.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "truncated");
+    auto few = file_desc(0);
+    few.max_count = 3;
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &few, out.out()),
+                   SPLAT_ERROR_UNSUPPORTED, "4");
+    EXPECT_TRUE(out.untouched());
+    const auto compressed = file_desc(SPLAT_SCENE_COMPRESSED_PLY);
+    std::size_t needed = 77;
+    EXPECT_REFUSED(splat_scene_save_memory(scene, &compressed, nullptr, 0, &needed),
+                   SPLAT_ERROR_UNSUPPORTED, "read only");
+    EXPECT_REFUSED(splat_scene_save_memory(scene, nullptr, nullptr, 0, &needed),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "format is 0");
+    auto old = file_desc(SPLAT_SCENE_SPZ);
+    old.spz_version = 2;
+    EXPECT_REFUSED(splat_scene_save_memory(scene, &old, nullptr, 0, &needed),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "spz_version is 2");
+    EXPECT_EQ(needed, 77U);
+}
+
+TEST(ApiScene, PathsAreReadAndWritten) {
+    const SampleScene sample(4);
+    const Scene scene = sample.create();
+    const auto folder =
+        std::filesystem::temp_directory_path() /
+        ("api_scene_" +
+         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
+    std::filesystem::create_directories(folder);
+    const std::string path = (folder / "scene.ply").string();
+    EXPECT_DONE(splat_scene_save(scene, path.c_str(), nullptr));
+    Scene read;
+    ASSERT_DONE(splat_scene_load(path.c_str(), nullptr, read.out()));
+    EXPECT_EQ(values_of(read, "means", 12), sample.means);
+    EXPECT_REFUSED(splat_scene_save(scene, (folder / "scene.obj").c_str(), nullptr),
+                   SPLAT_ERROR_UNSUPPORTED, ".obj");
+    const std::vector<float> pixels(2 * 3 * 3, 0.5F);
+    for (const char* name : {"image.png", "image.npy", "moving.PNG"}) {
+        const std::string image = (folder / name).string();
+        if (std::string(name) == "moving.PNG")
+            EXPECT_DONE(splat_image_save_animation(image.c_str(), pixels.data(), 2, 3, 1, 3, 100));
+        else
+            EXPECT_DONE(splat_image_save(image.c_str(), pixels.data(), 3, 2, 3));
+        EXPECT_GT(std::filesystem::file_size(image), 60U) << name;
+    }
+    std::filesystem::remove_all(folder);
+}
+
+TEST(ApiScene, IsMovedCutAndMerged) {
+    const SampleScene sample(20);
+    const Scene scene = sample.create();
+    const splat_similarity twice = {{1, 0, 0, 0}, {1, 2, 3}, 2};
+    EXPECT_DONE(splat_scene_transform(scene, &twice));
+    const std::vector<float> moved = values_of(scene, "means", 60);
+    for (std::size_t i = 0; i < 60; ++i)
+        EXPECT_FLOAT_EQ(moved[i], 2 * sample.means[i] + static_cast<float>(i % 3 + 1));
+    const double low[3] = {1, -100, -100};
+    const double high[3] = {100, 100, 100};
+    EXPECT_DONE(splat_scene_crop(scene, low, high));
+    const std::uint64_t kept = info_of(scene).count;
+    EXPECT_GT(kept, 0U);
+    EXPECT_LT(kept, 20U);
+    EXPECT_GE(info_of(scene).low[0], 1);
+    EXPECT_DONE(splat_scene_filter(scene, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT, 0.5));
+    EXPECT_GE(info_of(scene).opacity_min, 0.5);
+    const Scene other = SampleScene(3, 2).create();
+    const splat_scene both[] = {scene, other};
+    const std::uint64_t left = info_of(scene).count;
+    Scene merged;
+    ASSERT_DONE(splat_scene_merge(both, 2, merged.out()));
+    EXPECT_EQ(info_of(merged).count, left + 3);
+    EXPECT_EQ(info_of(merged).sh_degree, 2U);
+}
+
+TEST(ApiScene, FilterDropsWhatIsNotFinite) {
+    SampleScene sample(5);
+    sample.means[4] = NAN;
+    const Scene scene = sample.create();
+    EXPECT_EQ(info_of(scene).non_finite, 1U);
+    EXPECT_DONE(splat_scene_filter(scene, SPLAT_FILTER_FINITE, 0));
+    EXPECT_EQ(info_of(scene).count, 4U);
+}
+
+}  // namespace
+}  // namespace splat::test

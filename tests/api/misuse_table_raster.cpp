@@ -1,0 +1,275 @@
+// The rows of cameras and rasterizers.
+#include <array>
+#include <cmath>
+
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
+constexpr double kZero[16] = {};
+constexpr double kEye[3] = {0, 0, -4};
+constexpr double kUp[3] = {0, -1, 0};
+constexpr const char* kNowhere = "/nonexistent/transforms.json";
+
+}  // namespace
+
+void MisuseTable::camera_rows() {
+    const auto from_fov = [this](std::uint32_t width, std::uint32_t height, double fov) {
+        return splat_camera_from_fov(width, height, fov, outputs.camera.out());
+    };
+    for (const std::uint32_t side : {0U, 16385U, UINT32_MAX}) {
+        add("splat_camera_from_fov", "width", "out of range", kArgument,
+            [from_fov, side] { return from_fov(side, 8, 0.7); });
+        add("splat_camera_from_fov", "height", "out of range", kArgument,
+            [from_fov, side] { return from_fov(8, side, 0.7); });
+    }
+    for (const double fov : {-1.0, 0.0, 3.2, static_cast<double>(NAN)})
+        add("splat_camera_from_fov", "fov_x", "out of range", kArgument,
+            [from_fov, fov] { return from_fov(8, 8, fov); });
+    add("splat_camera_from_fov", "camera", "NULL", kArgument,
+        [] { return splat_camera_from_fov(8, 8, 0.7, nullptr); });
+    using Look = std::array<const double*, 3>;
+    const auto look = [this](const char* parameter, const char* what, const Look& at) {
+        add("splat_camera_look_at", parameter, what, kArgument,
+            [this, at] { return splat_camera_look_at(outputs.camera.out(), at[0], at[1], at[2]); });
+    };
+    add("splat_camera_look_at", "camera", "NULL", kArgument,
+        [] { return splat_camera_look_at(nullptr, kEye, kZero, kUp); });
+    look("eye", "NULL", {nullptr, kZero, kUp});
+    look("target", "NULL", {kEye, nullptr, kUp});
+    look("up", "NULL", {kEye, kZero, nullptr});
+    look("target", "the eye", {kEye, kEye, kUp});
+    look("up", "along the view", {kEye, kZero, kEye});
+    look("up", "zero", {kEye, kZero, kZero});
+    add("splat_camera_from_opengl", "camera", "NULL", kArgument,
+        [] { return splat_camera_from_opengl(nullptr, kZero); });
+    for (const double* matrix : {static_cast<const double*>(nullptr), kZero + 0})
+        add("splat_camera_from_opengl", "camera_to_world", matrix != nullptr ? "zeros" : "NULL",
+            kArgument,
+            [this, matrix] { return splat_camera_from_opengl(outputs.camera.out(), matrix); });
+    const splat_camera camera = sample_camera(16, 16);
+    static double unused[16];
+    add("splat_camera_to_opengl", "camera", "NULL", kArgument,
+        [] { return splat_camera_to_opengl(nullptr, unused); });
+    add("splat_camera_to_opengl", "camera_to_world", "NULL", kArgument,
+        [camera] { return splat_camera_to_opengl(&camera, nullptr); });
+    handles<splat_scene>(
+        "splat_camera_orbit", "scene",
+        [this](splat_scene s) { return splat_camera_orbit(s, nullptr, 1, outputs.camera.out()); },
+        kHandle);
+    descs<splat_orbit_desc>("splat_camera_orbit", sized<splat_orbit_desc>(),
+                            [this](const splat_orbit_desc* desc) {
+                                return splat_camera_orbit(scene_, desc, 1, outputs.camera.out());
+                            });
+    add("splat_camera_orbit", "count", "0", kArgument,
+        [this] { return splat_camera_orbit(scene_, nullptr, 0, outputs.camera.out()); });
+    add("splat_camera_orbit", "cameras", "NULL", kArgument,
+        [this] { return splat_camera_orbit(scene_, nullptr, 1, nullptr); });
+}
+
+void MisuseTable::camera_file_rows() {
+    const auto load = [this](const splat_camera_file_desc* desc) {
+        return splat_camera_load(kNowhere, desc, outputs.camera.out(), 1, outputs.count.out());
+    };
+    const auto report = [this](const splat_camera_file_desc* desc) {
+        return splat_camera_load_report(kNowhere, desc, *outputs.text.out(), 16,
+                                        outputs.size.out());
+    };
+    const auto good = sized<splat_camera_file_desc>();
+    descs<splat_camera_file_desc>("splat_camera_load", good, load);
+    descs<splat_camera_file_desc>("splat_camera_load_report", good, report);
+    add("splat_camera_load", "path", "NULL", kArgument, [this] {
+        return splat_camera_load(nullptr, nullptr, outputs.camera.out(), 1, outputs.count.out());
+    });
+    for (const char* parameter : {"path", "capacity", "count"})
+        add("splat_camera_load", parameter, "of no file", kArgument,
+            [load] { return load(nullptr); });
+    add("splat_camera_load", "cameras", "NULL", kArgument,
+        [this] { return splat_camera_load(kNowhere, nullptr, nullptr, 1, outputs.count.out()); });
+    add("splat_camera_load_report", "path", "NULL", kArgument, [this] {
+        return splat_camera_load_report(nullptr, nullptr, *outputs.text.out(), 16,
+                                        outputs.size.out());
+    });
+    for (const char* parameter : {"path", "buffer", "capacity", "needed"})
+        add("splat_camera_load_report", parameter, "of no file", kArgument,
+            [report] { return report(nullptr); });
+}
+
+void MisuseTable::rasterizer_rows() {
+    const splat_rasterizer_desc good = rasterizer_desc(3, 16, 16);
+    const auto create = [this](const splat_rasterizer_desc* desc) {
+        return splat_rasterizer_create(device_, desc, outputs.rasterizer.out());
+    };
+    add("splat_rasterizer_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
+    descs<splat_rasterizer_desc>("splat_rasterizer_create", good, create);
+    handles<splat_device>(
+        "splat_rasterizer_create", "device",
+        [this, good](splat_device d) {
+            return splat_rasterizer_create(d, &good, outputs.rasterizer.out());
+        },
+        kHandle);
+    add("splat_rasterizer_create", "rasterizer", "NULL", kArgument,
+        [this, good] { return splat_rasterizer_create(device_, &good, nullptr); });
+    const auto spoilt = [&](const char* what, splat_result expected,
+                            void (*spoil)(splat_rasterizer_desc&)) {
+        splat_rasterizer_desc desc = good;
+        spoil(desc);
+        add("splat_rasterizer_create", "desc", what, expected,
+            [create, desc] { return create(&desc); });
+    };
+    using Desc = splat_rasterizer_desc;
+    spoilt("no width", kArgument, [](Desc& d) { d.width = 0; });
+    spoilt("no height", kArgument, [](Desc& d) { d.height = 0; });
+    spoilt("too wide", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.width = UINT32_MAX; });
+    spoilt("too many", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.gaussians = UINT32_MAX; });
+    spoilt("too many views", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.views = UINT32_MAX; });
+    spoilt("a degree too high", kArgument, [](Desc& d) { d.sh_degree = 4; });
+    spoilt("unknown skips", kArgument, [](Desc& d) { d.switch_off = 32; });
+    spoilt("no convention", kArgument, [](Desc& d) { d.convention = 3; });
+    spoilt("no convention", kArgument, [](Desc& d) { d.convention = -1; });
+    spoilt("a near plane behind", kArgument, [](Desc& d) { d.near_plane = -1; });
+    spoilt("a near plane that is none", kArgument, [](Desc& d) { d.near_plane = NAN; });
+    spoilt("far before near", kArgument, [](Desc& d) { d.far_plane = 0.1F; });
+    spoilt("poses in 3dgs", kArgument, [](Desc& d) { d.flags = SPLAT_RASTERIZER_GRAD_POSE; });
+    spoilt("the original gradient in gsplat", kArgument, [](Desc& d) {
+        d.flags = SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
+        d.convention = SPLAT_CONVENTION_GSPLAT;
+    });
+    spoilt("bands of direct colours", kArgument,
+           [](Desc& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
+    handles<splat_rasterizer>("splat_rasterizer_destroy", "rasterizer", splat_rasterizer_destroy,
+                              SPLAT_OK);
+}
+
+void MisuseTable::rasterizer_forward_rows() {
+    const splat_camera good = sample_camera(16, 16);
+    const auto gaussians = sized<splat_gaussians_desc>();
+    handles<splat_rasterizer>(
+        "splat_rasterizer_forward_scene", "rasterizer",
+        [this, good](splat_rasterizer r) {
+            return splat_rasterizer_forward_scene(r, scene_, &good, 1, nullptr);
+        },
+        kHandle);
+    handles<splat_scene>(
+        "splat_rasterizer_forward_scene", "scene",
+        [this, good](splat_scene s) {
+            return splat_rasterizer_forward_scene(rasterizer_, s, &good, 1, nullptr);
+        },
+        kHandle);
+    handles<splat_rasterizer>(
+        "splat_rasterizer_forward", "rasterizer",
+        [gaussians, good](splat_rasterizer r) {
+            return splat_rasterizer_forward(r, &gaussians, &good, 1, nullptr);
+        },
+        kHandle);
+    const auto both = [this, gaussians](const char* parameter, const char* what,
+                                        const splat_camera* camera, std::uint32_t count,
+                                        float background) {
+        const bool null = camera == nullptr;
+        const splat_camera copy = null ? splat_camera{} : *camera;
+        add("splat_rasterizer_forward_scene", parameter, what, kArgument,
+            [this, null, copy, count, background] {
+                const float color[3] = {0, background, 0};
+                return splat_rasterizer_forward_scene(rasterizer_, scene_, null ? nullptr : &copy,
+                                                      count, color);
+            });
+        add("splat_rasterizer_forward", parameter, what, kArgument,
+            [this, null, copy, count, background, gaussians] {
+                const float color[3] = {0, background, 0};
+                return splat_rasterizer_forward(rasterizer_, &gaussians, null ? nullptr : &copy,
+                                                count, color);
+            });
+    };
+    both("cameras", "NULL", nullptr, 1, 0);
+    both("count", "none", &good, 0, 0);
+    both("count", "more than views", &good, 2, 0);
+    both("background", "not finite", &good, 1, INFINITY);
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_camera&)) {
+        splat_camera camera = good;
+        spoil(camera);
+        both("cameras", what, &camera, 1, 0);
+    };
+    spoilt("of another width", [](splat_camera& c) { c.width = 15; });
+    spoilt("of another height", [](splat_camera& c) { c.height = 17; });
+    spoilt("no focal length", [](splat_camera& c) { c.fx = 0; });
+    spoilt("a focal length below 0", [](splat_camera& c) { c.fy = -1; });
+    spoilt("a centre that is not finite", [](splat_camera& c) { c.cx = NAN; });
+    spoilt("a pose that is not finite", [](splat_camera& c) { c.world_to_camera[3] = INFINITY; });
+    spoilt("a singular pose", [](splat_camera& c) {
+        for (double& value : c.world_to_camera) value = 0;
+    });
+    const auto forward = [this, good](const splat_gaussians_desc* desc) {
+        return splat_rasterizer_forward(rasterizer_, desc, &good, 1, nullptr);
+    };
+    add("splat_rasterizer_forward", "gaussians", "NULL", kArgument,
+        [forward] { return forward(nullptr); });
+    descs<splat_gaussians_desc>("splat_rasterizer_forward", gaussians, forward);
+    add("splat_rasterizer_forward", "gaussians", "without tensors", kArgument,
+        [forward, gaussians] { return forward(&gaussians); });
+}
+
+void MisuseTable::rasterizer_output_rows() {
+    handles<splat_rasterizer>(
+        "splat_rasterizer_output", "rasterizer",
+        [this](splat_rasterizer r) {
+            return splat_rasterizer_output(r, SPLAT_OUTPUT_RGB, tensor_);
+        },
+        kHandle);
+    handles<splat_tensor>(
+        "splat_rasterizer_output", "tensor",
+        [this](splat_tensor t) {
+            return splat_rasterizer_output(rasterizer_, SPLAT_OUTPUT_RGB, t);
+        },
+        kHandle);
+    handles<splat_rasterizer>(
+        "splat_rasterizer_read", "rasterizer",
+        [this](splat_rasterizer r) {
+            return splat_rasterizer_read(r, SPLAT_OUTPUT_ALPHA, *outputs.values.out(), 64);
+        },
+        kHandle);
+    for (const splat_output output : {INT32_MIN, -1, 0, 11, INT32_MAX}) {
+        add("splat_rasterizer_output", "output", "none", kArgument,
+            [this, output] { return splat_rasterizer_output(rasterizer_, output, tensor_); });
+        add("splat_rasterizer_read", "output", "none", kArgument, [this, output] {
+            return splat_rasterizer_read(rasterizer_, output, *outputs.values.out(), 64);
+        });
+    }
+    add("splat_rasterizer_output", "tensor", "of another shape", SPLAT_ERROR_SHAPE_MISMATCH,
+        [this] { return splat_rasterizer_output(rasterizer_, SPLAT_OUTPUT_RGB, tensor_); });
+    add("splat_rasterizer_read", "values", "NULL", kArgument,
+        [this] { return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, nullptr, 64); });
+    add("splat_rasterizer_read", "bytes", "too few", kArgument, [this] {
+        return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(), 11);
+    });
+    add("splat_rasterizer_read", "rasterizer", "before a forward call", kState, [this] {
+        return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(), 64);
+    });
+    const auto backward = [this](const splat_gradients_desc* desc) {
+        return splat_rasterizer_backward(rasterizer_, desc);
+    };
+    const auto good = sized<splat_gradients_desc>();
+    handles<splat_rasterizer>(
+        "splat_rasterizer_backward", "rasterizer",
+        [good](splat_rasterizer r) { return splat_rasterizer_backward(r, &good); }, kHandle);
+    add("splat_rasterizer_backward", "gradients", "NULL", kArgument,
+        [backward] { return backward(nullptr); });
+    descs<splat_gradients_desc>("splat_rasterizer_backward", good, backward);
+    add("splat_rasterizer_backward", "gradients", "before a forward call", kState,
+        [backward, good] { return backward(&good); });
+    handles<splat_rasterizer>(
+        "splat_rasterizer_get_info", "rasterizer",
+        [this](splat_rasterizer r) {
+            return splat_rasterizer_get_info(r, outputs.rasterizer_info.out());
+        },
+        kHandle);
+    infos<splat_rasterizer_info>("splat_rasterizer_get_info", "info",
+                                 [this](splat_rasterizer_info* info) {
+                                     return splat_rasterizer_get_info(rasterizer_, info);
+                                 });
+}
+
+}  // namespace splat::test

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "api/api_calls.h"
+
+/// Scenes and rasterizers through the C API, for its tests.
+namespace splat::test {
+
+/// A few Gaussians before a camera that looks along +z; the same numbers everywhere. The arrays are
+/// the stored parameters; n Gaussians of degree `sh_degree`.
+struct SampleScene {
+    explicit SampleScene(std::size_t count, std::uint32_t sh_degree = 1);
+    [[nodiscard]] splat_scene_desc desc() const;
+    [[nodiscard]] Scene create() const;
+
+    std::uint32_t sh_degree;
+    std::vector<float> means, log_scales, rotations, opacity_logits, sh;
+};
+
+/// A camera of this size at z = -4 that sees the sample scene.
+splat_camera sample_camera(std::uint32_t width, std::uint32_t height, double angle = 0);
+
+splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t width,
+                                      std::uint32_t height, std::uint32_t flags = 0);
+Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& desc);
+
+/// An output in host memory.
+std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements);
+
+/// The attributes of a scene as the tensors that splat_rasterizer_forward takes.
+struct GaussianTensors {
+    GaussianTensors(splat_device device, splat_scene scene);
+    [[nodiscard]] splat_gaussians_desc desc() const;
+
+    Tensor means, scales, rotations, opacities, sh;
+};
+
+std::string load_report(splat_scene scene);
+splat_scene_info info_of(splat_scene scene);
+
+}  // namespace splat::test

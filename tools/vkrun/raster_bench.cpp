@@ -1,0 +1,244 @@
+// How the rasterizer is timed: two devices, each view by one and the other in turn.
+
+#include "vkrun/raster_bench.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+
+#include "vkrun/command.h"
+#include "vkrun/raster_reference.h"
+
+namespace vkrun {
+namespace {
+
+/// One rasterizer with the tensors of its gradients.
+class Side {
+  public:
+    Side(splat_device device, const RasterCase& from, std::uint32_t switch_off, bool backward)
+        : device_(device), from_(from) {
+        auto info = sized<splat_scene_info>();
+        check(splat_scene_get_info(from.scene.get(), &info));
+        auto desc = sized<splat_rasterizer_desc>();
+        desc.flags = backward ? SPLAT_RASTERIZER_BACKWARD : 0;
+        desc.gaussians = static_cast<std::uint32_t>(info.count);
+        desc.width = from.cameras[0].width;
+        desc.height = from.cameras[0].height;
+        desc.sh_degree = info.sh_degree;
+        desc.convention = from.convention;
+        desc.switch_off = switch_off | SPLAT_SKIP_UNCHANGED;
+        check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
+        if (!backward) return;
+        const auto n = static_cast<std::int64_t>(info.count);
+        const std::int64_t terms = std::int64_t{info.sh_degree + 1} * (info.sh_degree + 1);
+        shapes_ = {{"means", {n, 3}},
+                   {"scales", {n, 3}},
+                   {"rotations", {n, 4}},
+                   {"opacities", {n}},
+                   {"sh", {n, terms, 3}}};
+        for (const auto& [name, dims] : shapes_)
+            gradients_[name] = make_tensor(device, "grad_" + name, dims, {});
+    }
+
+    void forward(std::size_t view) {
+        check(splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
+                                             &from_.cameras[view], 1, from_.background));
+    }
+
+    void set_loss(const std::vector<float>& grad_rgb) {
+        grad_rgb_ = make_tensor(device_, "grad_rgb",
+                                {1, from_.cameras[0].height, from_.cameras[0].width, 3}, grad_rgb);
+    }
+
+    void backward() {
+        auto desc = sized<splat_gradients_desc>();
+        desc.grad_rgb = grad_rgb_.get();
+        desc.grad_means = gradients_.at("means").get();
+        desc.grad_scales = gradients_.at("scales").get();
+        desc.grad_rotations = gradients_.at("rotations").get();
+        desc.grad_opacities = gradients_.at("opacities").get();
+        desc.grad_sh = gradients_.at("sh").get();
+        check(splat_rasterizer_backward(rasterizer_.get(), &desc));
+    }
+
+    [[nodiscard]] std::vector<float> rgb() const {
+        std::vector<float> values(std::size_t{3} * from_.cameras[0].width *
+                                  from_.cameras[0].height);
+        check(splat_rasterizer_read(rasterizer_.get(), SPLAT_OUTPUT_RGB, values.data(),
+                                    values.size() * sizeof(float)));
+        return values;
+    }
+
+    [[nodiscard]] std::map<std::string, std::vector<float>> gradients() const {
+        std::map<std::string, std::vector<float>> values;
+        for (const auto& [name, tensor] : gradients_) values[name] = read_tensor(tensor.get());
+        return values;
+    }
+
+    [[nodiscard]] splat_rasterizer_info info() const {
+        auto info = sized<splat_rasterizer_info>();
+        check(splat_rasterizer_get_info(rasterizer_.get(), &info));
+        return info;
+    }
+
+    [[nodiscard]] splat_device device() const { return device_; }
+
+  private:
+    splat_device device_;
+    const RasterCase& from_;
+    Rasterizer rasterizer_;
+    Tensor grad_rgb_;
+    std::map<std::string, std::vector<std::int64_t>> shapes_;
+    std::map<std::string, Tensor> gradients_;
+};
+
+double timed(const std::function<void()>& call) {
+    const auto start = std::chrono::steady_clock::now();
+    call();
+    const std::chrono::duration<double, std::milli> passed =
+        std::chrono::steady_clock::now() - start;
+    return passed.count();
+}
+
+/// Copies between the caller's layout and the packed one are no stage of the rasterizer's own.
+std::string stage_of(const std::string& op) {
+    return op == "strided_copy" || op == "fill" ? "layout" : op;
+}
+
+void add_stages(splat_device device, RasterTimes& times, double calls) {
+    const auto profile =
+        Json::parse(whole_text([device](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_device_profile_json(device, buffer, capacity, needed);
+        }));
+    for (const Json& row : profile.at("ops"))
+        times.stage_ms[stage_of(row.at("op").get<std::string>())] +=
+            row.at("total_ms").get<double>() / calls;
+}
+
+/// All views once, forward or forward and backward; the first round is not counted.
+void round_of(Side& side, std::size_t views, RasterFigures& figures, bool backward) {
+    for (std::size_t view = 0; view < views; ++view) {
+        figures.forward.wall_ms.push_back(timed([&] { side.forward(view); }));
+        if (backward) figures.backward.wall_ms.push_back(timed([&] { side.backward(); }));
+    }
+}
+
+void warm_up(Side& side, const RasterReference& reference, RasterFigures& figures) {
+    side.forward(0);
+    side.set_loss(reference.grad_rgb());
+    side.backward();
+    figures.error = reference.compare(side.rgb(), side.gradients());
+}
+
+void profile_stages(Side& side, std::size_t views, RasterFigures& figures) {
+    const auto calls = static_cast<double>(views);
+    for (std::size_t view = 0; view < views; ++view) {
+        check(splat_device_profile_reset(side.device()));
+        side.forward(view);
+        add_stages(side.device(), figures.forward, calls);
+        check(splat_device_profile_reset(side.device()));
+        side.backward();
+        add_stages(side.device(), figures.backward, calls);
+    }
+    figures.info = side.info();
+}
+
+struct Skip {
+    const char* name;
+    std::uint32_t bit;
+};
+constexpr Skip kSkips[] = {
+    {"opacity_extent", SPLAT_SKIP_OPACITY_EXTENT},
+    {"exact_tiles", SPLAT_SKIP_EXACT_TILES},
+    {"cull", SPLAT_SKIP_CULL},
+    {"blocks", SPLAT_SKIP_BLOCKS},
+    {"early_out", SPLAT_SKIP_EARLY_OUT},
+    {"all of them", SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES | SPLAT_SKIP_CULL |
+                        SPLAT_SKIP_BLOCKS | SPLAT_SKIP_EARLY_OUT}};
+
+SkipFigures measure_skip(splat_device device, const RasterCase& from, const Skip& skip,
+                         double seconds) {
+    Side with(device, from, 0, false);
+    Side without(device, from, skip.bit, false);
+    SkipFigures figures;
+    figures.name = skip.name;
+    with.forward(0);
+    without.forward(0);
+    const std::vector<float> a = with.rgb();
+    const std::vector<float> b = without.rgb();
+    for (std::size_t i = 0; i < a.size(); ++i)
+        figures.max_rgb = std::max(figures.max_rgb,
+                                   std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    figures.pairs = without.info().pairs;
+    figures.visible = without.info().visible;
+    figures.ms = figures.with_ms = 1e30;
+    double spent = 0;
+    for (int round = 0; round < 3 || spent < seconds * 1e3; ++round) {
+        const double with_ms = timed([&] { with.forward(0); });
+        const double ms = timed([&] { without.forward(0); });
+        figures.with_ms = std::min(figures.with_ms, with_ms);
+        figures.ms = std::min(figures.ms, ms);
+        spent += with_ms + ms;
+    }
+    return figures;
+}
+
+double median_of(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values.empty() ? 0 : values[values.size() / 2];
+}
+
+}  // namespace
+
+double RasterTimes::min_ms() const {
+    return wall_ms.empty() ? 0 : *std::min_element(wall_ms.begin(), wall_ms.end());
+}
+
+double RasterTimes::median_ms() const {
+    return median_of(wall_ms);
+}
+
+RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase& from,
+                                 const RasterEffort& effort) {
+    RasterMeasurement result;
+    auto scene = sized<splat_scene_info>();
+    check(splat_scene_get_info(from.scene.get(), &scene));
+    result.title = from.title;
+    result.gaussians = scene.count;
+    result.width = from.cameras[0].width;
+    result.height = from.cameras[0].height;
+    result.views = from.cameras.size();
+    const RasterReference reference(from, effort.samples);
+    std::vector<std::pair<Side, RasterFigures*>> sides;
+    if (effort.plain) sides.emplace_back(Side(devices.plain.get(), from, 0, true), &result.plain);
+    sides.emplace_back(Side(devices.fast.get(), from, 0, true), &result.fast);
+    for (auto& [side, figures] : sides) {
+        figures->kernels = kernels_name(info_of(side.device()).kernels);
+        warm_up(side, reference, *figures);
+    }
+    const auto start = std::chrono::steady_clock::now();
+    for (int round = 0;; ++round) {
+        for (auto& [side, figures] : sides) {
+            if (round == 1) figures->forward.wall_ms.clear();
+            if (round == 1) figures->backward.wall_ms.clear();
+            round_of(side, result.views, *figures, true);
+        }
+        const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+        if (round >= 3 && passed.count() > effort.seconds) break;
+    }
+    sides.clear();
+    for (const bool plain : {true, false}) {
+        if (plain && !effort.plain) continue;
+        Side side((plain ? devices.plain_profiled : devices.fast_profiled).get(), from, 0, true);
+        RasterFigures& figures = plain ? result.plain : result.fast;
+        RasterFigures unused;
+        warm_up(side, reference, unused);
+        profile_stages(side, result.views, figures);
+    }
+    for (const Skip& skip : kSkips)
+        result.skips.push_back(measure_skip(devices.fast.get(), from, skip, effort.seconds / 8));
+    return result;
+}
+
+}  // namespace vkrun

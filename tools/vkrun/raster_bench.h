@@ -1,0 +1,88 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "vkrun/op_case.h"
+
+namespace vkrun {
+
+using Scene = Owner<splat_scene, splat_scene_destroy>;
+using Rasterizer = Owner<splat_rasterizer, splat_rasterizer_destroy>;
+
+/// A scene and how it is looked at.
+struct RasterCase {
+    std::string title;
+    Scene scene;
+    std::vector<splat_camera> cameras;  ///< of one size; one per call
+    splat_convention convention = SPLAT_CONVENTION_3DGS;
+    float background[3] = {0, 0, 0};
+};
+
+/// Differences to float64 at sampled pixels of the first view.
+struct RasterError {
+    double max_rgb = 0;       ///< over all samples
+    double typical_rgb = 0;   ///< 95 % are below
+    double max_gradient = 0;  ///< of any attribute, relative to its largest element
+};
+
+/// Times of one set of kernels in one direction, over all views and rounds.
+struct RasterTimes {
+    std::vector<double> wall_ms;             ///< one per call
+    std::map<std::string, double> stage_ms;  ///< device time by stage, mean per call
+
+    [[nodiscard]] double min_ms() const;
+    [[nodiscard]] double median_ms() const;
+};
+
+struct RasterFigures {
+    std::string kernels;
+    RasterTimes forward;
+    RasterTimes backward;
+    RasterError error;
+    splat_rasterizer_info info{};  ///< of the last view
+};
+
+/// What one kind of skipping gains: the image drawn without it.
+struct SkipFigures {
+    std::string name;
+    double ms = 0;       ///< shortest forward call without it
+    double with_ms = 0;  ///< and with it, in the same rounds
+    double max_rgb = 0;  ///< largest difference of the images
+    std::uint64_t pairs = 0;
+    std::uint64_t visible = 0;
+};
+
+struct RasterMeasurement {
+    std::string title;
+    std::uint64_t gaussians = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::size_t views = 0;
+    RasterFigures plain;
+    RasterFigures fast;
+    std::vector<SkipFigures> skips;
+};
+
+struct RasterEffort {
+    double seconds;  ///< for each comparison
+    bool plain;      ///< also the plain kernels
+    int samples;     ///< pixels compared with float64
+};
+
+/// The same device with each set of kernels; `profiled` ones time their stages, which costs a little.
+struct RasterDevices {
+    Device plain, fast, plain_profiled, fast_profiled;
+};
+
+RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase& from,
+                                 const RasterEffort& effort);
+
+Json raster_json(const RasterMeasurement& measurement);
+std::string raster_table(const RasterMeasurement& measurement);
+std::string raster_csv(const RasterMeasurement& measurement);
+/// Bars of the stages' times, plain and fast, forward and backward.
+std::string raster_svg(const RasterMeasurement& measurement);
+
+}  // namespace vkrun

@@ -1,0 +1,183 @@
+// The figures of the rasterizer's benchmark as a table, JSON, CSV and SVG.
+
+#include <algorithm>
+#include <array>
+
+#include "vkrun/raster_bench.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+constexpr double kTilePixels = 256;
+
+struct Row {
+    const RasterFigures* figures;
+    const RasterTimes* times;
+    const char* direction;
+};
+
+std::vector<Row> rows_of(const RasterMeasurement& m) {
+    std::vector<Row> rows;
+    for (const RasterFigures* figures : {&m.plain, &m.fast}) {
+        if (figures->kernels.empty()) continue;
+        rows.push_back({figures, &figures->forward, "forward"});
+        rows.push_back({figures, &figures->backward, "backward"});
+    }
+    return rows;
+}
+
+double stage(const RasterTimes& times, const std::string& name) {
+    const auto at = times.stage_ms.find(name);
+    return at == times.stage_ms.end() ? 0 : at->second;
+}
+
+/// Nanoseconds of blending per pixel of a tile and entry of its list.
+double blend_ns(const Row& row) {
+    const double pairs = static_cast<double>(row.figures->info.pairs) * kTilePixels;
+    return pairs == 0 ? 0 : stage(*row.times, std::string("blend_") + row.direction) / pairs * 1e6;
+}
+
+Json times_json(const Row& row) {
+    Json json;
+    json["min_ms"] = row.times->min_ms();
+    json["median_ms"] = row.times->median_ms();
+    json["calls"] = row.times->wall_ms.size();
+    json["blend_ns_per_pair"] = blend_ns(row);
+    json["stages_ms"] = row.times->stage_ms;
+    return json;
+}
+
+Json figures_json(const RasterFigures& figures) {
+    Json json;
+    json["kernels"] = figures.kernels;
+    json["forward"] = times_json({&figures, &figures.forward, "forward"});
+    json["backward"] = times_json({&figures, &figures.backward, "backward"});
+    json["max_rgb_error"] = figures.error.max_rgb;
+    json["typical_rgb_error"] = figures.error.typical_rgb;
+    json["max_gradient_error"] = figures.error.max_gradient;
+    json["visible"] = figures.info.visible;
+    json["pairs"] = figures.info.pairs;
+    json["longest_list"] = figures.info.longest;
+    json["empty_tiles"] = figures.info.empty_tiles;
+    json["tiles"] = figures.info.tiles;
+    json["bytes"] = figures.info.bytes;
+    json["passes"] = figures.info.passes;
+    return json;
+}
+
+}  // namespace
+
+Json raster_json(const RasterMeasurement& m) {
+    Json json;
+    json["scene"] = m.title;
+    json["gaussians"] = m.gaussians;
+    json["width"] = m.width;
+    json["height"] = m.height;
+    json["views"] = m.views;
+    if (!m.plain.kernels.empty()) json["plain"] = figures_json(m.plain);
+    json["fast"] = figures_json(m.fast);
+    json["skips"] = Json::array();
+    for (const SkipFigures& skip : m.skips)
+        json["skips"].push_back({{"without", skip.name},
+                                 {"ms", skip.ms},
+                                 {"with_ms", skip.with_ms},
+                                 {"max_rgb_difference", skip.max_rgb},
+                                 {"pairs", skip.pairs},
+                                 {"visible", skip.visible}});
+    return json;
+}
+
+std::string raster_table(const RasterMeasurement& m) {
+    std::string text = format(
+        "%s: %llu Gaussians, %u x %u, %zu views; %llu visible, %llu pairs, longest list %llu, "
+        "%llu of %llu tiles empty, %s, %u passes\n",
+        m.title.c_str(), static_cast<unsigned long long>(m.gaussians), m.width, m.height, m.views,
+        static_cast<unsigned long long>(m.fast.info.visible),
+        static_cast<unsigned long long>(m.fast.info.pairs),
+        static_cast<unsigned long long>(m.fast.info.longest),
+        static_cast<unsigned long long>(m.fast.info.empty_tiles),
+        static_cast<unsigned long long>(m.fast.info.tiles), bytes_text(m.fast.info.bytes).c_str(),
+        m.fast.info.passes);
+    Table table({"  direction", "kernels", ">min ms", ">median ms", ">project", ">sort", ">bin",
+                 ">blend", ">ns/pair", ">typical error", ">max error"});
+    for (const Row& row : rows_of(m)) {
+        const bool forward = row.times == &row.figures->forward;
+        const std::string direction = row.direction;
+        table.add({"  " + direction, row.figures->kernels, format("%.2f", row.times->min_ms()),
+                   format("%.2f", row.times->median_ms()),
+                   format("%.2f", stage(*row.times, "project_" + direction)),
+                   format("%.2f", stage(*row.times, "radix_sort")),
+                   format("%.2f", stage(*row.times, "tile_bin") + stage(*row.times, "tile_ranges")),
+                   format("%.2f", stage(*row.times, "blend_" + direction)),
+                   format("%.3f", blend_ns(row)),
+                   forward ? format("%.1e", row.figures->error.typical_rgb) : "",
+                   format("%.1e",
+                          forward ? row.figures->error.max_rgb : row.figures->error.max_gradient)});
+    }
+    text += table.text();
+    Table skips({"  forward without", ">min ms", ">with ms", ">ratio", ">pairs", ">visible",
+                 ">max difference"});
+    for (const SkipFigures& skip : m.skips)
+        skips.add({"  " + skip.name, format("%.2f", skip.ms), format("%.2f", skip.with_ms),
+                   format("%.2f", skip.ms / skip.with_ms),
+                   format("%llu", static_cast<unsigned long long>(skip.pairs)),
+                   format("%llu", static_cast<unsigned long long>(skip.visible)),
+                   format("%.1e", skip.max_rgb)});
+    return text + skips.text();
+}
+
+std::string raster_csv(const RasterMeasurement& m) {
+    std::string text =
+        "scene,width,height,kernels,direction,min_ms,median_ms,blend_ns_per_pair,max_error\n";
+    for (const Row& row : rows_of(m)) {
+        const bool forward = row.times == &row.figures->forward;
+        text += format("%s,%u,%u,%s,%s,%.4f,%.4f,%.4f,%.3g\n", m.title.c_str(), m.width, m.height,
+                       row.figures->kernels.c_str(), row.direction, row.times->min_ms(),
+                       row.times->median_ms(), blend_ns(row),
+                       forward ? row.figures->error.max_rgb : row.figures->error.max_gradient);
+    }
+    return text;
+}
+
+std::string raster_svg(const RasterMeasurement& m) {
+    constexpr double kLeft = 150;
+    constexpr double kWidth = 600;
+    constexpr double kRowHeight = 34;
+    constexpr std::array<const char*, 6> kColors = {"#4e79a7", "#f28e2b", "#59a14f",
+                                                    "#e15759", "#b07aa1", "#9c755f"};
+    const std::vector<Row> rows = rows_of(m);
+    double longest = 0;
+    for (const Row& row : rows) {
+        double sum = 0;
+        for (const auto& [name, ms] : row.times->stage_ms) sum += ms;
+        longest = std::max(longest, sum);
+    }
+    const double height = 60 + kRowHeight * static_cast<double>(rows.size());
+    std::string text = format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" "
+        "font-family=\"sans-serif\" font-size=\"12\">\n<text x=\"10\" y=\"20\">%s, %u x %u: "
+        "device time by stage</text>\n",
+        kLeft + kWidth + 90, height, m.title.c_str(), m.width, m.height);
+    double y = 36;
+    for (const Row& row : rows) {
+        text += format("<text x=\"10\" y=\"%g\">%s %s</text>\n", y + 16,
+                       row.figures->kernels.c_str(), row.direction);
+        double x = kLeft;
+        std::size_t color = 0;
+        for (const auto& [name, ms] : row.times->stage_ms) {
+            const double width = longest > 0 ? kWidth * ms / longest : 0;
+            text += format(
+                "<rect x=\"%.1f\" y=\"%g\" width=\"%.1f\" height=\"22\" fill=\"%s\">"
+                "<title>%s: %.2f ms</title></rect>\n",
+                x, y, width, kColors[color++ % kColors.size()], name.c_str(), ms);
+            x += width;
+        }
+        text += format("<text x=\"%.1f\" y=\"%g\">%.1f ms</text>\n", x + 6, y + 16,
+                       row.times->min_ms());
+        y += kRowHeight;
+    }
+    return text + "</svg>\n";
+}
+
+}  // namespace vkrun

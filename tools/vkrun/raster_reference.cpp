@@ -1,0 +1,104 @@
+#include "vkrun/raster_reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "ref/rasterize_ref.h"
+
+namespace vkrun {
+namespace {
+
+namespace ref = splat::ref;
+
+std::vector<double> attribute(const RasterCase& from, const char* name, std::size_t elements) {
+    std::vector<float> values(elements);
+    if (elements > 0)
+        check(splat_scene_read(from.scene.get(), name, values.data(), elements * sizeof(float)));
+    return {values.begin(), values.end()};
+}
+
+ref::RasterScene<double> reference_scene(const RasterCase& from) {
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(from.scene.get(), &info));
+    const std::size_t n = info.count;
+    ref::RasterScene<double> scene;
+    scene.sh_coefficients = std::size_t{info.sh_degree + 1} * (info.sh_degree + 1);
+    scene.means = attribute(from, "means", 3 * n);
+    scene.scales = attribute(from, "scales", 3 * n);
+    scene.rotations = attribute(from, "rotations", 4 * n);
+    scene.opacities = attribute(from, "opacities", n);
+    scene.sh = attribute(from, "sh", 3 * scene.sh_coefficients * n);
+    for (std::size_t k = 0; k < 3; ++k)
+        scene.background[k] = static_cast<double>(from.background[k]);
+    const splat_camera& camera = from.cameras[0];
+    scene.camera = {camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, {}};
+    std::copy_n(camera.world_to_camera, 16, scene.camera.world_to_camera.begin());
+    scene.options = ref::raster_options<double>(from.convention == SPLAT_CONVENTION_GSPLAT
+                                                    ? ref::Convention::kGsplat
+                                                    : ref::Convention::k3dgs);
+    return scene;
+}
+
+}  // namespace
+
+RasterReference::RasterReference(const RasterCase& from, int samples) {
+    const ref::RasterScene<double> scene = reference_scene(from);
+    const ref::ProjectForward<double> projected = ref::project_forward(scene);
+    std::mt19937 random(1);
+    std::uniform_int_distribution<std::size_t> any_pixel(0, scene.pixels() - 1);
+    std::uniform_real_distribution<float> weight(-1, 1);
+    grad_rgb_.assign(3 * scene.pixels(), 0.0F);
+    for (int i = 0; i < samples; ++i) {
+        const std::size_t pixel = any_pixel(random);
+        pixels_.push_back(pixel);
+        const auto blended = ref::blend_pixel(scene, projected, pixel % scene.camera.width,
+                                              pixel / scene.camera.width);
+        std::array<double, 3> rgb{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            rgb[k] = blended.transmittance * scene.background[k];
+            for (const auto& hit : blended.hits)
+                rgb[k] += hit.alpha * hit.transmittance * projected.gaussians[hit.index].color[k];
+            grad_rgb_[3 * pixel + k] = weight(random);
+        }
+        rgb_.insert(rgb_.end(), rgb.begin(), rgb.end());
+    }
+    ref::RasterLoss<double> loss;
+    loss.grad_rgb.assign(grad_rgb_.begin(), grad_rgb_.end());
+    const auto gradients =
+        ref::project_backward(scene, projected, ref::blend_backward(scene, projected, loss));
+    gradients_ = {{"means", gradients.grad_means},
+                  {"scales", gradients.grad_scales},
+                  {"rotations", gradients.grad_rotations},
+                  {"opacities", gradients.grad_opacities},
+                  {"sh", gradients.grad_sh}};
+}
+
+RasterError RasterReference::compare(
+    const std::vector<float>& rgb,
+    const std::map<std::string, std::vector<float>>& gradients) const {
+    RasterError error;
+    std::vector<double> differences;
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            differences.push_back(
+                std::abs(static_cast<double>(rgb[3 * pixels_[i] + k]) - rgb_[3 * i + k]));
+    std::sort(differences.begin(), differences.end());
+    if (!differences.empty()) {
+        error.max_rgb = differences.back();
+        error.typical_rgb = differences[differences.size() * 95 / 100];
+    }
+    for (const auto& [name, got] : gradients) {
+        const std::vector<double>& expected = gradients_.at(name);
+        double largest = 0;
+        double off = 0;
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            largest = std::max(largest, std::abs(expected[i]));
+            off = std::max(off, std::abs(static_cast<double>(got[i]) - expected[i]));
+        }
+        if (largest > 0) error.max_gradient = std::max(error.max_gradient, off / largest);
+    }
+    return error;
+}
+
+}  // namespace vkrun

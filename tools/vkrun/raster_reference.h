@@ -1,0 +1,26 @@
+#pragma once
+
+#include "vkrun/raster_bench.h"
+
+namespace vkrun {
+
+/// Float64 images and gradients at a sample of pixels of the first view (tests/ref).
+class RasterReference {
+  public:
+    RasterReference(const RasterCase& from, int samples);
+
+    /// dL/dRGB, [H,W,3]: random numbers at the samples, zero elsewhere.
+    [[nodiscard]] const std::vector<float>& grad_rgb() const { return grad_rgb_; }
+
+    [[nodiscard]] RasterError compare(
+        const std::vector<float>& rgb,
+        const std::map<std::string, std::vector<float>>& gradients) const;
+
+  private:
+    std::vector<std::size_t> pixels_;
+    std::vector<double> rgb_;  ///< [samples,3]
+    std::vector<float> grad_rgb_;
+    std::map<std::string, std::vector<double>> gradients_;
+};
+
+}  // namespace vkrun
