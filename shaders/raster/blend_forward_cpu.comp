@@ -48,6 +48,31 @@ bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
     return min(power.x, power.y) <= reach;
 }
 
+// Look at list entries from `seen` on until 8 wait in the queue, or the list ends.
+void fill_queue(uvec2 range, vec2 low, uint lane, uint head, inout uint seen, inout uint waiting) {
+    while (seen < range.y && waiting < 8) {
+        const uint mine = min(seen + lane, range.y - 1);
+        const uint candidate = LD1(items, mine);
+        const vec2 mean = LD4(splats, candidate * 3).xy;
+        const vec4 b = LD4(splats, candidate * 3 + 1);
+        const bool keep = seen + lane < range.y &&
+                          (kWholeTile || reaches(low - mean, low + 7.0 - mean, b.xyz, b.w));
+        const uint kept = subgroupBallot(keep).x & 0xFFu;
+        if (keep) queue[(head + waiting + bitCount(kept & ((1u << lane) - 1u))) & 15u] = mine;
+        waiting += bitCount(kept);
+        seen += 8;
+    }
+}
+
+void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind, vec2 depth_count) {
+    image[pixel] = vec4(color + left * behind, 1.0 - left);
+    if (!kNormals) state[pixel] = vec2(left, entries);
+    if (kExtra) {
+        const float expected = depth_count.x / max(1.0 - left, kExpectedAlphaMin);
+        extra[pixel] = vec4(depth_count.x, expected, depth_count.y, 0);
+    }
+}
+
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;
     const uint part = gl_WorkGroupID.x & 3u;
@@ -73,18 +98,7 @@ void main() {
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
     uint seen = range.x, head = 0, waiting = 0;
     while (seen < range.y || waiting > 0) {
-        while (seen < range.y && waiting < 8) {
-            const uint mine = min(seen + lane, range.y - 1);
-            const uint candidate = LD1(items, mine);
-            const vec2 mean = LD4(splats, candidate * 3).xy;
-            const vec4 b = LD4(splats, candidate * 3 + 1);
-            const bool keep = seen + lane < range.y &&
-                              (kWholeTile || reaches(low - mean, low + 7.0 - mean, b.xyz, b.w));
-            const uint kept = subgroupBallot(keep).x & 0xFFu;
-            if (keep) queue[(head + waiting + bitCount(kept & ((1u << lane) - 1u))) & 15u] = mine;
-            waiting += bitCount(kept);
-            seen += 8;
-        }
+        fill_queue(range, low, lane, head, seen, waiting);
         subgroupMemoryBarrierShared();
         const bool filled = lane < waiting;
         const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
@@ -135,11 +149,7 @@ void main() {
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
-            const float left = abs(t[r]);
-            image[pixel] = vec4(color[r] + left * behind, 1.0 - left);
-            if (!kNormals) state[pixel] = vec2(left, entries[r]);
-            if (kExtra)
-                extra[pixel] = vec4(depth[r], depth[r] / max(1.0 - left, kExpectedAlphaMin), contributors[r], 0);
+            write_pixel(pixel, abs(t[r]), entries[r], color[r], behind, vec2(depth[r], contributors[r]));
         }
     }
 }

@@ -72,6 +72,60 @@ vec3 color_backward(uint index, vec3 mean, vec3 position, vec3 color, vec3 g) {
     return inverse * (by_d - dot(by_d, d) * d);
 }
 
+struct Gaussian {
+    vec3 mean, scale;
+    vec4 q;
+    float opacity;
+};
+
+// Sums of an item's records, and its opacity after compensation (0: nothing was seen of it).
+struct Records {
+    vec4 a, b, c;
+    float opacity;
+};
+
+vec4 pose0, pose1, pose2;  // rows of dL/d[R|t] of one item
+
+// Adds one view's share to the gradients above.
+void item_backward(uint index, uint v, uint item, Gaussian from, Records records) {
+    View view;
+    LOAD_VIEW(view, cameras, v);
+    const Projection p = project(view, from.mean, from.scale, from.q);
+    ImageGradient g;
+    const vec3 conic = vec3(p.c, -p.b, p.a) / p.det;
+    g.mean = -vec2(dot(conic.xy, records.a.yz), dot(conic.yz, records.a.yz));
+    g.conic = -vec3(0.5 * records.a.w, records.b.x, 0.5 * records.b.y);
+    g.opacity = records.a.x / records.opacity;
+    g.depth = records.c.w;
+    GaussianGradient gradient;
+    PoseGradient pose_gradient;
+    projection_backward(view, p, from.mean, from.scale, from.opacity, g, params.flags, gradient,
+                        pose_gradient);
+    const vec3 color = LD4(splats, item * 3 + 2).xyz;
+    const vec3 by_direction = color_backward(index, from.mean, view.position, color, records.c.xyz);
+    grad_mean += gradient.mean + by_direction;
+    grad_scale += gradient.scale;
+    grad_q += quaternion_backward(from.q, gradient.rq);
+    grad_opacity += gradient.opacity;
+    if (kPose) {
+        // The camera's position is -R^T t, and the direction ends there.
+        const vec3 moved = view.rotation * by_direction;
+        const mat3 rotation = transpose(pose_gradient.rotation + outerProduct(moved, view.position));
+        const vec3 translation = pose_gradient.translation + moved;
+        pose0 = vec4(rotation[0], translation.x);
+        pose1 = vec4(rotation[1], translation.y);
+        pose2 = vec4(rotation[2], translation.z);
+    }
+    if (kExport) {
+        const vec4 before0 = params.accumulate != 0 ? exported[item * 3] : vec4(0);
+        const vec4 before1 = params.accumulate != 0 ? exported[item * 3 + 1] : vec4(0);
+        const vec4 before2 = params.accumulate != 0 ? exported[item * 3 + 2] : vec4(0);
+        exported[item * 3] = before0 + vec4(g.mean, records.b.zw);
+        exported[item * 3 + 1] = before1 + vec4(g.conic, g.opacity);
+        exported[item * 3 + 2] = before2 + records.c;
+    }
+}
+
 void main() {
     const uint index = invocation_index(params.groups_x);
     const bool present = index < params.count;
@@ -83,6 +137,7 @@ void main() {
     const bool normalise = (params.flags & kFlagGsplat) != 0;
     const vec4 q = normalise ? raw_q / q_norm : raw_q;
 
+    const Gaussian gaussian = Gaussian(g0.xyz, g1.xyz, q, g0.w);
     grad_mean = vec3(0);
     grad_scale = vec3(0);
     grad_q = vec4(0);
@@ -91,53 +146,19 @@ void main() {
     for (uint v = 0; v < params.views; ++v) {
         const uint item = v * params.gaussians + params.first + index;
         const uint pairs = present ? LD1(counts, item) : 0;
-        vec4 sum_a = vec4(0), sum_b = vec4(0), sum_c = vec4(0);
-        vec4 splat = vec4(0);
-        if (pairs > 0) splat = LD4(splats, item * 3);
-        const bool seen = splat.z > 0.0;
-        vec4 pose0 = vec4(0), pose1 = vec4(0), pose2 = vec4(0);
-        if (seen) {
+        Records records = Records(vec4(0), vec4(0), vec4(0), 0.0);
+        if (pairs > 0) records.opacity = LD4(splats, item * 3).z;
+        pose0 = vec4(0);
+        pose1 = vec4(0);
+        pose2 = vec4(0);
+        if (records.opacity > 0.0) {
             const uint begin = LD1(begins, item);
             for (uint i = begin; i < begin + pairs; ++i) {
-                sum_a += LD4(record_a, i);
-                sum_b += LD4(record_b, i);
-                sum_c += LD4(record_c, i);
+                records.a += LD4(record_a, i);
+                records.b += LD4(record_b, i);
+                records.c += LD4(record_c, i);
             }
-            View view;
-            LOAD_VIEW(view, cameras, v);
-            const Projection p = project(view, g0.xyz, g1.xyz, q);
-            ImageGradient g;
-            const vec3 conic = vec3(p.c, -p.b, p.a) / p.det;
-            g.mean = -vec2(dot(conic.xy, sum_a.yz), dot(conic.yz, sum_a.yz));
-            g.conic = -vec3(0.5 * sum_a.w, sum_b.x, 0.5 * sum_b.y);
-            g.opacity = sum_a.x / splat.z;
-            g.depth = sum_c.w;
-            GaussianGradient gaussian;
-            PoseGradient pose_gradient;
-            projection_backward(view, p, g0.xyz, g1.xyz, g0.w, g, params.flags, gaussian, pose_gradient);
-            const vec3 color = LD4(splats, item * 3 + 2).xyz;
-            const vec3 by_direction = color_backward(index, g0.xyz, view.position, color, sum_c.xyz);
-            grad_mean += gaussian.mean + by_direction;
-            grad_scale += gaussian.scale;
-            grad_q += quaternion_backward(q, gaussian.rq);
-            grad_opacity += gaussian.opacity;
-            if (kPose) {
-                // The camera's position is -R^T t, and the direction ends there.
-                const vec3 moved = view.rotation * by_direction;
-                const mat3 rotation = transpose(pose_gradient.rotation + outerProduct(moved, view.position));
-                const vec3 translation = pose_gradient.translation + moved;
-                pose0 = vec4(rotation[0], translation.x);
-                pose1 = vec4(rotation[1], translation.y);
-                pose2 = vec4(rotation[2], translation.z);
-            }
-            if (kExport) {
-                const vec4 before0 = params.accumulate != 0 ? exported[item * 3] : vec4(0);
-                const vec4 before1 = params.accumulate != 0 ? exported[item * 3 + 1] : vec4(0);
-                const vec4 before2 = params.accumulate != 0 ? exported[item * 3 + 2] : vec4(0);
-                exported[item * 3] = before0 + vec4(g.mean, sum_b.zw);
-                exported[item * 3 + 1] = before1 + vec4(g.conic, g.opacity);
-                exported[item * 3 + 2] = before2 + sum_c;
-            }
+            item_backward(index, v, item, gaussian, records);
         } else if (kExport && present && params.accumulate == 0) {
             exported[item * 3] = vec4(0);
             exported[item * 3 + 1] = vec4(0);
