@@ -25,6 +25,13 @@ struct Footprint {
     bool exact;
 };
 
+// A footprint of up to 8 rows by 15 columns packs into uvec3 (the buffer adds
+// the count): tile x | tile y << 16; per row 8 bits,
+// length | first column << 4. A larger one is worked out again.
+const int kPackedRows = 8;
+const int kPackedColumns = 15;
+const uint kNotPacked = 0xFFFFFFFFu;
+
 ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end) {
     // Pixel centres first <= i + 0.5 <= last, as tiles; floats are clamped before they turn integer.
     const vec2 least = vec2(low) * float(kTileSize) - 1.0, most = vec2(high) * float(kTileSize) + 1.0;
@@ -34,17 +41,19 @@ ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end)
     return clamp(i0 >> 4, low, high);
 }
 
-// a: mean, opacity, depth; b: l11, l21, l22, half size of the 3dgs square (gsplat: 0).
-Footprint tile_footprint(vec4 a, vec4 b, uint flags, ivec2 size, ivec2 rows) {
+// log2(255 opacity), with the margin.
+float opacity_reach(float opacity) { return log2(255.0 * opacity) + kReachMargin; }
+
+// a: mean, opacity, depth; b: l11, l21, l22, reach; half_size: of the 3dgs square (gsplat: unread).
+Footprint tile_footprint(vec4 a, vec4 b, float half_size, uint flags, ivec2 size, ivec2 rows) {
     Footprint f;
     f.mean = a.xy;
     f.l11 = b.x;
     f.l21 = b.y;
     f.l22 = b.z;
     f.exact = (flags & kFlagExactTiles) != 0;
-    precise float reach = log2(255.0 * a.z) + kReachMargin;
     const bool by_opacity = (flags & kFlagOpacityExtent) != 0;
-    f.reach = by_opacity || f.exact ? reach : kReachMax + kReachMargin;
+    f.reach = by_opacity || f.exact ? b.w : kReachMax + kReachMargin;
     const ivec2 low = ivec2(0, rows.x);
     const ivec2 high = ivec2((size.x + 15) >> 4, rows.y);
     precise float root = sqrt(max(f.reach, 0.0));
@@ -58,8 +67,8 @@ Footprint tile_footprint(vec4 a, vec4 b, uint flags, ivec2 size, ivec2 rows) {
         // int((u - r) / 16) to int((u + r + 15) / 16) with u counted from the first pixel's centre.
         const vec2 u = f.mean - 0.5;
         const vec2 tiles = vec2(high);
-        begin = max(begin, ivec2(clamp((u - b.w) / float(kTileSize), vec2(0), tiles)));
-        end = min(end, ivec2(clamp((u + b.w + 15.0) / float(kTileSize), vec2(0), tiles)));
+        begin = max(begin, ivec2(clamp((u - half_size) / float(kTileSize), vec2(0), tiles)));
+        end = min(end, ivec2(clamp((u + half_size + 15.0) / float(kTileSize), vec2(0), tiles)));
     }
     f.rect = ivec4(begin, end);
     return f;

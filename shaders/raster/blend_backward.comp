@@ -1,12 +1,12 @@
 #version 460
-// Gradient of blend_forward.comp by the splats: for each (tile, Gaussian) one record, written at the
-// pair's place in emission order, so that each Gaussian's records are contiguous.
+// Gradient of blend_forward.comp by the splats: for each (tile, Gaussian) one record, written to
+// the pair's slot, so that each Gaussian's records are contiguous.
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
 // Record: sums over the tile's pixels, q = mean - pixel centre:
 //   (v, v qx, v qy, v qx^2), (v qx qy, v qy^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth)
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, items, pairs, ranges, background, state, grad_image [V,H,W] vec4, grad_depth
+// Bindings: splats, items, slots, ranges, background, state, grad_image [V,H,W] vec4, grad_depth
 // [V,H,W]; record_a, record_b, record_c [pairs] vec4.
 // Specialisation: 10 = grad_depth is given, 11 = absolute sums. Workgroup of kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +17,7 @@ layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Pairs { uint pairs[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
@@ -50,8 +50,8 @@ void main() {
 
     for (uint i = range.y; i > range.x;) {
         --i;
-        const uint pair = pairs[i];
-        const uint item = items[pair];
+        const uint slot = slots[i];
+        const uint item = items[i];
         const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);
@@ -74,9 +74,9 @@ void main() {
         const vec4 second = workgroup_sum(vec4(v * q.x * q.y, v * q.y * q.y, slope));
         const vec4 third = workgroup_sum(w * g);
         if (lane == 0) {
-            record_a[pair] = first;
-            record_b[pair] = second;
-            record_c[pair] = third;
+            record_a[slot] = first;
+            record_b[slot] = second;
+            record_c[slot] = third;
         }
     }
 }

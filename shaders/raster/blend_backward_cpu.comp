@@ -17,7 +17,7 @@ layout(constant_id = 11) const bool kAbsolute = false;
 layout(constant_id = 12) const bool kWholeList = false;
 QUADS(0, splats);
 UINTS(1, items);
-UINTS(2, pairs);
+UINTS(2, slots);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
@@ -116,18 +116,18 @@ void main() {
     const uint walked = kWholeList ? (length + 7u) & ~7u : (min(uint(last), length) + 7u) & ~7u;
     for (uint k = walked; k < length; k += 8) {
         if (k + lane < length) {
-            const uint pair = LD1(pairs, range.x + k + lane);
-            record_a[pair] = vec4(0);
-            record_b[pair] = vec4(0);
-            record_c[pair] = vec4(0);
+            const uint slot = LD1(slots, range.x + k + lane);
+            record_a[slot] = vec4(0);
+            record_b[slot] = vec4(0);
+            record_c[slot] = vec4(0);
         }
     }
     const uint next_lane = (lane + 7u) & 7u;
     for (uint k = walked; k > 0;) {
         k -= 8;
         const bool present = k + lane < length;
-        const uint pair = LD1(pairs, range.x + min(k + lane, length - 1));
-        const uint item = LD1(items, pair);
+        const uint entry = range.x + min(k + lane, length - 1);
+        const uint item = LD1(items, entry);
         vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         vec3 l = LD4(splats, item * 3 + 1).xyz;
         vec4 c = vec4(LD4(splats, item * 3 + 2).rgb, a.w);
@@ -157,9 +157,10 @@ void main() {
             }
         }
         if (present) {
-            record_a[pair] = vec4(record[0], record[1], record[2], record[3]);
-            record_b[pair] = vec4(record[4], record[5], record[6], record[7]);
-            record_c[pair] = vec4(record[8], record[9], record[10], record[11]);
+            const uint slot = LD1(slots, entry);
+            record_a[slot] = vec4(record[0], record[1], record[2], record[3]);
+            record_b[slot] = vec4(record[4], record[5], record[6], record[7]);
+            record_c[slot] = vec4(record[8], record[9], record[10], record[11]);
         }
     }
 }

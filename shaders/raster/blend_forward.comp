@@ -3,17 +3,19 @@
 // T_(i+1) = T_i (1 - alpha_i), alpha_i = min(kAlphaMax, opacity exp2(-|L^T q|^2)), skipped below
 // kAlphaMin; a pixel stops before T would fall below params.stop_below. Kerbl et al. 2023, section 6.
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, items, pairs (sorted), ranges, background vec4; image [V,H,W] vec4 (rgb, alpha),
+// Bindings: splats, items (sorted), normals, ranges, background vec4; image [V,H,W] vec4 (rgb, alpha),
 // state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w depth, expected
-// depth, contributors, 0). Specialisation: 10 = write extra. The workgroup has kTileSize^2 invocations.
+// depth, contributors, 0). Specialisation: 10 = write extra, 13 = blend
+// normals instead of colours, without background. The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
+layout(constant_id = 13) const bool kNormals = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Pairs { uint pairs[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
 layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
@@ -44,10 +46,10 @@ void main() {
         barrier();
         const uint filled = min(kBatch, range.y - start);
         if (lane < filled) {
-            const uint item = items[pairs[start + lane]];
+            const uint item = items[start + lane];
             batch_a[lane] = splats[item * 3] - vec4(corner, 0, 0);
             batch_b[lane] = splats[item * 3 + 1];
-            batch_c[lane] = splats[item * 3 + 2];
+            batch_c[lane] = kNormals ? normals[item] : splats[item * 3 + 2];
         }
         barrier();
         for (uint i = 0; i < filled; ++i) {
@@ -65,7 +67,7 @@ void main() {
     }
     if (!inside) return;
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
-    image[pixel] = vec4(sum.rgb + t * background[0].rgb, 1.0 - t);
-    state[pixel] = vec2(t, float(entries));
+    image[pixel] = vec4(sum.rgb + (kNormals ? vec3(0) : t * background[0].rgb), 1.0 - t);
+    if (!kNormals) state[pixel] = vec2(t, float(entries));
     if (kExtra) extra[pixel] = vec4(sum.w, sum.w / max(1.0 - t, kExpectedAlphaMin), float(contributors), 0);
 }

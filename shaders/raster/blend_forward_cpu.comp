@@ -1,12 +1,15 @@
 #version 460
-// As blend_forward.comp for devices whose shaders run on a CPU, without shared memory or branches: 8
-// lanes take 8 columns of a tile and kRows rows each, fetch 8 list entries at a time, one per lane,
-// and pass them round by constant shuffles. Needs subgroups of at least 8.
+// As blend_forward.comp for devices whose shaders run on a CPU, almost without branches: 8 lanes take
+// 8 columns of a tile and kRows rows each. They look at 8 list entries at a time, one per lane, put
+// those that can reach the 8 x 8 block into a queue, and blend 8 of the queue at a time, passed round
+// by constant shuffles. Needs a workgroup of one subgroup of at least 8.
 // One workgroup computes 8 columns by kRows rows of a tile: gl_WorkGroupID.x counts the 16 * 16 / (8 *
 // kRows) parts of each tile of a row, y the rows of tiles, z the views.
-// Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped.
+// Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
+// 12 = blend entries that cannot reach the block, too; 13 as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -15,10 +18,12 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
+layout(constant_id = 13) const bool kNormals = false;
 layout(constant_id = 11) const bool kNoEarlyOut = false;
+layout(constant_id = 12) const bool kWholeTile = false;
 QUADS(0, splats);
 UINTS(1, items);
-UINTS(2, pairs);
+QUADS(2, normals);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
 layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
@@ -27,6 +32,21 @@ layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
 layout(push_constant) uniform Push { BlendParams params; };
 
 const int kRows = 8;
+
+// List entries that wait to be blended; never more than 7 when 8 are looked at.
+shared uint queue[16];
+
+// Whether some pixel centre within low <= p - mean <= high may have alpha >= kAlphaMin: the least
+// |L^T p|^2 over the box, which is 0 inside and else on an edge that faces the mean.
+bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
+    const vec2 near = clamp(vec2(0), low, high);
+    const float on_x = clamp(-l.x * l.y * near.x / (l.y * l.y + l.z * l.z), low.y, high.y);
+    const float on_y = clamp(-l.y * near.y / l.x, low.x, high.x);
+    const vec2 u = l.x * vec2(near.x, on_y) + l.y * vec2(on_x, near.y);
+    const vec2 v = l.z * vec2(on_x, near.y);
+    const vec2 power = u * u + v * v;
+    return min(power.x, power.y) <= reach;
+}
 
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;
@@ -37,6 +57,7 @@ void main() {
     const uvec2 at = uvec2((part & 1u) * 8u + lane, (part >> 1) * uint(kRows));
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
     const float x = float(at.x) + 0.5, y = float(at.y) + 0.5;
+    const float stop_below = params.stop_below;
     const bool column_inside = corner.x + at.x < params.width;
 
     // Transmittance; once a pixel has stopped, minus that at which it did.
@@ -49,17 +70,35 @@ void main() {
         depth[r] = 0.0;
         color[r] = vec3(0);
     }
-    for (uint start = range.x; start < range.y; start += 8) {
-        const uint mine = start + lane;
-        const uint item = LD1(items, LD1(pairs, min(mine, range.y - 1)));
+    const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
+    uint seen = range.x, head = 0, waiting = 0;
+    while (seen < range.y || waiting > 0) {
+        while (seen < range.y && waiting < 8) {
+            const uint mine = min(seen + lane, range.y - 1);
+            const uint candidate = LD1(items, mine);
+            const vec2 mean = LD4(splats, candidate * 3).xy;
+            const vec4 b = LD4(splats, candidate * 3 + 1);
+            const bool keep = seen + lane < range.y &&
+                              (kWholeTile || reaches(low - mean, low + 7.0 - mean, b.xyz, b.w));
+            const uint kept = subgroupBallot(keep).x & 0xFFu;
+            if (keep) queue[(head + waiting + bitCount(kept & ((1u << lane) - 1u))) & 15u] = mine;
+            waiting += bitCount(kept);
+            seen += 8;
+        }
+        subgroupMemoryBarrierShared();
+        const bool filled = lane < waiting;
+        const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
+        head += 8;
+        waiting -= min(waiting, 8u);
+        const uint item = LD1(items, entry);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
-        const vec4 c = LD4(splats, item * 3 + 2);
-        const float opacity = mine < range.y ? a.z : 0.0;
-        const float present = mine < range.y ? 1.0 : 0.0;
+        const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
+        const float opacity = filled ? a.z : 0.0;
+        const float place = float(filled ? entry - range.x + 1u : range.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const float o = subgroupShuffle(opacity, j);
-            const float one = subgroupShuffle(present, j);
+            const float index = subgroupShuffle(place, j);
             const vec3 l = vec3(subgroupShuffle(b.x, j), subgroupShuffle(b.y, j), subgroupShuffle(b.z, j));
             const vec3 rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
             const float z = kExtra ? subgroupShuffle(a.w, j) : 0.0;
@@ -74,11 +113,11 @@ void main() {
                 precise float raw = min(kAlphaMax, o * exp2(power));
                 const float alpha = raw >= kAlphaMin ? raw : 0.0;
                 const float next = t[r] - t[r] * alpha;
-                const bool stop = next < params.stop_below;
+                const bool stop = next < stop_below;
                 const float w = stop ? 0.0 : alpha * t[r];
                 t[r] = stop ? -abs(t[r]) : next;
                 color[r] += w * rgb;
-                entries[r] += stop ? 0.0 : one;
+                entries[r] = stop ? entries[r] : index;
                 if (kExtra) {
                     depth[r] += w * z;
                     contributors[r] += w > 0.0 ? 1.0 : 0.0;
@@ -92,13 +131,13 @@ void main() {
         }
     }
     if (!column_inside) return;
-    const vec3 behind = LD4(background, 0).rgb;
+    const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
             const float left = abs(t[r]);
             image[pixel] = vec4(color[r] + left * behind, 1.0 - left);
-            state[pixel] = vec2(left, entries[r]);
+            if (!kNormals) state[pixel] = vec2(left, entries[r]);
             if (kExtra)
                 extra[pixel] = vec4(depth[r], depth[r] / max(1.0 - left, kExpectedAlphaMin), contributors[r], 0);
         }

@@ -1,23 +1,30 @@
 #version 460
-// Project every Gaussian into every view and count the tiles it can reach.
-// One invocation computes one item (gl_WorkGroupID.z is the view); what is culled gets radius 0, no
-// tiles and the key 0xFFFFFFFF.
-// Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), cameras [V][6] vec4
-// (rows of [R|t]; fx fy cx cy; limits of the Jacobian; position);
-// splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 of tile_footprint.glsl, 3dgs half size;
-// colour of project_colors.comp), counts [V*N] tiles, keys [V*N] bits of the depth, radii [V*N] vec2.
+// Project every Gaussian into every view, count the tiles it can reach and, if any, evaluate its
+// colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
+// One invocation computes one item (gl_WorkGroupID.z is the view); what is culled, or not finite, gets
+// radius 0, no tiles and the key 0xFFFFFFFF.
+// Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
+// vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
+// Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
+// tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] bits of
+// the depth, radii [V*N] vec2, footprints [V*N] uvec4. Specialisation: 10 = degree of the spherical harmonics.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "projection.glsl"
+#include "sh.glsl"
 #include "tile_footprint.glsl"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kDegree = 0;
 QUADS(0, gaussians);
-QUADS(1, cameras);
-layout(set = 0, binding = 2, std430) writeonly buffer Splats { vec4 splats[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Counts { uint counts[]; };
-layout(set = 0, binding = 4, std430) writeonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer Radii { vec2 radii[]; };
+QUADS(1, colors);
+QUADS(2, cameras);
+layout(set = 0, binding = 3, std430) writeonly buffer Splats { vec4 splats[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer Keys { uint keys[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer Radii { vec2 radii[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Footprints { uvec4 footprints[]; };
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -55,15 +62,42 @@ vec2 image_mean(View view, vec3 m) {
     return (f * m.xy + (centre - middle) * m.z) / (m.z + kHomogeneousMin) + middle;
 }
 
-uint tile_count(vec4 a, vec4 b) {
+vec3 splat_color(uint index, vec3 offset) {
+    if (is_set(kFlagDirectColors)) return LD4(colors, index).xyz;
+    const float d2 = dot(offset, offset);
+    float basis[16];
+    sh_basis(kDegree, d2 > 0.0 ? offset * inversesqrt(d2) : vec3(0), basis);
+    const uint terms = (kDegree + 1) * (kDegree + 1);
+    float f[48];
+    [[unroll]] for (uint i = 0; i < (3 * terms + 3) / 4; ++i) {
+        const vec4 v = LD4(colors, index * params.sh_quads + i);
+        [[unroll]] for (uint c = 0; c < 4; ++c) f[4 * i + c] = v[c];
+    }
+    vec3 color = vec3(0);
+    [[unroll]] for (uint k = 0; k < terms; ++k)
+        color += basis[k] * vec3(f[3 * k], f[3 * k + 1], f[3 * k + 2]);
+    return finite(color) ? max(color + kShOffset, vec3(0)) : color;
+}
+
+// Number of tiles, and the footprint for tile_bin_emit.comp.
+uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
+    packed = uvec3(0);
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
     const ivec2 size = ivec2(params.width, params.height);
-    const Footprint f = tile_footprint(a, b, params.flags, size, ivec2(params.row_begin, params.row_end));
+    const Footprint f = tile_footprint(a, b, half_size, params.flags, size,
+                                       ivec2(params.row_begin, params.row_end));
     uint count = 0;
+    const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
     for (int row = f.rect.y; row < f.rect.w; ++row) {
         const ivec2 columns = tile_columns(f, row, size);
-        count += uint(max(columns.y - columns.x, 0));
+        const uint length = uint(max(columns.y - columns.x, 0));
+        count += length;
+        const uint bits = length | (length > 0 ? uint(columns.x - f.rect.x) << 4 : 0u);
+        const uint shift = 8u * uint(row - f.rect.y);
+        if (shift < 32u) packed.y |= bits << shift;
+        if (shift >= 32u) packed.z |= bits << (shift - 32u);
     }
+    packed.x = small ? uint(f.rect.x) | uint(f.rect.y) << 16 : kNotPacked;
     return count;
 }
 
@@ -95,16 +129,29 @@ void main() {
 
     const vec2 radius = valid ? visible_radius(p, mean, opacity) : vec2(0);
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
-    const vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
     // Cholesky factor of the conic: l11 = sqrt(c / det), l21 = -b / sqrt(c det), l22 = 1 / sqrt(c).
     const float root_c = sqrt(p.c), root_det = sqrt(p.det);
     const vec3 l = vec3(root_c / root_det, -p.b / (root_c * root_det), 1.0 / root_c);
-    const vec4 b = valid ? vec4(kRootHalfLog2e * l, is_set(kFlagGsplat) ? 0.0 : radius.x) : vec4(1, 0, 1, 0);
-    const uint count = valid ? tile_count(a, b) : 0u;
+    const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
+    vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
+    const vec4 b = valid ? vec4(kRootHalfLog2e * l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
+    uvec3 packed = uvec3(0);
+    uint count = valid ? tile_count(a, b, half_size, packed) : 0u;
+    vec3 color = vec3(0);
+    if (count > 0 || (valid && !is_set(kFlagCull))) {
+        color = splat_color(index, g0.xyz - view.position);
+        if (!finite(color)) {
+            valid = false;
+            a.z = 0;
+            color = vec3(0);
+            count = 0;
+        }
+    }
     splats[item * 3] = a;
     splats[item * 3 + 1] = b;
-    splats[item * 3 + 2] = vec4(0);
+    splats[item * 3 + 2] = vec4(color, half_size);
     counts[item] = count;
+    footprints[item] = uvec4(packed, count);
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
     keys[item] = sorted ? floatBitsToUint(z) : 0xFFFFFFFFu;
     radii[item] = valid ? radius : vec2(0);

@@ -1,24 +1,31 @@
 #version 460
 // Moves every entry to its place: the entries of smaller digits, then those of the same digit in
 // lanes before, then those before it in its own lane. Chunks as in radix_sort_upsweep.comp.
-// In the first pass (params.first) a value is the entry's position, and keys 0xFFFFFFFF are left
-// out; the number of entries that stay goes to `kept`.
-// Bindings: keys, values, entries, table, totals; keys_out, values_out, kept.
-// Specialisation: 10 = bits of a digit.
+// The first pass leaves out keys 0xFFFFFFFF; the number of entries that stay goes to `kept`.
+// Bindings: keys, values, seconds, entries, table, totals; keys_out, values_out, seconds_out, kept.
+// Specialisation: 10 = bits of a digit, 11 = values are the entries' positions, 12 = each entry has
+// a second value, 13 = first pass.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/radix_sort_params.h"
+#include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 4;
-UINTS(0, keys);
-UINTS(1, values);
-UINTS(2, entries);
-UINTS(3, table);
-UINTS(4, totals);
-layout(set = 0, binding = 5, std430) writeonly buffer KeysOut { uint keys_out[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer ValuesOut { uint values_out[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Kept { uint kept[]; };
+layout(constant_id = 11) const bool kPositions = false;
+layout(constant_id = 12) const bool kSecond = false;
+layout(constant_id = 13) const bool kFirst = false;
+UINT_QUADS(0, keys);
+UINT_QUADS(1, values);
+UINT_QUADS(2, seconds);
+UINTS(3, entries);
+UINTS(4, table);
+UINTS(5, totals);
+layout(set = 0, binding = 6, std430) writeonly buffer KeysOut { uint keys_out[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer ValuesOut { uint values_out[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
+layout(set = 0, binding = 9, std430) writeonly buffer Kept { uint kept[]; };
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 const uint kBins = 1u << kBits;
@@ -44,18 +51,23 @@ void main() {
     if (gl_WorkGroupID.x == 0 && l == width - 1) kept[0] = base;
     barrier();
     for (uint bin = 0; bin < kBins; ++bin)
-        column[bin * width + l] = bases[bin] + LD1(table, bin * params.lanes + lane);
+        column[bin * width + l] = bases[bin] + LD1(table, lane * kBins + bin);
 
-    const uint count = min(LD1(entries, 0), params.capacity);
-    const uint chunk = (count + params.lanes - 1) / params.lanes;
-    const uint begin = min(lane * chunk, count), end = min(begin + chunk, count);
-    for (uint i = begin; i < end; ++i) {
-        const uint key = LD1(keys, i);
-        if (params.first != 0 && key == 0xFFFFFFFFu) continue;
-        const uint at = ((key >> params.shift) & (kBins - 1)) * width + l;
-        const uint place = column[at];
-        column[at] = place + 1;
-        keys_out[place] = key;
-        values_out[place] = params.first != 0 ? i : LD1(values, i);
+    const uint count = min(LD1(entries, 0), params.capacity), shift = params.shift;
+    const uvec2 quads = lane_quads(lane, count, params.lanes);
+    for (uint i = quads.x; i < quads.y; ++i) {
+        const uvec4 key = LDU4(keys, i);
+        const uvec4 value = kPositions ? 4 * i + uvec4(0, 1, 2, 3) : LDU4(values, i);
+        const uvec4 second = kSecond ? LDU4(seconds, i) : uvec4(0);
+        [[unroll]] for (uint e = 0; e < 4; ++e) {
+            if (4 * i + e < count && (!kFirst || key[e] != 0xFFFFFFFFu)) {
+                const uint at = ((key[e] >> shift) & (kBins - 1)) * width + l;
+                const uint place = column[at];
+                column[at] = place + 1;
+                keys_out[place] = key[e];
+                values_out[place] = value[e];
+                if (kSecond) seconds_out[place] = second[e];
+            }
+        }
     }
 }

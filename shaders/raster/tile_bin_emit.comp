@@ -1,50 +1,61 @@
 #version 460
 // One pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort by
-// tile alone gives lists in depth order. One invocation does one entry of the order. Should it find
-// fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
-// Bindings: splats, counts, begins, order, stats; keys [pairs] tile, items [pairs] view * N + Gaussian.
+// tile alone gives lists in depth order. One invocation does one entry of the order. Footprints that
+// are not packed are left to tile_bin_emit_large.comp; the order of its list does not matter.
+// Bindings: order, begins [sorted], slot_begins [V*N], sorted, pair_count, footprints; keys [pairs]
+// tile, items [pairs] view * N + Gaussian, slots [pairs] record of the backward pass, large [sorted]
+// entries of the order, stats. Specialisation: 10 = slots wanted.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
 layout(local_size_x_id = 0) in;
-QUADS(0, splats);
-UINTS(1, counts);
-UINTS(2, begins);
-UINTS(3, order);
-UINTS(4, stats);
-layout(set = 0, binding = 5, std430) writeonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer Items { uint items[]; };
+layout(constant_id = 10) const bool kSlots = false;
+UINTS(0, order);
+UINTS(1, begins);
+UINTS(2, slot_begins);
+UINTS(3, sorted);
+UINTS(4, pair_count);
+UINTS(5, footprints);
+layout(set = 0, binding = 6, std430) writeonly buffer Keys { uint keys[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer Items { uint items[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer Slots { uint slots[]; };
+layout(set = 0, binding = 9, std430) writeonly buffer Large { uint large[]; };
+layout(set = 0, binding = 10, std430) buffer Stats { uint stats[]; };  // accumulates
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
 
 void main() {
-    const uint length = LD1(stats, kStatVisible);
-    const uint wanted = (length + params.emit_group - 1) / params.emit_group;
-    const uint at = invocation_index(min(wanted, params.max_groups));
-    if (at >= length) return;
+    const uint at = invocation_index(params.groups_x);
+    if (at >= LD1(sorted, 0) || LD1(pair_count, 0) == 0) return;
     const uint item = LD1(order, at);
-    uint pair = LD1(begins, item);
-    const uint end = pair + LD1(counts, item);
-    if (pair == end) return;
-    const ivec2 size = ivec2(params.width, params.height);
-    const uint tiles_x = (params.width + 15) >> 4;
-    const uint view = item / params.gaussians;
-    const uint window = view * (params.row_end - params.row_begin);
-    const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1), params.flags,
-                                       size, ivec2(params.row_begin, params.row_end));
-    for (int row = f.rect.y; row < f.rect.w; ++row) {
-        const ivec2 columns = tile_columns(f, row, size);
-        const uint row_key = (window + uint(row) - params.row_begin) * tiles_x;
-        for (int x = columns.x; x < columns.y && pair < end; ++x, ++pair) {
-            keys[pair] = row_key + uint(x);
-            items[pair] = item;
-        }
+    const uvec3 packed = uvec3(LD1(footprints, 4 * item), LD1(footprints, 4 * item + 1),
+                               LD1(footprints, 4 * item + 2));
+    if (packed.x == kNotPacked) {
+        large[atomicAdd(stats[kStatLarge], 1u)] = at;
+        return;
     }
-    for (; pair < end; ++pair) {
-        keys[pair] = 0xFFFFFFFFu;
-        items[pair] = item;
+    const uint begin = LD1(begins, at);
+    const uint count = LD1(footprints, 4 * item + 3);
+    const uint slot = kSlots ? LD1(slot_begins, item) : 0;
+    const uint tiles_x = (params.width + 15) >> 4;
+    const uint window = item / params.gaussians * (params.row_end - params.row_begin);
+    const uint corner = (window + (packed.x >> 16) - params.row_begin) * tiles_x + (packed.x & 0xFFFFu);
+    uint row = 0, column = 0;
+    uvec2 rest = packed.yz;  // from the current row on
+    for (uint pair = 0; pair < count; ++pair) {
+        [[unroll]] for (uint skipped = 0; skipped < 2; ++skipped) {
+            const bool done = column >= (rest.x & 15u);
+            column = done ? 0 : column;
+            row += done ? 1 : 0;
+            rest = done ? uvec2(rest.x >> 8 | rest.y << 24, rest.y >> 8) : rest;
+        }
+        keys[begin + pair] = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
+        items[begin + pair] = item;
+        if (kSlots) slots[begin + pair] = slot + pair;
+        ++column;
     }
 }

@@ -1,12 +1,14 @@
 #version 460
 // Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
 // pass 2^32 - 1 stay there. Bindings: counts [V*N], order, sorted (its length); sums [lanes].
+// Specialisation: 10 = by index instead of depth.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kByIndex = false;
 UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);
@@ -16,10 +18,10 @@ layout(push_constant) uniform Push { TileBinParams params; };
 void main() {
     const uint lane = gl_GlobalInvocationID.x;
     if (lane >= params.lanes) return;
-    const uint length = LD1(sorted, 0);
+    const uint length = kByIndex ? params.items : LD1(sorted, 0);
     const uint chunk = (length + params.lanes - 1) / params.lanes;
     const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
     uint sum = 0;
-    for (uint i = begin; i < end; ++i) sum = saturating_add(sum, LD1(counts, LD1(order, i)));
+    for (uint i = begin; i < end; ++i) sum = saturating_add(sum, LD1(counts, kByIndex ? i : LD1(order, i)));
     sums[lane] = sum;
 }

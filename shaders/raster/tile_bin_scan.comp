@@ -3,18 +3,18 @@
 // decided here, on the device. More pairs than fit: none is made, and the host reads how many there
 // are. One workgroup of one invocation.
 // Bindings: sums [lanes] in place, sorted (entries of the depth order), stats
-// (include/params/tile_bin_params.h), groups (for the indirect dispatch of tile_bin_emit.comp), pairs
-// (their number, for the sort).
+// (include/params/tile_bin_params.h), pairs (their number, for the sort).
+// Specialisation: 10 = nothing but the sums.
 #extension GL_GOOGLE_include_directive : require
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kSumsOnly = false;
 layout(set = 0, binding = 0, std430) buffer Sums { uint sums[]; };  // accumulates
 layout(set = 0, binding = 1, std430) readonly buffer Sorted { uint sorted[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Stats { uint stats[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer GroupsOut { uint groups[]; };
-layout(set = 0, binding = 4, std430) writeonly buffer Pairs { uint pairs[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Pairs { uint pairs[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 void main() {
@@ -25,16 +25,13 @@ void main() {
         sums[lane] = total;
         total = saturating_add(total, sum);
     }
+    if (kSumsOnly) return;
     const bool fits = total <= params.capacity;
-    const uint length = fits ? sorted[0] : 0;
     stats[kStatVisible] = sorted[0];
     stats[kStatNeeded] = total;
     stats[kStatPairs] = fits ? total : 0;
     pairs[0] = fits ? total : 0;
     stats[kStatLongest] = 0;
     stats[kStatEmptyTiles] = 0;
-    const uint wanted = (length + params.emit_group - 1) / params.emit_group;
-    groups[0] = min(wanted, params.max_groups);
-    groups[1] = (wanted + params.max_groups - 1) / params.max_groups;
-    groups[2] = 1;
+    stats[kStatLarge] = 0;
 }

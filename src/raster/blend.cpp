@@ -29,18 +29,22 @@ params::BlendParams params_of(const RasterDesc& desc, const Window& window) {
 }  // namespace
 
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                     const BlendViews& views, std::uint64_t pairs_estimate) {
+                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
-                                               {10, desc.extra ? 1U : 0U}};
-    if (cpu) constants.push_back({11, desc.skips.early_out ? 0U : 1U});
+                                               {10, desc.extra && !normals ? 1U : 0U},
+                                               {13, normals ? 1U : 0U}};
+    if (cpu) {
+        constants.push_back({11, desc.skips.early_out ? 0U : 1U});
+        constants.push_back({12, desc.skips.blocks ? 0U : 1U});
+    }
     return recorder.dispatch({
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
         .push = params_of(desc, window),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.normals),
                      vk::read(views.ranges), vk::read(views.background), vk::write(views.image),
                      vk::write(views.state), vk::write(views.extra)},
         .groups = {desc.tiles_x() * (cpu ? 4 : 1), window.rows(), desc.views},
@@ -53,7 +57,10 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
                       const BlendViews& views, const vk::BufferView& grad_image,
                       const vk::BufferView& grad_depth, const RecordViews& records,
                       std::uint64_t pairs_estimate) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    vk::Kernels kernels = recorder.kernels();
+    if (kernels == vk::Kernels::kGpu && !recorder.device().features.subgroup_arithmetic)
+        kernels = vk::Kernels::kPlain;
+    const bool cpu = kernels == vk::Kernels::kCpu;
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
                                                {10, desc.grad_depth ? 1U : 0U},
@@ -61,10 +68,10 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     if (cpu) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
     return recorder.dispatch({
         .op = "blend_backward",
-        .shader = cpu ? "blend_backward_cpu" : "blend_backward",
+        .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
         .push = params_of(desc, window),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.pairs),
+        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.slots),
                      vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
                      vk::read(grad_image), vk::read(grad_depth), vk::write(records.a),
                      vk::write(records.b), vk::write(records.c)},

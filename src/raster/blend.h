@@ -6,8 +6,9 @@ namespace splat::raster {
 
 struct BlendViews {
     vk::BufferView splats;      ///< of project_forward and project_colors
-    vk::BufferView items;       ///< [pairs] uint32: item of a pair
-    vk::BufferView pairs;       ///< [pairs] uint32: pairs by tile, then depth
+    vk::BufferView items;       ///< [pairs] uint32: item of each pair, by tile, then depth
+    vk::BufferView normals;     ///< [V*N] quads of project_normals; one quad if not desc.normals
+    vk::BufferView slots;       ///< [pairs] uint32: its record; backward only
     vk::BufferView ranges;      ///< [tiles] 2 uint32
     vk::BufferView background;  ///< one quad: RGB
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
@@ -16,7 +17,8 @@ struct BlendViews {
                                 ///< one quad if not desc.extra
 };
 
-/// Blend each tile's list front to back.
+/// Blend each tile's list front to back; with `normals` the normals instead of the colours, into
+/// views.image, without background.
 ///
 /// pairs_estimate  expected number of pairs, for the length of submits
 /// Errors       the recorder's
@@ -24,7 +26,7 @@ struct BlendViews {
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 6; shaders/raster/blend_forward.comp
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                     const BlendViews& views, std::uint64_t pairs_estimate);
+                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals = false);
 
 /// The gradient, as one record per pair.
 ///

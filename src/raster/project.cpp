@@ -49,6 +49,7 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
 
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items) {
+    const std::uint32_t quads = desc.color_quads();
     return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
         params::ProjectParams params = params_of(desc, window);
         params.first = first;
@@ -60,42 +61,40 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .op = "project_forward",
             .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
                                 "project_forward"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
-            .push = params,
-            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
-                         vk::read(scene.cameras), vk::write(items.splats),
-                         vk::write(items.counts), vk::write(items.keys), vk::write(items.radii)},
-            .groups = groups,
-            .work = {.flops = kForwardFlops * count * desc.views, .bytes = 112.0 * count * desc.views},
-        });
-    });
-}
-
-Status project_colors(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                      const vk::BufferView& order, const vk::BufferView& sorted,
-                      const ItemViews& items) {
-    const vk::Groups groups =
-        ops::groups_for(recorder.device(), desc.items(), group_size(recorder));
-    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
-        params::ProjectParams params = params_of(desc, {});
-        params.first = first;
-        params.count = count;
-        params.groups_x = groups[0];
-        const double quads = desc.color_quads();
-        return recorder.dispatch({
-            .op = "project_colors",
-            .shader = ops::pick(recorder.kernels(), "project_colors", "project_colors_cpu",
-                                "project_colors"),
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
                           {10, desc.direct_colors ? 0 : desc.sh_degree}},
             .push = params,
             .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
-                         vk::read(slice(scene.colors, first, count, desc.color_quads())),
-                         vk::read(scene.cameras), vk::read(order), vk::read(sorted),
-                         vk::read_write(items.splats), vk::read_write(items.radii)},
+                         vk::read(slice(scene.colors, first, count, quads)),
+                         vk::read(scene.cameras), vk::write(items.splats), vk::write(items.counts),
+                         vk::write(items.keys), vk::write(items.radii),
+                         vk::write(items.footprints)},
             .groups = groups,
-            .work = {.flops = 40 * quads * static_cast<double>(desc.items()),
-                     .bytes = (16 * quads + 32) * static_cast<double>(desc.items())},
+            .work = {.flops = (kForwardFlops + 40 * quads) * count * desc.views,
+                     .bytes = (112.0 + 16 * quads) * count * desc.views},
+        });
+    });
+}
+
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                       const ItemViews& items, const vk::BufferView& normals) {
+    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
+        params::ProjectParams params = params_of(desc, {});
+        params.first = first;
+        params.count = count;
+        vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        params.groups_x = groups[0];
+        groups[2] = desc.views;
+        return recorder.dispatch({
+            .op = "project_normals",
+            .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
+                                "project_normals"),
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
+            .push = params,
+            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)), vk::read(scene.cameras),
+                         vk::read(items.counts), vk::write(normals)},
+            .groups = groups,
+            .work = {.flops = 80.0 * count * desc.views, .bytes = 68.0 * count * desc.views},
         });
     });
 }
@@ -115,8 +114,7 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
         params.first = first;
         params.count = count;
         params.accumulate = accumulate ? 1 : 0;
-        const vk::Groups groups =
-            ops::groups_for(recorder.device(), count, group_size(recorder));
+        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
         params.groups_x = groups[0];
         return recorder.dispatch({
             .op = "project_backward",
@@ -147,7 +145,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
     return recorder.dispatch({
         .op = "pose_reduce",
         .shader = "pose_reduce",
-        .constants = {{ops::kWorkgroupSizeId, ops::workgroup_size(recorder.device(), 64, partial_groups)}},
+        .constants = {{ops::kWorkgroupSizeId,
+                       ops::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
         .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
         .groups = {desc.views, 1, 1},

@@ -18,13 +18,15 @@ struct SceneViews {
 
 /// Per item (view * N + Gaussian), written by the projection.
 struct ItemViews {
-    vk::BufferView splats;  ///< [V*N,3] quads: see shaders/raster/project_forward.comp
-    vk::BufferView counts;  ///< [V*N] uint32: tiles
-    vk::BufferView keys;    ///< [V*N] uint32: bits of the depth, 0xFFFFFFFF if culled
-    vk::BufferView radii;   ///< [V*N,2] float32: pixels; 0 if culled
+    vk::BufferView splats;      ///< [V*N,3] quads: see shaders/raster/project_forward.comp
+    vk::BufferView counts;      ///< [V*N] uint32: tiles
+    vk::BufferView keys;        ///< [V*N] uint32: bits of the depth, 0xFFFFFFFF if culled
+    vk::BufferView radii;       ///< [V*N,2] float32: pixels; 0 if culled
+    vk::BufferView footprints;  ///< [V*N,4] uint32: tiles, packed; see tile_footprint.glsl
 };
 
-/// Project Gaussians into the views, cull them, count their tiles in the window.
+/// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the
+/// colours of those that have any.
 ///
 /// Errors       the recorder's
 /// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)
@@ -33,10 +35,9 @@ struct ItemViews {
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items);
 
-/// Colours of the Gaussians in `order`, `sorted` of them.
-Status project_colors(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                      const vk::BufferView& order, const vk::BufferView& sorted,
-                      const ItemViews& items);
+/// normals [V*N] quads: of each Gaussian that reaches a tile, in coordinates of the camera.
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
+                       const ItemViews& items, const vk::BufferView& normals);
 
 /// Records of the blending backward pass, each [pairs] quads.
 struct RecordViews {
@@ -45,9 +46,9 @@ struct RecordViews {
 
 /// Where gradients go, packed like the scene.
 struct GradientViews {
-    vk::BufferView gaussians;  ///< like SceneViews::gaussians
-    vk::BufferView colors;     ///< like SceneViews::colors
-    vk::BufferView exported;   ///< [V*N,3] quads if desc.export_gradients, else one quad
+    vk::BufferView gaussians;     ///< like SceneViews::gaussians
+    vk::BufferView colors;        ///< like SceneViews::colors
+    vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
     vk::BufferView pose_partial;  ///< pose_partial_bytes
     vk::BufferView pose;          ///< [V,3] quads: rows of dL/d[R|t], or one quad
 };
@@ -57,7 +58,7 @@ std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc&
 /// Gradients by the Gaussians, their colours and the cameras, from the records; added to what is
 /// there when `accumulate`.
 ///
-/// begins       [V*N] uint32: first record of an item, of tile_bin
+/// begins       [V*N] uint32: first record of an item, slot_begins of tile_bin
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count: records are summed in their order
 /// Source       shaders/include/projection_backward.glsl; derived in tests/ref/project_ref.h

@@ -6,20 +6,24 @@
 
 namespace splat::raster {
 
-/// A stable sort of 32-bit keys with 32-bit values; the number of entries is read on the device.
+/// A stable sort of 32-bit keys with one or two 32-bit values each; the number of entries is read on
+/// the device.
 struct RadixSortDesc {
     std::uint32_t capacity = 0;   ///< entries that the arrays hold, at least 1
     std::uint32_t key_bits = 32;  ///< bits that take part, from the lowest
+    bool positions = false;       ///< values are the entries' positions; values[0] is not read
+    bool second = false;          ///< there is a second value
 };
 
 struct RadixSortViews {
-    std::array<vk::BufferView, 2> keys;    ///< [capacity] uint32; keys[0] is the input
-    std::array<vk::BufferView, 2> values;  ///< [capacity] uint32; no input is read
-    vk::BufferView table;                  ///< radix_sort_table_bytes
-    vk::BufferView totals;                 ///< 256 uint32
-    vk::BufferView entries;                ///< uint32: number of keys
-    vk::BufferView kept;                   ///< uint32, out: entries that stayed
-    vk::BufferView scratch;                ///< uint32
+    std::array<vk::BufferView, 2> keys;     ///< [capacity] uint32; keys[0] is the input
+    std::array<vk::BufferView, 2> values;   ///< [capacity] uint32
+    std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32, or 2 views of 16 bytes
+    vk::BufferView table;                   ///< radix_sort_table_bytes
+    vk::BufferView totals;                  ///< 256 uint32
+    vk::BufferView entries;                 ///< uint32: number of keys
+    vk::BufferView kept;                    ///< uint32, out: entries that stayed
+    vk::BufferView scratch;                 ///< uint32
 };
 
 std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
@@ -27,8 +31,8 @@ std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSo
 /// Which of keys[0], keys[1] holds the result.
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc);
 
-/// Sort the positions 0 … entries - 1 by their keys; equal keys stay in order. Keys 0xFFFFFFFF are
-/// left out and not counted in `kept`. keys[0] is overwritten where there are several passes.
+/// Sort entries by their keys; equal keys stay in order. Keys 0xFFFFFFFF are left out and not counted
+/// in `kept`. The inputs are overwritten where there are several passes.
 ///
 /// Errors       the recorder's
 /// Precision    exact

@@ -18,6 +18,7 @@ struct Skips {
     bool opacity_extent = true;  ///< extents end where alpha falls below 1/255
     bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
     bool cull = true;            ///< Gaussians that reach no tile are not sorted
+    bool blocks = true;          ///< list entries that a block of 8 x 8 pixels cannot see
     bool early_out = true;       ///< blending ends when every pixel has stopped, in both passes
     bool unchanged = true;       ///< forward does nothing if scene, cameras and background stay
 };
@@ -35,6 +36,7 @@ struct RasterDesc {
     float near_plane = 0.2F;
     float far_plane = 1e10F;
     bool extra = false;              ///< also depth and contributors
+    bool normals = false;            ///< also an image of normals
     bool backward = false;           ///< keep what the backward pass needs
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth

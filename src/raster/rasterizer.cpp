@@ -9,8 +9,11 @@ namespace splat::raster {
 namespace {
 
 /// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass
-/// those of all views. Below the 65535 turns that lavapipe's loops have.
-constexpr std::uint64_t kMaxWindowTiles = 32768;
+/// those of all views. Each may take three turns of the 65535 that lavapipe's loops have.
+constexpr std::uint64_t kMaxWindowTiles = 20000;
+
+/// Views whose pose gradients one invocation can sum there, at 23 turns each.
+constexpr std::uint32_t kMaxPoseViews = 1900;
 
 /// Pairs per item to begin with; what a scene needs is known after its first frame.
 constexpr std::uint64_t kFirstPairsPerItem = 4;
@@ -53,6 +56,12 @@ Status Rasterizer::check_device() const {
                      "rasterizer: a row of %u tiles in %u views, expected at most %llu in all",
                      desc_.tiles_x(), desc_.views,
                      static_cast<unsigned long long>(kMaxWindowTiles));
+    if (desc_.grad_pose && desc_.views > kMaxPoseViews &&
+        context_.device().info().kind == vk::DeviceKind::kCpu)
+        return error(Code::kUnsupported,
+                     "rasterizer: pose gradients of %u views, but the device takes at most %u at a "
+                     "time: render fewer views per call",
+                     desc_.views, kMaxPoseViews);
     return {};
 }
 
@@ -61,8 +70,8 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
     std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
     SPLAT_TRY(self->check_device());
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
-    self->passes_ = std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)),
-                             desc.tiles_y());
+    self->passes_ =
+        std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)), desc.tiles_y());
     SPLAT_TRY(self->space_.allocate_items(context, desc));
     const auto items = static_cast<std::uint32_t>(desc.items());
     SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));
@@ -76,8 +85,8 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
 Status Rasterizer::upload(std::span<const scene::Camera> cameras,
                           const std::array<float, 3>& background) {
     if (cameras.size() != desc_.views)
-        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u",
-                     cameras.size(), desc_.views);
+        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u", cameras.size(),
+                     desc_.views);
     std::vector<float> values;
     for (const scene::Camera& camera : cameras) {
         if (camera.width != desc_.width || camera.height != desc_.height)
@@ -114,6 +123,7 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         if (needed > space_.capacity) return {};  // the others have to run again anyway
     }
     sum.tiles = std::uint64_t{desc_.tiles_x()} * desc_.tiles_y() * desc_.views;
+    if (desc_.items() == 0) sum.empty_tiles = sum.tiles;
     sum.passes = passes_;
     sum.runs = stats_.runs;
     sum.bytes = space_.bytes();
@@ -133,20 +143,22 @@ Status Rasterizer::grow(std::uint64_t needed) {
                          static_cast<unsigned long long>(needed),
                          static_cast<unsigned long long>(most));
         const std::uint64_t factor = ceil_div(needed, most) + 1;
-        passes_ = static_cast<std::uint32_t>(
-            std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
+        passes_ =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
         return {};
     }
     const std::uint64_t wanted = std::min(needed + needed / 4, most);
     return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
 }
 
-// Turns per entry of a tile's list in the kernels, see ops/launch.h; other devices have no limit.
+// Entries of a tile's list that the kernels can walk, see ops/launch.h; other devices have no limit.
+// A loop that ends counts a turn, too: 66 for 64 entries, 28 for each in the backward pass; 3 and 10
+// for 8 of them. Measured with tests/raster/rasterizer_memory_test.cpp: 63551, 2340; 174760, 52424.
 std::uint64_t Rasterizer::list_limit() const {
     if (context_.device().info().kind != vk::DeviceKind::kCpu) return ~std::uint64_t{0};
     const bool fast = context_.device().kernels() == vk::Kernels::kCpu;
-    if (!desc_.backward) return fast ? 500000 : 60000;
-    return fast ? 56000 : 2500;
+    if (!desc_.backward) return fast ? 174000 : 63000;
+    return fast ? 52000 : 2300;
 }
 
 Status Rasterizer::forward(const SceneInput& scene, std::span<const scene::Camera> cameras,
@@ -191,9 +203,10 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
     const bool recorded =
-        !backward_.empty() &&
-        std::equal(views.begin(), views.end(), backward_views_.begin(),
-                   [](const vk::BufferView& a, const vk::BufferView& b) { return a.same_range(b); });
+        !backward_.empty() && std::equal(views.begin(), views.end(), backward_views_.begin(),
+                                         [](const vk::BufferView& a, const vk::BufferView& b) {
+                                             return a.same_range(b);
+                                         });
     if (!recorded) {
         backward_.clear();
         SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));

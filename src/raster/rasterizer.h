@@ -37,8 +37,7 @@ struct SceneInput {
 class Rasterizer {
   public:
     /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
-    static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context,
-                                                      const RasterDesc& desc);
+    static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
     /// Errors: kInvalidArgument for a camera that is singular, not finite or of another size;
     /// kUnsupported if a tile's list is longer than the device's loops can be; those of create.
@@ -63,6 +62,7 @@ class Rasterizer {
     Status upload(std::span<const scene::Camera> cameras, const std::array<float, 3>& background);
     Status record_forward();
     Status record_forward_pass(vk::Recorder& recorder, const Window& window);
+    Status record_normals(vk::Recorder& recorder, const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                            const SceneInput& gradients);
     Status run_forward(std::uint64_t& needed);
@@ -76,9 +76,9 @@ class Rasterizer {
     RasterStats stats_;
     std::uint32_t passes_ = 1;
     SceneInput scene_;
-    std::vector<float> uploaded_;  ///< cameras and background as on the device
-    bool valid_ = false;           ///< the workspace holds a finished forward call
-    std::vector<vk::CommandList> forward_;   ///< one per pass; empty = not recorded
+    std::vector<float> uploaded_;           ///< cameras and background as on the device
+    bool valid_ = false;                    ///< the workspace holds a finished forward call
+    std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded
     std::vector<vk::CommandList> backward_;
     std::array<vk::BufferView, 4> backward_views_;
 };

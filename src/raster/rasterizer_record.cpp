@@ -5,36 +5,41 @@ namespace splat::raster {
 BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t bits = tile_key_bits(desc_, window);
     const vk::Recorder recorder(context_);
-    const std::uint32_t side = radix_sort_side(recorder, {space_.capacity, bits});
-    return {space_.splats.range(),     space_.pairs.items.range(), space_.pairs.order[side].range(),
-            space_.ranges.range(),     space_.background.range(),  space_.image.range(),
-            space_.state.range(),      space_.extra.range()};
+    const std::uint32_t side = radix_sort_side(recorder, {space_.capacity, bits, false, false});
+    return {space_.splats.range(),  space_.pairs.items[side].range(),
+            space_.normals.range(), space_.pairs.slots[side].range(),
+            space_.ranges.range(),  space_.background.range(),
+            space_.image.range(),   space_.state.range(),
+            space_.extra.range()};
 }
 
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
     const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
     const auto items = static_cast<std::uint32_t>(desc_.items());
-    const RadixSortDesc by_depth = {items, 32};
-    const RadixSortDesc by_tile = {space_.capacity, tile_key_bits(desc_, window)};
+    const RadixSortDesc by_depth = {items, 32, true, false};
+    const RadixSortDesc by_tile = {space_.capacity, tile_key_bits(desc_, window), false,
+                                   desc_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
     SPLAT_TRY(project_forward(recorder, desc_, window, scene, space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
                          {{space_.item_keys[0].range(), space_.item_keys[1].range()},
                           {space_.item_order[0].range(), space_.item_order[1].range()},
+                          {space_.unused[0].range(), space_.unused[1].range()},
                           space_.item_table.range(),
                           space_.totals.range(),
                           space_.item_count.range(),
                           space_.sorted.range(),
                           space_.scratch.range()}));
-    SPLAT_TRY(project_colors(recorder, desc_, scene, order, space_.sorted.range(), space_.items()));
     SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
-                       {space_.splats.range(), space_.counts.range(), order,
-                        space_.sorted.range(), space_.sums.range(), space_.begins.range(),
-                        space_.pairs.keys[0].range(), space_.pairs.items.range(),
-                        space_.pair_count.range(), space_.groups.range(), space_.stats.range()}));
+                       {space_.splats.range(), space_.counts.range(), space_.footprints.range(),
+                        order, space_.sorted.range(), space_.sums.range(), space_.begins.range(),
+                        space_.slot_begins.range(), space_.pairs.keys[0].range(),
+                        space_.pairs.items[0].range(), space_.pairs.slots[0].range(),
+                        space_.large.range(), space_.pair_count.range(), space_.stats.range()}));
     SPLAT_TRY(radix_sort(recorder, by_tile,
                          {{space_.pairs.keys[0].range(), space_.pairs.keys[1].range()},
-                          {space_.pairs.order[0].range(), space_.pairs.order[1].range()},
+                          {space_.pairs.items[0].range(), space_.pairs.items[1].range()},
+                          {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
                           space_.pairs.table.range(),
                           space_.totals.range(),
                           space_.pair_count.range(),
@@ -42,9 +47,20 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           space_.scratch.range()}));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
-                          space_.kept_pairs.range(), space_.ranges.range(),
-                          space_.stats.range()));
-    return blend_forward(recorder, desc_, window, blend_views(window), space_.capacity);
+                          space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
+    SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
+    return record_normals(recorder, window);
+}
+
+Status Rasterizer::record_normals(vk::Recorder& recorder, const Window& window) {
+    if (!desc_.normals) return {};
+    if (desc_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
+    SPLAT_TRY(project_normals(recorder, desc_,
+                              {scene_.gaussians, scene_.colors, space_.cameras.range()},
+                              space_.items(), space_.normals.range()));
+    BlendViews views = blend_views(window);
+    views.image = space_.normal_image.range();
+    return blend_forward(recorder, desc_, window, views, space_.capacity, true);
 }
 
 Status Rasterizer::record_forward() {
@@ -58,6 +74,7 @@ Status Rasterizer::record_forward() {
             SPLAT_TRY(recorder.fill(space_.ranges.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
+            SPLAT_TRY(record_normals(recorder, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         lists.push_back(std::move(list));
@@ -77,7 +94,7 @@ Status Rasterizer::record_backward(const vk::BufferView& grad_image,
                                      grad_depth, space_.records(), space_.capacity));
             SPLAT_TRY(project_backward(
                 recorder, desc_, {scene_.gaussians, scene_.colors, space_.cameras.range()},
-                space_.items(), space_.begins.range(), space_.records(),
+                space_.items(), space_.slot_begins.range(), space_.records(),
                 {gradients.gaussians, gradients.colors, space_.exported.range(),
                  space_.pose_partial.range(), space_.pose.range()},
                 pass > 0));

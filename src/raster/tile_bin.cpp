@@ -28,9 +28,48 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     params.row_end = window.row_end;
     params.tiles = tiles_of(desc, window);
     params.flags = desc.flags();
-    params.emit_group = ops::workgroup_size(recorder.device(), kGroup);
-    params.max_groups = recorder.device().limits.max_groups[0];
     return params;
+}
+
+/// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index.
+Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
+                   const TileBinViews& views, bool by_index) {
+    const vk::Kernels kernels = recorder.kernels();
+    const std::uint32_t group = ops::workgroup_size(recorder.device(), 8);
+    const vk::Groups groups = {params.lanes / group, 1, 1};
+    const std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, group},
+                                                     {10, by_index ? 1U : 0U}};
+    const double items = params.items;
+    SPLAT_TRY(recorder.dispatch({
+        .op = "tile_bin",
+        .shader = ops::pick(kernels, "tile_bin_reduce", "tile_bin_reduce_cpu", "tile_bin_reduce"),
+        .constants = constants,
+        .push = params,
+        .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
+                     vk::write(views.sums)},
+        .groups = groups,
+        .work = {.flops = items, .bytes = 8 * items},
+    }));
+    SPLAT_TRY(recorder.dispatch({
+        .op = "tile_bin",
+        .shader = "tile_bin_scan",
+        .constants = {{ops::kWorkgroupSizeId, 1}, {10, by_index ? 1U : 0U}},
+        .push = params,
+        .accesses = {vk::read_write(views.sums), vk::read(views.sorted), vk::write(views.stats),
+                     vk::write(views.pair_count)},
+        .work = {.flops = double{1} * params.lanes, .bytes = 8.0 * params.lanes},
+    }));
+    return recorder.dispatch({
+        .op = "tile_bin",
+        .shader =
+            ops::pick(kernels, "tile_bin_offsets", "tile_bin_offsets_cpu", "tile_bin_offsets"),
+        .constants = constants,
+        .push = params,
+        .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
+                     vk::read(views.sums), vk::write(by_index ? views.slot_begins : views.begins)},
+        .groups = groups,
+        .work = {.flops = items, .bytes = 12 * items},
+    });
 }
 
 }  // namespace
@@ -52,52 +91,40 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
                 const TileBinViews& views) {
     params::TileBinParams params = params_of(recorder, desc, bin.window);
     params.capacity = bin.capacity;
-    const vk::Kernels kernels = recorder.kernels();
-    const std::uint32_t scan_group = ops::workgroup_size(recorder.device(), 8);
-    const vk::Groups scan_groups = {params.lanes / scan_group, 1, 1};
     const auto items = static_cast<double>(desc.items());
-    SPLAT_TRY(recorder.dispatch({
-        .op = "tile_bin",
-        .shader = ops::pick(kernels, "tile_bin_reduce", "tile_bin_reduce_cpu", "tile_bin_reduce"),
-        .constants = {{ops::kWorkgroupSizeId, scan_group}},
-        .push = params,
-        .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
-                     vk::write(views.sums)},
-        .groups = scan_groups,
-        .work = {.flops = items, .bytes = 8 * items},
-    }));
-    SPLAT_TRY(recorder.dispatch({
-        .op = "tile_bin",
-        .shader = "tile_bin_scan",
-        .constants = {{ops::kWorkgroupSizeId, 1}},
-        .push = params,
-        .accesses = {vk::read_write(views.sums), vk::read(views.sorted), vk::write(views.stats),
-                     vk::write(views.groups), vk::write(views.pair_count)},
-        .work = {.flops = double{1} * params.lanes, .bytes = 8.0 * params.lanes},
-    }));
+    SPLAT_TRY(scan_counts(recorder, params, views, false));
+    if (desc.backward) SPLAT_TRY(scan_counts(recorder, params, views, true));
+    const std::uint32_t group = ops::workgroup_size(recorder.device(), kGroup);
+    const vk::Groups groups = ops::groups_for(recorder.device(), desc.items(), group);
+    params.groups_x = groups[0];
+    const vk::SpecConstant slots = {10, desc.backward ? 1U : 0U};
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader =
-            ops::pick(kernels, "tile_bin_offsets", "tile_bin_offsets_cpu", "tile_bin_offsets"),
-        .constants = {{ops::kWorkgroupSizeId, scan_group}},
+            ops::pick(recorder.kernels(), "tile_bin_emit", "tile_bin_emit_cpu", "tile_bin_emit"),
+        .constants = {{ops::kWorkgroupSizeId, group}, slots},
         .push = params,
-        .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
-                     vk::read(views.sums), vk::write(views.begins)},
-        .groups = scan_groups,
-        .work = {.flops = items, .bytes = 12 * items},
+        .accesses = {vk::read(views.order), vk::read(views.begins), vk::read(views.slot_begins),
+                     vk::read(views.sorted), vk::read(views.pair_count), vk::read(views.footprints),
+                     vk::write(views.keys), vk::write(views.items), vk::write(views.slots),
+                     vk::write(views.large), vk::read_write(views.stats)},
+        .groups = groups,
+        .work = {.flops = 200 * items, .bytes = 28 * items + 12.0 * bin.capacity},
     }));
-    return recorder.dispatch_indirect(
-        {
-            .op = "tile_bin",
-            .shader = ops::pick(kernels, "tile_bin_emit", "tile_bin_emit_cpu", "tile_bin_emit"),
-            .constants = {{ops::kWorkgroupSizeId, params.emit_group}},
-            .push = params,
-            .accesses = {vk::read(views.splats), vk::read(views.counts), vk::read(views.begins),
-                         vk::read(views.order), vk::read(views.stats), vk::write(views.keys),
-                         vk::write(views.items)},
-            .work = {.flops = 100 * items, .bytes = 48 * items + 8.0 * bin.capacity},
-        },
-        views.groups);
+    const std::uint32_t few = ops::workgroup_size(recorder.device(), 8);
+    return recorder.dispatch({
+        .op = "tile_bin",
+        .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
+                            "tile_bin_emit_large"),
+        .constants = {{ops::kWorkgroupSizeId, few}, slots},
+        .push = params,
+        .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
+                     vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
+                     vk::read(views.footprints), vk::write(views.counts), vk::write(views.keys),
+                     vk::write(views.items), vk::write(views.slots)},
+        .groups = {params.lanes / few, 1, 1},
+        .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
+    });
 }
 
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,

@@ -14,15 +14,18 @@ struct TileBinDesc {
 struct TileBinViews {
     vk::BufferView splats;  ///< of project_forward
     vk::BufferView counts;
-    vk::BufferView order;       ///< [V*N] uint32: items by depth
-    vk::BufferView sorted;      ///< uint32: their number
-    vk::BufferView sums;        ///< tile_bin_lanes uint32, workspace
-    vk::BufferView begins;      ///< [V*N] uint32, out: first pair of an item
-    vk::BufferView keys;        ///< [capacity] uint32, out: tile
-    vk::BufferView items;       ///< [capacity] uint32, out: item
-    vk::BufferView pair_count;  ///< uint32, out: pairs made
-    vk::BufferView groups;      ///< 3 uint32, workspace: an indirect dispatch
-    vk::BufferView stats;       ///< kStatWords uint32, out
+    vk::BufferView footprints;
+    vk::BufferView order;        ///< [V*N] uint32: items by depth
+    vk::BufferView sorted;       ///< uint32: their number
+    vk::BufferView sums;         ///< tile_bin_lanes uint32, workspace
+    vk::BufferView begins;       ///< [V*N] uint32, out: first pair of an entry of `order`
+    vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
+    vk::BufferView keys;         ///< [capacity] uint32, out: tile
+    vk::BufferView items;        ///< [capacity] uint32, out: item
+    vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
+    vk::BufferView large;        ///< [V*N] uint32, workspace: entries with large footprints
+    vk::BufferView pair_count;   ///< uint32, out: pairs made
+    vk::BufferView stats;        ///< kStatWords uint32, out
 };
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);
@@ -31,7 +34,8 @@ std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& des
 std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
 
 /// One pair per tile that a Gaussian reaches, in depth order. More pairs than `capacity`: none, and
-/// stats says how many there are.
+/// stats says how many there are. Records of the backward pass are by index, so that what reads them
+/// goes through memory in order.
 ///
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count

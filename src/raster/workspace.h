@@ -23,18 +23,19 @@ class Workspace {
 
     std::uint32_t capacity = 0;
 
-    vk::Buffer splats, counts, radii, begins, cameras, background;
+    vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
     vk::Buffer item_keys[2], item_order[2], item_table;
-    vk::Buffer totals, item_count, sorted, scratch, sums, stats, groups, pair_count, kept_pairs;
-    vk::Buffer ranges, image, state, extra, exported, pose_partial, pose;
+    vk::Buffer totals, item_count, sorted, scratch, unused[2], sums, stats, pair_count, kept_pairs;
+    vk::Buffer ranges, image, state, extra, normals, normal_image, exported, pose_partial, pose;
     struct Pairs {
-        vk::Buffer keys[2], order[2], items, table;
+        vk::Buffer keys[2], items[2], slots[2], table;
         vk::Buffer record_a, record_b, record_c;
     };
     Pairs pairs;
 
     [[nodiscard]] ItemViews items() const {
-        return {splats.range(), counts.range(), item_keys[0].range(), radii.range()};
+        return {splats.range(), counts.range(), item_keys[0].range(), radii.range(),
+                footprints.range()};
     }
     [[nodiscard]] RecordViews records() const {
         return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range()};

@@ -17,12 +17,12 @@ constexpr std::uint32_t sh_coefficients(std::uint32_t degree) {
 /// store, so that files survive a round trip. Frame: the one of 3DGS .ply files (x right, y down,
 /// z forward). Colour of a direction d: max(0, 0.5 + sum_k sh[k] Y_k(d)), linear RGB of the image.
 struct Gaussians {
-    std::uint32_t sh_degree = 0;         ///< 0 to kMaxShDegree
-    std::vector<float> means;            ///< [n,3] scene units
-    std::vector<float> log_scales;       ///< [n,3] natural logarithm of the standard deviations
-    std::vector<float> rotations;        ///< [n,4] quaternions w, x, y, z; of length 1
-    std::vector<float> opacity_logits;   ///< [n] opacity = 1 / (1 + exp(-logit))
-    std::vector<float> sh;               ///< [n,(sh_degree+1)^2,3] constant term first
+    std::uint32_t sh_degree = 0;        ///< 0 to kMaxShDegree
+    std::vector<float> means;           ///< [n,3] scene units
+    std::vector<float> log_scales;      ///< [n,3] natural logarithm of the standard deviations
+    std::vector<float> rotations;       ///< [n,4] quaternions w, x, y, z; of length 1
+    std::vector<float> opacity_logits;  ///< [n] opacity = 1 / (1 + exp(-logit))
+    std::vector<float> sh;              ///< [n,(sh_degree+1)^2,3] constant term first
 
     [[nodiscard]] std::size_t count() const { return opacity_logits.size(); }
 };

@@ -10,8 +10,14 @@ namespace splat::vk {
 namespace {
 
 VkFormat texel_format(DescriptorType type) {
-    return type == DescriptorType::kUintTexelBuffer ? VK_FORMAT_R32_UINT
-                                                    : VK_FORMAT_R32G32B32A32_SFLOAT;
+    switch (type) {
+        case DescriptorType::kUintTexelBuffer:
+            return VK_FORMAT_R32_UINT;
+        case DescriptorType::kIntQuadTexelBuffer:
+            return VK_FORMAT_R32G32B32A32_SINT;
+        default:
+            return VK_FORMAT_R32G32B32A32_SFLOAT;
+    }
 }
 
 VkMemoryBarrier memory_barrier(VkAccessFlags from, VkAccessFlags to) {

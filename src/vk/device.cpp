@@ -112,7 +112,9 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     const auto has_operations = [&](VkSubgroupFeatureFlags wanted) {
         return compute_subgroups && (p11.subgroupSupportedOperations & wanted) == wanted;
     };
-    info.features.subgroup_shuffle = has_operations(VK_SUBGROUP_FEATURE_SHUFFLE_BIT);
+    info.features.subgroup_shuffle =
+        has_operations(VK_SUBGROUP_FEATURE_SHUFFLE_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT |
+                       VK_SUBGROUP_FEATURE_VOTE_BIT);
     info.features.subgroup_arithmetic = has_operations(VK_SUBGROUP_FEATURE_ARITHMETIC_BIT);
     info.features.int64 = features.features.shaderInt64 == VK_TRUE;
 
@@ -264,7 +266,7 @@ Status Device::choose_kernels(Kernels wish) {
                      "device %u (%s) has subgroups of %u lanes%s; %s kernels need 8 or more with "
                      "shuffle: use plain ones",
                      info_.index, info_.name.c_str(), info_.limits.subgroup_size,
-                     info_.features.subgroup_shuffle ? "" : " without shuffle",
+                     info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
                      kernels_name(kernels_));
     return {};
 }

@@ -38,7 +38,7 @@ struct DeviceLimits {
 };
 
 struct DeviceFeatures {
-    bool subgroup_shuffle = false;
+    bool subgroup_shuffle = false;  ///< and ballot and vote
     bool subgroup_arithmetic = false;
     bool int64 = false;
     bool unified_memory = false;

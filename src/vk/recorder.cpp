@@ -25,6 +25,7 @@ Rates rates(const DeviceInfo& info, Kernels kernels) {
 std::uint64_t binding_bytes(const DeviceLimits& limits, DescriptorType type) {
     switch (type) {
         case DescriptorType::kFloatTexelBuffer:
+        case DescriptorType::kIntQuadTexelBuffer:
             return limits.max_texel_elements * 16;
         case DescriptorType::kUintTexelBuffer:
             return limits.max_texel_elements * 4;

@@ -161,9 +161,10 @@ class Parser {
             if (type.op != OpTypeSampledImage)
                 return error(Code::kInternal, "binding %u is no texel buffer", *own.binding);
             const Type& image = types_[type.operands.at(0)];
-            binding.type = types_[image.operands.at(0)].op == OpTypeInt
-                               ? DescriptorType::kUintTexelBuffer
-                               : DescriptorType::kFloatTexelBuffer;
+            const Type& texel = types_[image.operands.at(0)];
+            binding.type = texel.op != OpTypeInt       ? DescriptorType::kFloatTexelBuffer
+                           : texel.operands.at(1) == 0 ? DescriptorType::kUintTexelBuffer
+                                                       : DescriptorType::kIntQuadTexelBuffer;
             binding.writes = false;
         } else {
             const Marks& members = marks_[pointee];

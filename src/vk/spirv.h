@@ -8,9 +8,14 @@
 
 namespace splat::vk {
 
-/// A texel buffer of floats is read as quads (RGBA32F), one of unsigned integers singly (R32UI).
-enum class DescriptorType : int { kStorageBuffer, kFloatTexelBuffer, kUintTexelBuffer };
-
+/// A texel buffer of floats is read as quads (samplerBuffer, RGBA32F), one of integers singly
+/// (usamplerBuffer, R32UI) or as quads (isamplerBuffer, RGBA32I): GLSL has no other way to say it.
+enum class DescriptorType : int {
+    kStorageBuffer,
+    kFloatTexelBuffer,
+    kUintTexelBuffer,
+    kIntQuadTexelBuffer
+};
 
 /// One binding of descriptor set 0, as the shader declares it.
 struct ShaderBinding {

@@ -59,12 +59,16 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
     const auto items = static_cast<std::size_t>(desc.items());
     SPLAT_ASSIGN(run.image, download<float>(context, space.image.range(), 4 * pixels));
     SPLAT_ASSIGN(const auto extra, download<float>(context, space.extra.range(), 4 * pixels));
+    SPLAT_ASSIGN(const auto normals, download<float>(context, space.normal_image.range(),
+                                                     desc.normals ? 4 * pixels : 0));
     SPLAT_ASSIGN(const auto splats, download<float>(context, space.splats.range(), 12 * items));
     SPLAT_ASSIGN(const auto radii, download<float>(context, space.radii.range(), 2 * items));
     SPLAT_ASSIGN(const auto counts, download<std::uint32_t>(context, space.counts.range(), items));
     for (std::size_t p = 0; p < pixels; ++p) {
         for (std::size_t c = 0; c < 3; ++c)
             run.outputs.rgb.push_back(static_cast<double>(run.image[4 * p + c]));
+        for (std::size_t c = 0; c < 3 && desc.normals; ++c)
+            run.outputs.normal.push_back(static_cast<double>(normals[4 * p + c]));
         run.outputs.alpha.push_back(static_cast<double>(run.image[4 * p + 3]));
         run.outputs.depth.push_back(static_cast<double>(extra[4 * p]));
         run.outputs.depth_expected.push_back(static_cast<double>(extra[4 * p + 1]));
@@ -107,8 +111,9 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
     SPLAT_ASSIGN(run.packed, download<float>(context, scene.grad_gaussians.range(), 12 * n));
     SPLAT_ASSIGN(const auto colors, download<float>(context, scene.grad_colors.range(),
                                                     std::size_t{4} * desc.color_quads() * n));
-    SPLAT_ASSIGN(const auto exported, download<float>(context, rasterizer.workspace().exported.range(),
-                                                      desc.export_gradients ? 12 * n : 0));
+    SPLAT_ASSIGN(const auto exported,
+                 download<float>(context, rasterizer.workspace().exported.range(),
+                                 desc.export_gradients ? 12 * n : 0));
     RasterGradients& out = run.gradients;
     const auto append = [](std::vector<double>& to, const float* values, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) to.push_back(static_cast<double>(values[i]));
@@ -127,7 +132,8 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
     }
     run.packed.insert(run.packed.end(), colors.begin(), colors.end());
     if (!desc.grad_pose) return {};
-    SPLAT_ASSIGN(const auto pose, download<float>(context, rasterizer.workspace().pose.range(), 12));
+    SPLAT_ASSIGN(const auto pose,
+                 download<float>(context, rasterizer.workspace().pose.range(), 12));
     run.packed.insert(run.packed.end(), pose.begin(), pose.end());
     add_pose(pose, camera_of(from), out);
     return {};
@@ -168,6 +174,7 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
     desc.antialiased = mode.antialiased;
     desc.near_plane = mode.is_3dgs() ? 0.2F : 0.01F;
     desc.extra = true;
+    desc.normals = true;
     return desc;
 }
 

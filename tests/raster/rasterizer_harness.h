@@ -15,8 +15,8 @@ struct RasterRun {
     RasterOutputs outputs;
     RasterGradients gradients;  ///< if a loss was given
     raster::RasterStats stats;
-    std::vector<float> image;      ///< [V,H,W,4] of the first call, for bit comparisons
-    std::vector<float> packed;     ///< gradients as the kernels left them
+    std::vector<float> image;   ///< [V,H,W,4] of the first call, for bit comparisons
+    std::vector<float> packed;  ///< gradients as the kernels left them
 };
 
 /// The description that a case and a mode ask for; tests change what they are about.

@@ -11,8 +11,6 @@ struct RadixSortParams {
     uint capacity;  // entries that the arrays hold
     uint lanes;     // columns of the histogram; each lane sorts a contiguous chunk of the entries
     uint shift;     // of the digit in the key
-    uint bits;      // of the digit, at most 8
-    uint first;     // 1: the first pass. Values are positions, and keys 0xFFFFFFFF are left out
 };
 
 #ifdef __cplusplus

@@ -16,6 +16,7 @@ SPLAT_STAT kStatNeeded = 1u;      // pairs there are, at most 2^32 - 1
 SPLAT_STAT kStatPairs = 2u;       // pairs made: 0 if there are more than fit
 SPLAT_STAT kStatLongest = 3u;     // longest list of a tile
 SPLAT_STAT kStatEmptyTiles = 4u;  // tiles without a list
+SPLAT_STAT kStatLarge = 5u;       // footprints that are not packed
 SPLAT_STAT kStatWords = 8u;
 
 struct TileBinParams {
@@ -30,8 +31,6 @@ struct TileBinParams {
     uint tiles;  // of the window, all views
     uint flags;  // of ProjectParams
     uint groups_x;
-    uint emit_group;  // invocations per workgroup of tile_bin_emit
-    uint max_groups;  // per row of an indirect dispatch
 };
 
 #undef SPLAT_STAT

@@ -1,0 +1,98 @@
+#version 460
+// As blend_backward.comp for GPUs: sums by subgroup, then over the subgroups in their order, with one
+// barrier per list entry; the walk begins at the last entry that any pixel blended.
+// Work per workgroup and invocation, bindings and specialisation as there. Subgroups of at least 8.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_basic : require
+#include "blend.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kDepth = false;
+layout(constant_id = 11) const bool kAbsolute = false;
+layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
+layout(set = 0, binding = 6, std430) readonly buffer GradImage { vec4 grad_image[]; };
+layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_depth[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
+layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
+layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
+layout(push_constant) uniform Push { BlendParams params; };
+
+const uint kMaxSubgroups = 32;
+shared vec4 sums[2][3][kMaxSubgroups];  // one half is read while the other is filled
+shared uint last_entry;
+
+void main() {
+    const uint lane = gl_LocalInvocationID.x;
+    const uvec2 tile = uvec2(gl_WorkGroupID.x, gl_WorkGroupID.y);
+    const uint view = gl_WorkGroupID.z;
+    const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
+    const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
+    const bool inside = corner.x + at.x < params.width && corner.y + at.y < params.height;
+    const vec2 centre = vec2(at) + 0.5;
+    const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
+
+    vec4 g = inside ? grad_image[pixel] : vec4(0);
+    float behind = dot(background[0].rgb, g.rgb) - g.w;
+    g.w = kDepth && inside ? grad_depth[pixel] : 0.0;
+    const vec2 end = inside ? state[pixel] : vec2(0);
+    float t = end.x;
+    const uint stop = range.x + uint(end.y);
+
+    if (lane == 0) last_entry = range.x;
+    barrier();
+    atomicMax(last_entry, stop);
+    barrier();
+    const uint walked = min(last_entry, range.y);
+    for (uint i = walked + lane; i < range.y; i += gl_WorkGroupSize.x) {
+        record_a[slots[i]] = vec4(0);
+        record_b[slots[i]] = vec4(0);
+        record_c[slots[i]] = vec4(0);
+    }
+    for (uint i = walked; i > range.x;) {
+        --i;
+        const uint slot = slots[i];
+        const uint item = items[i];
+        const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
+        const vec3 l = splats[item * 3 + 1].xyz;
+        const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);
+        precise float raw = a.z * exp2(log2_weight(a.xy, l, centre));
+        precise float alpha = min(kAlphaMax, raw);
+        alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
+        t /= 1.0 - alpha;
+        const float w = alpha * t;
+        const float e = dot(color, g) - behind;
+        behind += alpha * e;
+        const float passed = params.straight_through != 0 ? (alpha > 0.0 ? raw * t : 0.0) : w;
+        const float v = raw <= kAlphaMax || params.straight_through != 0 ? passed * e : 0.0;
+        const vec2 q = a.xy - centre;
+        vec2 slope = vec2(0);
+        if (kAbsolute) {
+            const float u = l.x * q.x + l.y * q.y;
+            slope = abs(v * vec2(l.x * u, l.y * u + l.z * l.z * q.y)) * kTwoLn2;
+        }
+        const vec4 first = subgroupAdd(vec4(v, v * q, v * q.x * q.x));
+        const vec4 second = subgroupAdd(vec4(v * q.x * q.y, v * q.y * q.y, slope));
+        const vec4 third = subgroupAdd(w * g);
+        const uint side = i & 1u;
+        if (subgroupElect()) {
+            sums[side][0][gl_SubgroupID] = first;
+            sums[side][1][gl_SubgroupID] = second;
+            sums[side][2][gl_SubgroupID] = third;
+        }
+        barrier();
+        if (lane < 3) {
+            vec4 sum = vec4(0);
+            for (uint s = 0; s < gl_NumSubgroups; ++s) sum += sums[side][lane][s];
+            if (lane == 0) record_a[slot] = sum;
+            if (lane == 1) record_b[slot] = sum;
+            if (lane == 2) record_c[slot] = sum;
+        }
+    }
+}

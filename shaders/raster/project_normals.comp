@@ -1,0 +1,35 @@
+#version 460
+// Normal of every Gaussian in every view: the axis of its smallest scale (the first of equals), in
+// coordinates of the camera, on the camera's side. One invocation computes one item (gl_WorkGroupID.z is
+// the view); what reaches no tile gets 0.
+// Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "projection.glsl"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, gaussians);
+QUADS(1, cameras);
+UINTS(2, counts);
+layout(set = 0, binding = 3, std430) writeonly buffer Normals { vec4 normals[]; };
+layout(push_constant) uniform Push { ProjectParams params; };
+
+#include "launch.glsl"
+
+void main() {
+    const uint index = invocation_index(params.groups_x);
+    if (index >= params.count) return;
+    const uint item = gl_WorkGroupID.z * params.gaussians + index + params.first;
+    const vec3 scale = LD4(gaussians, index * 3 + 1).xyz;
+    const vec4 q = LD4(gaussians, index * 3 + 2);
+    View view;
+    LOAD_VIEW(view, cameras, gl_WorkGroupID.z);
+    const mat3 axes = quaternion_matrix((params.flags & kFlagGsplat) != 0 ? normalize(q) : q);
+    const vec3 axis = scale.x <= scale.y && scale.x <= scale.z ? axes[0]
+                      : scale.y <= scale.z                     ? axes[1]
+                                                               : axes[2];
+    const vec3 normal = normalize(view.rotation * axis);
+    const vec3 mean = view.rotation * LD4(gaussians, index * 3).xyz + view.translation;
+    const bool known = LD1(counts, item) > 0 && finite(normal);
+    normals[item] = known ? vec4(dot(normal, mean) > 0.0 ? -normal : normal, 0) : vec4(0);
+}

@@ -1,0 +1,58 @@
+#version 460
+// As tile_bin_emit.comp for the footprints that are not packed; they are worked out again. Should an
+// invocation find fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort
+// leaves out.
+// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, keys, items, slots.
+// Specialisation: 10 = slots wanted.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/tile_bin_params.h"
+#include "tile_footprint.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kSlots = false;
+QUADS(0, splats);
+UINTS(1, order);
+UINTS(2, begins);
+UINTS(3, slot_begins);
+UINTS(4, large);
+UINTS(5, stats);
+UINTS(6, footprints);
+layout(set = 0, binding = 7, std430) writeonly buffer Counts { uint counts[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer Keys { uint keys[]; };
+layout(set = 0, binding = 9, std430) writeonly buffer Items { uint items[]; };
+layout(set = 0, binding = 10, std430) writeonly buffer Slots { uint slots[]; };
+layout(push_constant) uniform Push { TileBinParams params; };
+
+void emit(uint at) {
+    const uint item = LD1(order, at);
+    const uint begin = LD1(begins, at);
+    const uint end = begin + LD1(footprints, 4 * item + 3);
+    const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
+    const ivec2 size = ivec2(params.width, params.height);
+    const uint tiles_x = (params.width + 15) >> 4;
+    const uint window = item / params.gaussians * (params.row_end - params.row_begin);
+    const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1),
+                                       LD4(splats, item * 3 + 2).w, params.flags, size,
+                                       ivec2(params.row_begin, params.row_end));
+    uint pair = begin;
+    for (int row = f.rect.y; row < f.rect.w; ++row) {
+        const ivec2 columns = tile_columns(f, row, size);
+        const uint row_key = (window + uint(row) - params.row_begin) * tiles_x;
+        for (int x = columns.x; x < columns.y && pair < end; ++x, ++pair) {
+            keys[pair] = row_key + uint(x);
+            items[pair] = item;
+            if (kSlots) slots[pair] = slot + pair;
+        }
+    }
+    if (pair < end) counts[item] = pair - begin;
+    for (; pair < end; ++pair) {
+        keys[pair] = 0xFFFFFFFFu;
+        items[pair] = item;
+    }
+}
+
+void main() {
+    const uint count = LD1(stats, kStatLarge);
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += params.lanes) emit(LD1(large, i));
+}

@@ -1,0 +1,164 @@
+// The sort of the rasterizer: keys and places are exactly those of std::stable_sort.
+#include "raster/radix_sort.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "ops/op_harness.h"
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using Words = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t kLeftOut = 0xFFFFFFFFU;
+
+/// Sets of keys that a sort can get wrong in its own way.
+enum class Keys { kRandom, kConstant, kSorted, kReversed, kFew, kLeftOutSome, kLeftOutAll };
+constexpr Keys kAllKeys[] = {Keys::kRandom, Keys::kConstant,    Keys::kSorted,    Keys::kReversed,
+                             Keys::kFew,    Keys::kLeftOutSome, Keys::kLeftOutAll};
+
+Words make_keys(Keys kind, std::size_t count, std::uint32_t bits) {
+    Rng rng(count + bits);
+    const std::uint64_t range = std::uint64_t{1} << bits;
+    Words keys(count);
+    for (std::uint32_t& key : keys) key = static_cast<std::uint32_t>(rng.below(range));
+    if (kind == Keys::kConstant) std::fill(keys.begin(), keys.end(), range / 2 & 0xFFFFFFFFU);
+    if (kind == Keys::kSorted) std::sort(keys.begin(), keys.end());
+    if (kind == Keys::kReversed) std::sort(keys.rbegin(), keys.rend());
+    for (std::uint32_t& key : keys) {
+        if (kind == Keys::kFew) key = static_cast<std::uint32_t>(range - 1 - key % 3) & (kLeftOut - 1);
+        if (kind == Keys::kLeftOutSome && rng.below(3) == 0) key = kLeftOut;
+        if (kind == Keys::kLeftOutAll) key = kLeftOut;
+    }
+    return keys;
+}
+
+struct Sorted {
+    Words keys;
+    Words values;
+};
+
+Sorted expected_of(const Words& keys, std::size_t entries) {
+    Sorted sorted;
+    for (std::size_t i = 0; i < entries; ++i)
+        if (keys[i] != kLeftOut) sorted.values.push_back(static_cast<std::uint32_t>(i));
+    std::stable_sort(sorted.values.begin(), sorted.values.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+    for (const std::uint32_t i : sorted.values) sorted.keys.push_back(keys[i]);
+    return sorted;
+}
+
+class RadixSort : public KernelsTest {
+  protected:
+    /// The first `entries` of the keys, in arrays for all of them.
+    Sorted sort(const Words& keys, std::size_t entries, std::uint32_t bits) {
+        const raster::RadixSortDesc desc = {
+            static_cast<std::uint32_t>(std::max<std::size_t>(keys.size(), 1)), bits, true, true};
+        vk::Recorder recorder(context());
+        std::array<vk::Buffer, 2> sides = {device_buffer(context(), desc.capacity),
+                                           device_buffer(context(), desc.capacity)};
+        std::array<vk::Buffer, 2> values = {device_buffer(context(), desc.capacity),
+                                            device_buffer(context(), desc.capacity)};
+        Words second(desc.capacity);
+        std::iota(second.rbegin(), second.rend(), 0U);
+        std::array<vk::Buffer, 2> seconds = {upload(context(), second),
+                                             device_buffer(context(), desc.capacity)};
+        if (!keys.empty()) {
+            EXPECT_OK(context().write(sides[0].range(), keys.data(), keys.size() * 4));
+        }
+        const vk::Buffer table =
+            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
+        const vk::Buffer totals = device_buffer(context(), 256);
+        const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
+        const vk::Buffer kept = device_buffer(context(), 1);
+        const vk::Buffer scratch = device_buffer(context(), 1);
+        EXPECT_OK(raster::radix_sort(recorder, desc,
+                                     {{sides[0].range(), sides[1].range()},
+                                      {values[0].range(), values[1].range()},
+                                      {seconds[0].range(), seconds[1].range()},
+                                      table.range(),
+                                      totals.range(),
+                                      count.range(),
+                                      kept.range(),
+                                      scratch.range()}));
+        const std::uint32_t side = raster::radix_sort_side(recorder, desc);
+        auto list = recorder.finish();
+        EXPECT_OK(list.status());
+        if (!list.ok()) return {};
+        EXPECT_OK(context().run(list.value()));
+        const std::size_t stayed = download_words(context(), kept.range(), 1)[0];
+        EXPECT_LE(stayed, entries);
+        const std::size_t n = std::min(stayed, entries);
+        Sorted sorted = {download_words(context(), sides[side].range(), n),
+                         download_words(context(), values[side].range(), n)};
+        const Words with = download_words(context(), seconds[side].range(), n);
+        for (std::size_t i = 0; i < n; ++i)
+            if (with[i] != second[sorted.values[i]]) {
+                ADD_FAILURE() << "the second value of entry " << i << " went astray";
+                break;
+            }
+        return sorted;
+    }
+
+    void expect_sorted(const Words& keys, std::size_t entries, std::uint32_t bits,
+                       const std::string& what) {
+        const Sorted got = sort(keys, entries, bits);
+        const Sorted expected = expected_of(keys, entries);
+        // Not EXPECT_EQ, which would print millions of numbers.
+        EXPECT_EQ(got.values.size(), expected.values.size()) << what << ": entries that stayed";
+        EXPECT_TRUE(got.keys == expected.keys) << what << ": keys";
+        EXPECT_TRUE(got.values == expected.values) << what << ": order";
+    }
+
+    void expect_all_kinds(std::size_t count, std::uint32_t bits) {
+        for (const Keys kind : kAllKeys)
+            expect_sorted(make_keys(kind, count, bits), count, bits,
+                          std::to_string(count) + " keys of kind " +
+                              std::to_string(static_cast<int>(kind)) + ", " +
+                              std::to_string(bits) + " bits");
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(RadixSort);
+
+TEST_P(RadixSort, IsStableAtEverySize) {
+    for (const std::size_t count : {0, 1, 2, 31, 255, 256, 257, 1023, 4097, 65537})
+        expect_all_kinds(count, 32);
+}
+
+TEST_P(RadixSort, TakesKeysOfSomeWidths) {
+    for (const std::uint32_t bits : {1U, 4U, 5U, 8U, 9U, 13U, 17U}) expect_all_kinds(1500, bits);
+}
+
+TEST_P(RadixSort, SortsFewerEntriesThanItHolds) {
+    const Words keys = make_keys(Keys::kLeftOutSome, 40000, 32);
+    for (const std::size_t entries : {0, 1, 7, 257, 30011, 39999})
+        expect_sorted(keys, entries, 32, std::to_string(entries) + " of 40000");
+}
+
+class RadixSortFull : public RadixSort {};
+SPLAT_INSTANTIATE_KERNELS(RadixSortFull);
+
+TEST_P(RadixSortFull, TakesKeysOfEveryWidth) {
+    for (std::uint32_t bits = 1; bits <= 32; ++bits) expect_all_kinds(3001, bits);
+}
+
+/// One more than one workgroup of 256 for each of the 65535 that a dispatch may have.
+TEST_P(RadixSortFull, SortsMoreThanOneDispatchOfWorkgroups) {
+    constexpr std::size_t kCount = std::size_t{65535} * 256 + 1;
+    expect_sorted(make_keys(Keys::kRandom, kCount, 32), kCount, 32, "65535 * 256 + 1 random keys");
+}
+
+TEST_P(RadixSortFull, SortsTenMillion) {
+    constexpr std::size_t kCount = 10000000;
+    for (const Keys kind : {Keys::kReversed, Keys::kFew, Keys::kLeftOutSome})
+        expect_sorted(make_keys(kind, kCount, 20), kCount, 20, "10^7 keys");
+}
+
+}  // namespace
+}  // namespace splat::test

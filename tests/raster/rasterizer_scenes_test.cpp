@@ -1,0 +1,226 @@
+// Scenes that are hard on numbers, in every mode, against the float64 reference.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "ops/op_harness.h"
+#include "raster/raster_scenes.h"
+#include "raster/raster_session.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+class RasterizerScenes : public KernelsTest {
+  protected:
+    /// In all modes. A mask that hides most of the image would prove nothing.
+    void expect_all_modes(const RasterCase& scene, double most_fragile = 0.3) {
+        for (const RasterMode& mode : kRasterModes) {
+            const ReferenceRun got = expect_like_reference(context(), scene, mode);
+            EXPECT_LE(got.fragile, most_fragile) << scene.name << " " << mode.name;
+        }
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(RasterizerScenes);
+
+TEST_P(RasterizerScenes, SphericalHarmonicsOfEveryDegree) {
+    for (std::size_t degree = 0; degree <= 3; ++degree) {
+        SCOPED_TRACE(degree);
+        expect_all_modes(random_scene({60, 37, 29}, 40 + degree, degree));
+    }
+}
+
+TEST_P(RasterizerScenes, DirectColors) {
+    RasterCase scene = random_scene({60, 37, 29}, 45, 0);
+    scene.colors = scene.sh;
+    scene.sh.clear();
+    scene.sh_coefficients = 0;
+    expect_all_modes(scene);
+}
+
+TEST_P(RasterizerScenes, OriginalGradient) {
+    for (const RasterCase& scene :
+         {wide_scene({30, 37, 29}, 46), opaque_scene({30, 37, 29}, 47), random_scene({60, 33, 20}, 48)})
+        expect_like_reference(context(), scene, kRasterModes[0], ref::RasterGradient::kOriginal);
+}
+
+TEST_P(RasterizerScenes, OffCentreAndUnequalFocalLengths) {
+    RasterCase scene = random_scene({60, 37, 50}, 49, 1);
+    scene.camera.cx *= 0.6F;
+    scene.camera.cy *= 1.3F;
+    scene.camera.fy *= 1.4F;
+    expect_all_modes(scene);
+}
+
+TEST_P(RasterizerScenes, BesideTheFieldOfView) {
+    expect_all_modes(wide_scene({40, 37, 29}, 50));
+}
+
+TEST_P(RasterizerScenes, SaturatedPixels) {
+    expect_all_modes(opaque_scene({60, 37, 29}, 51));
+}
+
+TEST_P(RasterizerScenes, OpacityOfOne) {
+    RasterCase scene = random_scene({60, 37, 29}, 52, 0);
+    std::fill(scene.opacities.begin(), scene.opacities.end(), 1.0F);
+    expect_all_modes(scene);
+}
+
+TEST_P(RasterizerScenes, Splatter) {
+    expect_all_modes(splatter_scene(20, 40, 33, 53));
+}
+
+/// Depths are exactly equal: the image depends on their order, which is that of the indices.
+TEST_P(RasterizerScenes, EqualDepthsInOrderOfIndices) {
+    const RasterCase scene = tie_scene({80, 37, 29}, 54);
+    expect_all_modes(scene);
+    RasterCase reversed = scene;
+    const auto reverse = [](std::vector<float>& values, std::size_t width) {
+        const std::vector<float> from = values;
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = from[(values.size() / width - 1 - i / width) * width + i % width];
+    };
+    reverse(reversed.means, 3);
+    reverse(reversed.scales, 3);
+    reverse(reversed.rotations, 4);
+    reverse(reversed.opacities, 1);
+    reverse(reversed.sh, 3 * scene.sh_coefficients);
+    const raster::RasterDesc desc = raster_desc(scene, kRasterModes[1]);
+    EXPECT_GT(relative_difference(raster_image(context(), scene, desc),
+                                  raster_image(context(), reversed, desc)),
+              0.01)
+        << "the scene has no ties";
+}
+
+/// The camera stands in the middle of the ball: Gaussians around it, cut by the near plane, as wide
+/// as the image and wider. Few pixels are certain there, so what is compared is mostly projections.
+TEST_P(RasterizerScenes, CameraInside) {
+    RasterCase scene = random_scene({60, 37, 29}, 55, 1);
+    scene.camera.world_to_camera[11] = 0;
+    expect_all_modes(scene, 1);
+}
+
+TEST_P(RasterizerScenes, ScalesOfZeroAndNearlyZero) {
+    RasterCase scene = random_scene({90, 37, 29}, 56, 0);
+    for (std::size_t i = 0; i < scene.scales.size(); ++i) {
+        const std::size_t way = i / 3 % 6;
+        if (way == 0) scene.scales[i] = 0;
+        if (way == 1) scene.scales[i] = 1e-20F;
+        if (way == 2 && i % 3 == 0) scene.scales[i] = 0;
+        if (way == 3) scene.scales[i] = 1e-12F;
+    }
+    // Points project to the dilation alone: exact ties of alpha with thresholds are rare.
+    expect_all_modes(scene);
+}
+
+TEST_P(RasterizerScenes, HugeScales) {
+    RasterCase scene = random_scene({60, 37, 29}, 57, 0);
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        for (std::size_t k = 0; k < 3 && i % 3 == 0; ++k)
+            scene.scales[3 * i + k] *= i % 2 == 0 ? 1e3F : 1e5F;
+        scene.opacities[i] *= 0.3F;
+    }
+    expect_all_modes(scene, 1);
+}
+
+/// What float32 cannot project is absent: sums of squares that overflow, and so do all larger ones.
+TEST_P(RasterizerScenes, OverflowingScalesAreAbsent) {
+    RasterCase with = random_scene({60, 37, 29}, 58, 0);
+    for (const float scale : {1e13F, 1e20F, 3e38F}) {
+        for (std::size_t i = 0; i < with.count(); i += 3)
+            std::fill_n(&with.scales[3 * i], 3, scale);
+        RasterCase without = with;
+        for (std::size_t i = 0; i < with.count(); i += 3) without.opacities[i] = 0;
+        for (const RasterMode& mode : kRasterModes)
+            EXPECT_EQ(raster_image(context(), with, raster_desc(with, mode)),
+                      raster_image(context(), without, raster_desc(without, mode)))
+                << mode.name << " " << scale;
+    }
+}
+
+/// Rows of the Gaussians that stay, `width` numbers each.
+std::vector<float> rows_of(std::span<const float> all, const std::vector<bool>& hostile,
+                           std::size_t width, bool kept) {
+    std::vector<float> rows;
+    for (std::size_t i = 0; i < hostile.size(); ++i)
+        if (hostile[i] != kept)
+            rows.insert(rows.end(), all.begin() + static_cast<std::ptrdiff_t>(i * width),
+                        all.begin() + static_cast<std::ptrdiff_t>((i + 1) * width));
+    return rows;
+}
+
+/// Image, depth and all gradients are the same bits as without the spoiled Gaussians, whose
+/// gradients are 0: an order of depth without ties does not depend on what is missing.
+TEST_P(RasterizerScenes, HostileOnesAreAbsent) {
+    const HostileScene scene = hostile_scene({128, 37, 29}, 59);
+    const std::size_t n = scene.with.count();
+    for (const RasterMode& mode : kRasterModes) {
+        SCOPED_TRACE(mode.name);
+        ref::RasterLoss<double> loss;
+        loss.grad_rgb = to_double(normal_fill(3 * scene.with.pixels(), 1));
+        loss.grad_alpha = to_double(normal_fill(scene.with.pixels(), 2));
+        loss.grad_depth = to_double(normal_fill(scene.with.pixels(), 3));
+        const raster::RasterDesc desc = raster_desc(scene.with, mode);
+        const RasterRun with = run_raster(context(), scene.with, desc, &loss);
+        raster::RasterDesc fewer = desc;
+        fewer.gaussians = static_cast<std::uint32_t>(scene.without.count());
+        const RasterRun without = run_raster(context(), scene.without, fewer, &loss);
+        ASSERT_OK(with.status);
+        ASSERT_OK(without.status);
+        EXPECT_EQ(with.image, without.image);
+        EXPECT_EQ(with.outputs.depth, without.outputs.depth);
+        EXPECT_EQ(with.outputs.n_contrib, without.outputs.n_contrib);
+        EXPECT_EQ(with.stats.pairs, without.stats.pairs);
+        const std::span<const float> all(with.packed);
+        const std::size_t colors = std::size_t{4} * desc.color_quads();
+        EXPECT_EQ(rows_of(all, scene.hostile, 12, true),
+                  std::vector<float>(without.packed.begin(),
+                                     without.packed.begin() +
+                                         static_cast<std::ptrdiff_t>(12 * scene.without.count())));
+        for (const float g : rows_of(all, scene.hostile, 12, false)) ASSERT_EQ(g, 0.0F);
+        for (const float g : rows_of(all.subspan(12 * n), scene.hostile, colors, false))
+            ASSERT_EQ(g, 0.0F);
+    }
+}
+
+/// Spec: median <= 2e-7, no determinant <= 0; a c - b^2 has a median of 6e-5 and loses hundreds.
+TEST_P(RasterizerScenes, ConicsOfNeedles) {
+    for (const double length : {1.0, 30.0}) {
+        const RasterCase needles = needle_scene({4000, 200, 160}, 50, length);
+        const auto exact = reference_outputs(reference_scene<double>(needles, kRasterModes[1]));
+        const RasterRun run =
+            run_raster(context(), needles, raster_desc(needles, kRasterModes[1]));
+        ASSERT_OK(run.status);
+        std::vector<double> errors;
+        std::size_t refused = 0;
+        for (std::size_t i = 0; i < needles.count(); ++i) {
+            if (exact.valid[i] == 0) continue;
+            const double* got = &run.outputs.conics[3 * i];
+            const double* expected = &exact.conics[3 * i];
+            if (run.outputs.valid[i] == 0 || !(got[0] * got[2] - got[1] * got[1] > 0)) ++refused;
+            double off = 0;
+            double size = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                off = std::max(off, std::abs(got[k] - expected[k]));
+                size = std::max(size, std::abs(expected[k]));
+            }
+            errors.push_back(off / size);
+        }
+        ASSERT_GT(errors.size(), 3000U);
+        std::sort(errors.begin(), errors.end());
+        std::printf("length %g: %zu needles, median %.2g, worst %.2g, %zu refused\n", length,
+                    errors.size(), errors[errors.size() / 2], errors.back(), refused);
+        EXPECT_LE(errors[errors.size() / 2], 2e-7);
+        EXPECT_LE(errors.back(), 2e-5) << "the row conics of raster_tolerances.h";
+        EXPECT_EQ(refused, 0U);
+    }
+}
+
+TEST_P(RasterizerScenes, ImagesOfNeedles) {
+    expect_all_modes(needle_scene({60, 50, 41}, 60), 0.6);
+}
+
+}  // namespace
+}  // namespace splat::test

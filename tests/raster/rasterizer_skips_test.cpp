@@ -1,0 +1,108 @@
+// Work that may be left out: switched off, the results are the same bits.
+#include <gtest/gtest.h>
+
+#include "ops/op_harness.h"
+#include "raster/raster_scenes.h"
+#include "raster/raster_session.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+class RasterizerSkips : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(RasterizerSkips);
+
+struct Skip {
+    const char* name;
+    bool raster::Skips::*member;
+};
+constexpr Skip kSkips[] = {
+    {"opacity_extent", &raster::Skips::opacity_extent}, {"exact_tiles", &raster::Skips::exact_tiles},
+    {"cull", &raster::Skips::cull},                     {"blocks", &raster::Skips::blocks},
+    {"early_out", &raster::Skips::early_out},           {"unchanged", &raster::Skips::unchanged},
+};
+
+struct Bits {
+    std::vector<float> image, gradients, exported;
+    raster::RasterStats stats;
+};
+
+Bits bits_of(vk::Context& context, const RasterCase& scene, const raster::RasterDesc& desc) {
+    RasterSession session(context, scene, with_gradients(desc));
+    EXPECT_OK(session.status());
+    if (!session.status().ok()) return {};
+    EXPECT_OK(session.forward());
+    const std::size_t pixels = scene.pixels();
+    EXPECT_OK(session.backward(normal_fill(4 * pixels, 1), normal_fill(pixels, 2)));
+    return {session.image(), session.gradients(), session.exported(),
+            session.rasterizer().stats()};
+}
+
+/// Records of nothing are zeros, so gradients are the same bits, too (0 and -0 are equal here).
+void expect_equal(const Bits& got, const Bits& expected, const std::string& what) {
+    EXPECT_EQ(got.image, expected.image) << what;
+    EXPECT_EQ(got.gradients, expected.gradients) << what;
+    EXPECT_EQ(got.exported, expected.exported) << what;
+}
+
+std::vector<RasterCase> scenes() {
+    RasterCase faint = random_scene({80, 75, 41}, 83, 0);  // around the threshold of 1/255
+    for (std::size_t i = 0; i < faint.count(); ++i) faint.opacities[i] *= i % 2 == 0 ? 0.02F : 0.2F;
+    return {random_scene({80, 75, 41}, 81, 1), opaque_scene({80, 75, 41}, 82), faint,
+            needle_scene({60, 75, 41}, 84), splatter_scene(14, 50, 41, 85)};
+}
+
+void expect_same_bits(vk::Context& context, const std::vector<RasterCase>& cases,
+                      std::span<const RasterMode> modes) {
+    for (const RasterCase& scene : cases) {
+        for (const RasterMode& mode : modes) {
+            const raster::RasterDesc desc = raster_desc(scene, mode);
+            const Bits expected = bits_of(context, scene, desc);
+            raster::RasterDesc everything = desc;
+            for (const Skip& skip : kSkips) {
+                raster::RasterDesc without = desc;
+                without.skips.*skip.member = false;
+                everything.skips.*skip.member = false;
+                expect_equal(bits_of(context, scene, without), expected,
+                             scene.name + " " + mode.name + " without " + skip.name);
+            }
+            expect_equal(bits_of(context, scene, everything), expected,
+                         scene.name + " " + mode.name + " without any");
+        }
+    }
+}
+
+TEST_P(RasterizerSkips, EachOneOffGivesTheSameBits) {
+    RasterCase faint = scenes()[2];
+    faint.camera.width = 40;
+    expect_same_bits(context(), {faint}, std::span(kRasterModes).first(2));
+}
+
+class RasterizerSkipsFull : public RasterizerSkips {};
+SPLAT_INSTANTIATE_KERNELS(RasterizerSkipsFull);
+
+TEST_P(RasterizerSkipsFull, EachOneOffGivesTheSameBits) {
+    expect_same_bits(context(), scenes(), kRasterModes);
+}
+
+/// A skip that skips nothing would pass the test above.
+TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
+    const RasterCase scene = scenes()[2];
+    const raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
+    const auto stats_without = [&](bool raster::Skips::*member) {
+        raster::RasterDesc without = desc;
+        without.skips.*member = false;
+        return bits_of(context(), scene, without).stats;
+    };
+    raster::RasterDesc square = desc;
+    square.skips.exact_tiles = false;
+    const raster::RasterStats all = bits_of(context(), scene, desc).stats;
+    const raster::RasterStats boxes = bits_of(context(), scene, square).stats;
+    square.skips.opacity_extent = false;
+    EXPECT_LT(all.pairs, boxes.pairs) << "exact_tiles";
+    EXPECT_LT(boxes.pairs, bits_of(context(), scene, square).stats.pairs) << "opacity_extent";
+    EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
+}
+
+}  // namespace
+}  // namespace splat::test

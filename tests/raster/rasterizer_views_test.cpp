@@ -1,0 +1,107 @@
+// Several cameras in one call are the calls of each.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ops/op_harness.h"
+#include "raster/raster_scenes.h"
+#include "raster/raster_session.h"
+#include "support/gpu_buffers.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+class RasterizerViews : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(RasterizerViews);
+
+constexpr std::uint32_t kViews = 3;
+
+/// Around the scene, the second one far away and the third turned away, so that it sees nothing.
+std::vector<scene::Camera> cameras_of(const RasterCase& scene) {
+    std::vector<scene::Camera> cameras(kViews, camera_of(scene));
+    cameras[1].world_to_camera[11] += 2.5;
+    cameras[1].world_to_camera[3] += 0.3;
+    cameras[1].fx *= 1.4;
+    cameras[1].cx -= 3;
+    cameras[2].world_to_camera[11] = -50;
+    return cameras;
+}
+
+std::vector<float> pose_of(vk::Context& context, RasterSession& session) {
+    return download(context, session.rasterizer().workspace().pose.range(),
+                    std::size_t{12} * session.rasterizer().desc().views);
+}
+
+template <class T>
+std::vector<T> part(const std::vector<T>& all, std::size_t index, std::size_t parts) {
+    const auto size = static_cast<std::ptrdiff_t>(all.size() / parts);
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(index) * size;
+    return {first, first + size};
+}
+
+void expect_views(vk::Context& context, const RasterCase& scene, const RasterMode& mode) {
+    const std::vector<scene::Camera> cameras = cameras_of(scene);
+    raster::RasterDesc desc = with_gradients(raster_desc(scene, mode));
+    RasterSession single(context, scene, desc);
+    desc.views = kViews;
+    RasterSession together(context, scene, desc);
+    ASSERT_OK(together.status());
+    ASSERT_OK(together.forward(cameras));
+    const std::vector<float> grad_image = normal_fill(4 * kViews * scene.pixels(), 1);
+    const std::vector<float> grad_depth = normal_fill(kViews * scene.pixels(), 2);
+    ASSERT_OK(together.backward(grad_image, grad_depth));
+    std::vector<float> sum;
+    std::uint64_t pairs = 0;
+    for (std::size_t v = 0; v < kViews; ++v) {
+        SCOPED_TRACE(v);
+        ASSERT_OK(single.forward({&cameras[v], 1}));
+        pairs += single.rasterizer().stats().pairs;
+        EXPECT_EQ(part(together.image(), v, kViews), single.image());
+        ASSERT_OK(single.backward(part(grad_image, v, kViews), part(grad_depth, v, kViews)));
+        EXPECT_EQ(part(together.exported(), v, kViews), single.exported());
+        EXPECT_EQ(part(pose_of(context, together), v, kViews), pose_of(context, single));
+        const std::vector<float> gradients = single.gradients();
+        sum.resize(gradients.size());
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += gradients[i];
+    }
+    EXPECT_EQ(together.rasterizer().stats().pairs, pairs);
+    // The sum of three roundings, once before and once after the unit quaternion's projection.
+    EXPECT_LE(relative_difference(together.gradients(), sum), 1e-6);
+}
+
+TEST_P(RasterizerViews, EqualSingleCalls) {
+    for (const RasterMode& mode : kRasterModes) {
+        SCOPED_TRACE(mode.name);
+        expect_views(context(), random_scene({150, 37, 29}, 90, 2), mode);
+        expect_views(context(), tie_scene({80, 50, 33}, 91), mode);
+    }
+}
+
+/// Sums by the pose go through a loop with several turns per view, and lavapipe's loops end after
+/// 65535 in all: refused, or right to the last of many views.
+TEST_P(RasterizerViews, ManyViewsArePossibleOrRefused) {
+    const RasterCase scene = random_scene({3, 8, 8}, 92, 0);
+    raster::RasterDesc desc = with_gradients(raster_desc(scene, kRasterModes[1]));
+    RasterSession single(context(), scene, desc);
+    ASSERT_OK(single.forward());
+    const std::vector<float> weights = normal_fill(4 * scene.pixels(), 3);
+    ASSERT_OK(single.backward(weights));
+    const std::vector<float> expected = pose_of(context(), single);
+    for (const std::uint32_t views : {1000U, 5000U}) {
+        desc.views = views;
+        RasterSession many(context(), scene, desc);
+        if (many.status().code() == Code::kUnsupported) continue;
+        ASSERT_OK(many.status());
+        ASSERT_OK(many.forward());
+        std::vector<float> all;
+        for (std::uint32_t v = 0; v < views; ++v)
+            all.insert(all.end(), weights.begin(), weights.end());
+        ASSERT_OK(many.backward(all));
+        EXPECT_EQ(part(pose_of(context(), many), views - 1, views), expected) << views;
+        EXPECT_EQ(part(many.exported(), views - 1, views), single.exported()) << views;
+    }
+}
+
+}  // namespace
+}  // namespace splat::test
