@@ -724,7 +724,8 @@ enum {
     SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,
     SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6,
     /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
-    SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7
+    SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
+    SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
 };
 
 /* Work that is left out because it does not change the image. */
@@ -733,7 +734,8 @@ enum {
     SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
     SPLAT_SKIP_CULL = 1u << 2,           /* sorting Gaussians that reach no tile */
     SPLAT_SKIP_EARLY_OUT = 1u << 3,      /* blending where every pixel has stopped */
-    SPLAT_SKIP_UNCHANGED = 1u << 4       /* drawing when scene, cameras, background stay */
+    SPLAT_SKIP_UNCHANGED = 1u << 4,      /* drawing when scene, cameras, background stay */
+    SPLAT_SKIP_BLOCKS = 1u << 5          /* what a block of 8 x 8 pixels cannot see */
 };
 
 typedef struct splat_rasterizer_desc {
@@ -810,7 +812,9 @@ enum {
     SPLAT_OUTPUT_RADII = 7,          /* [V,N,2] pixels */
     SPLAT_OUTPUT_CONICS = 8,         /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
     SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] scene units along z */
-    SPLAT_OUTPUT_VISIBILITY = 10     /* [V,N] 1, or 0 for what is culled */
+    SPLAT_OUTPUT_VISIBILITY = 10,    /* [V,N] 1, or 0 for what is culled */
+    /* [V,H,W,3] sum of weight * normal: axis of the least scale, OpenCV axes of the camera */
+    SPLAT_OUTPUT_NORMALS = 11
 };
 
 /* Copy an output of the last forward call, float32, to a tensor or to host memory.
@@ -819,7 +823,7 @@ enum {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      an output that is none, too few bytes, device or dtype
  *   SPLAT_ERROR_INVALID_STATE         no forward call that succeeded, a mapped tensor, or a
- *                                     rasterizer made without SPLAT_RASTERIZER_DEPTH
+ *                                     rasterizer made without SPLAT_RASTERIZER_DEPTH or _NORMALS
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
 SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_output output,

@@ -88,8 +88,14 @@ void main() {
         }
         barrier();
         if (lane < 3) {
-            vec4 sum = vec4(0);
-            for (uint s = 0; s < gl_NumSubgroups; ++s) sum += sums[side][lane][s];
+            // Kahan's compensation: a plain sum of 32 loses what the gates of the gradient allow.
+            precise vec4 sum = vec4(0), lost = vec4(0);
+            for (uint s = 0; s < gl_NumSubgroups; ++s) {
+                precise vec4 term = sums[side][lane][s] - lost;
+                precise vec4 next = sum + term;
+                lost = (next - sum) - term;
+                sum = next;
+            }
             if (lane == 0) record_a[slot] = sum;
             if (lane == 1) record_b[slot] = sum;
             if (lane == 2) record_c[slot] = sum;

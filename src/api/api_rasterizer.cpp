@@ -33,8 +33,7 @@ Status check_flags(const splat_rasterizer_desc& desc) {
         return error(Code::kInvalidArgument,
                      "splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
                      desc.sh_degree);
-    constexpr std::uint32_t kSkips = SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES |
-                                     SPLAT_SKIP_CULL | SPLAT_SKIP_EARLY_OUT | SPLAT_SKIP_UNCHANGED;
+    constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
     if ((desc.switch_off & ~kSkips) != 0)
         return error(Code::kInvalidArgument,
                      "splat_rasterizer_desc.switch_off has unknown bits %#x",
@@ -60,14 +59,19 @@ Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
     if (from.near_plane != 0) desc.near_plane = from.near_plane;
     desc.far_plane = from.far_plane != 0 ? from.far_plane : kFar;
     desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
+    desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
     desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
     desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE);
     desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
     desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
                     desc.export_gradients;
-    desc.skips = {skips(SPLAT_SKIP_OPACITY_EXTENT), skips(SPLAT_SKIP_EXACT_TILES),
-                  skips(SPLAT_SKIP_CULL), skips(SPLAT_SKIP_EARLY_OUT), skips(SPLAT_SKIP_UNCHANGED)};
+    desc.skips.opacity_extent = skips(SPLAT_SKIP_OPACITY_EXTENT);
+    desc.skips.exact_tiles = skips(SPLAT_SKIP_EXACT_TILES);
+    desc.skips.cull = skips(SPLAT_SKIP_CULL);
+    desc.skips.blocks = skips(SPLAT_SKIP_BLOCKS);
+    desc.skips.early_out = skips(SPLAT_SKIP_EARLY_OUT);
+    desc.skips.unchanged = skips(SPLAT_SKIP_UNCHANGED);
     return desc;
 }
 
@@ -86,7 +90,7 @@ Status allocate_gradients(api::RasterizerObject& object, const raster::RasterDes
 
 Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_desc* from) {
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-    constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_ORIGINAL_GRADIENT - 1;
+    constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
     SPLAT_TRY(
         api::check_desc(from, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
     SPLAT_ASSIGN(const raster::RasterDesc desc, raster_desc(*from));

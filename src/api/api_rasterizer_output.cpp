@@ -15,33 +15,36 @@ struct OutputRow {
     const char* name;
     vk::Buffer Workspace::*buffer;  ///< null: made of others, on the host
     bool per_pixel;
-    bool extra;  ///< of rasterizers made with SPLAT_RASTERIZER_DEPTH
+    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH or _NORMALS, if it needs one
     std::uint32_t channels;
     ops::Stride layout;
 };
 
 constexpr OutputRow kOutputs[] = {
-    {"RGB", &Workspace::image, true, false, 3, {4, 0}},
-    {"ALPHA", &Workspace::image, true, false, 1, {4, 3}},
-    {"DEPTH", &Workspace::extra, true, true, 1, {4, 0}},
-    {"EXPECTED_DEPTH", &Workspace::extra, true, true, 1, {4, 1}},
-    {"CONTRIBUTORS", &Workspace::extra, true, true, 1, {4, 2}},
-    {"MEANS2D", &Workspace::splats, false, false, 2, {12, 0}},
-    {"RADII", &Workspace::radii, false, false, 2, {2, 0}},
-    {"CONICS", nullptr, false, false, 3, {}},
-    {"DEPTHS", &Workspace::splats, false, false, 1, {12, 3}},
-    {"VISIBILITY", nullptr, false, false, 1, {}},
+    {"RGB", &Workspace::image, true, 0, 3, {4, 0}},
+    {"ALPHA", &Workspace::image, true, 0, 1, {4, 3}},
+    {"DEPTH", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 0}},
+    {"EXPECTED_DEPTH", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 1}},
+    {"CONTRIBUTORS", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 2}},
+    {"MEANS2D", &Workspace::splats, false, 0, 2, {12, 0}},
+    {"RADII", &Workspace::radii, false, 0, 2, {2, 0}},
+    {"CONICS", nullptr, false, 0, 3, {}},
+    {"DEPTHS", &Workspace::splats, false, 0, 1, {12, 3}},
+    {"VISIBILITY", nullptr, false, 0, 1, {}},
+    {"NORMALS", &Workspace::normal_image, true, SPLAT_RASTERIZER_NORMALS, 3, {4, 0}},
 };
-static_assert(std::size(kOutputs) == SPLAT_OUTPUT_VISIBILITY);
+static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
 Result<const OutputRow*> find_output(const api::RasterizerObject& object, splat_output output) {
-    if (output < 1 || output > SPLAT_OUTPUT_VISIBILITY)
+    if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
         return error(Code::kInvalidArgument, "output is %d, expected 1 to %d", output,
-                     SPLAT_OUTPUT_VISIBILITY);
+                     SPLAT_OUTPUT_NORMALS);
     const OutputRow& row = kOutputs[output - 1];
-    if (row.extra && !object.rasterizer->desc().extra)
-        return error(Code::kInvalidState,
-                     "output %s needs a rasterizer made with SPLAT_RASTERIZER_DEPTH", row.name);
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
+    if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
+        return error(Code::kInvalidState, "output %s needs a rasterizer made with %s", row.name,
+                     depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
     return &row;
 }
 

@@ -77,7 +77,7 @@ std::vector<double> read(const Drawn& drawn, splat_output which, const Dims& dim
 }
 
 void compare_outputs(const RasterCase& from, const RasterMode& mode) {
-    Drawn drawn(from, mode, SPLAT_RASTERIZER_DEPTH);
+    Drawn drawn(from, mode, SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS);
     drawn.forward();
     const RasterRun run =
         run_raster(*shared_context(vk::Kernels::kPlain), from, raster_desc(from, mode));
@@ -90,6 +90,7 @@ void compare_outputs(const RasterCase& from, const RasterMode& mode) {
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_ALPHA, {1, h, w}), out.alpha);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_DEPTH, {1, h, w}), out.depth);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_EXPECTED_DEPTH, {1, h, w}), out.depth_expected);
+    EXPECT_EQ(read(drawn, SPLAT_OUTPUT_NORMALS, {1, h, w, 3}), out.normal);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_CONTRIBUTORS, {1, h, w}), doubles(out.n_contrib));
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_MEANS2D, {1, n, 2}), out.means2d);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_RADII, {1, n, 2}), doubles(out.radii));
@@ -203,7 +204,7 @@ TEST(ApiRaster, SkipsDoNotChangeTheImage) {
     const Scene scene = sample.create();
     const splat_camera camera = sample_camera(50, 40);
     std::vector<float> first;
-    for (const std::uint32_t off : {0U, 1U, 2U, 4U, 8U, 16U, 31U}) {
+    for (const std::uint32_t off : {0U, 1U, 2U, 4U, 8U, 16U, 32U, 63U}) {
         splat_rasterizer_desc desc = rasterizer_desc(120, 50, 40);
         desc.switch_off = off;
         const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);

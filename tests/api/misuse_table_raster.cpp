@@ -128,7 +128,7 @@ void MisuseTable::rasterizer_rows() {
     spoilt("too many", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.gaussians = UINT32_MAX; });
     spoilt("too many views", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.views = UINT32_MAX; });
     spoilt("a degree too high", kArgument, [](Desc& d) { d.sh_degree = 4; });
-    spoilt("unknown skips", kArgument, [](Desc& d) { d.switch_off = 32; });
+    spoilt("unknown skips", kArgument, [](Desc& d) { d.switch_off = 64; });
     spoilt("no convention", kArgument, [](Desc& d) { d.convention = 3; });
     spoilt("no convention", kArgument, [](Desc& d) { d.convention = -1; });
     spoilt("a near plane behind", kArgument, [](Desc& d) { d.near_plane = -1; });
@@ -231,7 +231,7 @@ void MisuseTable::rasterizer_output_rows() {
             return splat_rasterizer_read(r, SPLAT_OUTPUT_ALPHA, *outputs.values.out(), 64);
         },
         kHandle);
-    for (const splat_output output : {INT32_MIN, -1, 0, 11, INT32_MAX}) {
+    for (const splat_output output : {INT32_MIN, -1, 0, 12, INT32_MAX}) {
         add("splat_rasterizer_output", "output", "none", kArgument,
             [this, output] { return splat_rasterizer_output(rasterizer_, output, tensor_); });
         add("splat_rasterizer_read", "output", "none", kArgument, [this, output] {

@@ -42,8 +42,8 @@ TEST_P(RasterizerScenes, DirectColors) {
 }
 
 TEST_P(RasterizerScenes, OriginalGradient) {
-    for (const RasterCase& scene :
-         {wide_scene({30, 37, 29}, 46), opaque_scene({30, 37, 29}, 47), random_scene({60, 33, 20}, 48)})
+    for (const RasterCase& scene : {wide_scene({30, 37, 29}, 46), opaque_scene({30, 37, 29}, 47),
+                                    random_scene({60, 33, 20}, 48)})
         expect_like_reference(context(), scene, kRasterModes[0], ref::RasterGradient::kOriginal);
 }
 
@@ -67,6 +67,15 @@ TEST_P(RasterizerScenes, OpacityOfOne) {
     RasterCase scene = random_scene({60, 37, 29}, 52, 0);
     std::fill(scene.opacities.begin(), scene.opacities.end(), 1.0F);
     expect_all_modes(scene);
+}
+
+/// More columns or rows of tiles than a packed footprint has.
+TEST_P(RasterizerScenes, LargeFootprints) {
+    for (const SceneSize& size : {SceneSize{10, 330, 37}, SceneSize{10, 37, 200}}) {
+        RasterCase scene = random_scene(size, 61, 0);
+        for (float& scale : scene.scales) scale *= 4;
+        expect_all_modes(scene);
+    }
 }
 
 TEST_P(RasterizerScenes, Splatter) {

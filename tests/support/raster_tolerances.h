@@ -45,9 +45,8 @@ inline constexpr RasterTolerance kRasterTolerances[] = {
     {"depths", RasterScale::kOfRow, 1e-6, 1e-6, "a dot product; seen 4e-7"},
     {"colors", RasterScale::kOfRow, 2e-6, 2e-6, "a sum of 16 terms; seen 4e-7"},
     {"compensations", RasterScale::kAbsolute, 2e-6, 2e-6, "a root of a quotient; seen 2.5e-7"},
-    {"gradient", RasterScale::kOfLargest, 2.5e-5, 1e-3,
-     "sums over pixels of terms of both signs; running sums reach 2.5e-5, sums per tile less "
-     "(kernels for GPUs 2.03e-5, nearplane); "
+    {"gradient", RasterScale::kOfLargest, 2e-5, 1e-3,
+     "sums over pixels of terms of both signs; running sums reach 2.5e-5, sums per tile less; "
      "-Q Gq Q A cancels for needles, Q Gq (Q A) ten times less; seen 2.5e-5 / 5.9e-4"},
 };
 

@@ -33,5 +33,8 @@ void add_devices(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 void add_bench_raster(CLI::App& bench, int& exit_code);  ///< below `bench`
+void add_convert(CLI::App& app, int& exit_code);
+void add_inspect(CLI::App& app, int& exit_code);
+void add_render(CLI::App& app, int& exit_code);
 
 }  // namespace vkrun

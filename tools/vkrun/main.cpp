@@ -125,6 +125,9 @@ int run(int argc, char** argv) {
     app.parse_complete_callback([&verbose] { set_verbose(verbose); });
     add_devices(app, exit_code);
     add_doctor(app, exit_code);
+    add_render(app, exit_code);
+    add_inspect(app, exit_code);
+    add_convert(app, exit_code);
     add_bench(app, exit_code);
     try {
         app.parse(argc, argv);
