@@ -1,0 +1,35 @@
+#include <gtest/gtest.h>
+
+#include "raster/raster_scenes.h"
+#include "raster/rasterizer_harness.h"
+#include "support/expect_status.h"
+#include "support/raster_shader.h"
+#include "vk/shaders.h"
+
+namespace splat::test {
+namespace {
+
+/// The profiles name the shaders that ran; recording has checked each declaration against its shader.
+TEST(RasterShaders, EveryModuleIsUsed) {
+    std::string used;
+    const RasterCase scene = random_scene({20, 33, 20}, 3);
+    ref::RasterLoss<double> loss;
+    loss.grad_rgb.assign(3 * scene.pixels(), 1.0);
+    for (const vk::Kernels kernels : kernels_to_test()) {
+        vk::ContextDesc desc = context_desc(kernels);
+        desc.profile = true;
+        const auto context = make_context(desc);
+        ASSERT_NE(context, nullptr);
+        ASSERT_OK(run_raster(*context, scene, raster_desc(scene, kRasterModes[1]), &loss).status);
+        used += context->profile()->json("");
+    }
+    if (kernels_to_test().size() < 3) GTEST_SKIP() << "this device runs plain kernels only";
+    for (const vk::ShaderModule& module : vk::shader_modules())
+        if (is_raster_shader(module.name)) {
+            EXPECT_NE(used.find("\"" + std::string(module.name) + "\""), std::string::npos)
+                << module.name << " is built in, but nothing uses it";
+        }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace splat::test {
+
+/// Whether a shader is of shaders/raster, by the names of its stages.
+inline bool is_raster_shader(std::string_view name) {
+    constexpr std::array<std::string_view, 6> kStages = {"blend_", "pose_",       "project_",
+                                                         "tile_",  "radix_sort_", "raster_"};
+    return std::any_of(kStages.begin(), kStages.end(),
+                       [&](std::string_view stage) { return name.starts_with(stage); });
+}
+
+}  // namespace splat::test
