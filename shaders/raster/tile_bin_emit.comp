@@ -47,7 +47,8 @@ void main() {
     uint row = 0, column = 0;
     uvec2 rest = packed.yz;  // from the current row on
     for (uint pair = 0; pair < count; ++pair) {
-        [[unroll]] for (uint skipped = 0; skipped < 2; ++skipped) {
+        // Rows may be empty, up to kPackedRows - 1 of them in a row.
+        [[unroll]] for (uint skipped = 0; skipped < 8; ++skipped) {
             const bool done = column >= (rest.x & 15u);
             column = done ? 0 : column;
             row += done ? 1 : 0;

@@ -17,9 +17,12 @@ struct Skip {
     bool raster::Skips::*member;
 };
 constexpr Skip kSkips[] = {
-    {"opacity_extent", &raster::Skips::opacity_extent}, {"exact_tiles", &raster::Skips::exact_tiles},
-    {"cull", &raster::Skips::cull},                     {"blocks", &raster::Skips::blocks},
-    {"early_out", &raster::Skips::early_out},           {"unchanged", &raster::Skips::unchanged},
+    {"opacity_extent", &raster::Skips::opacity_extent},
+    {"exact_tiles", &raster::Skips::exact_tiles},
+    {"cull", &raster::Skips::cull},
+    {"blocks", &raster::Skips::blocks},
+    {"early_out", &raster::Skips::early_out},
+    {"unchanged", &raster::Skips::unchanged},
 };
 
 struct Bits {
@@ -34,8 +37,7 @@ Bits bits_of(vk::Context& context, const RasterCase& scene, const raster::Raster
     EXPECT_OK(session.forward());
     const std::size_t pixels = scene.pixels();
     EXPECT_OK(session.backward(normal_fill(4 * pixels, 1), normal_fill(pixels, 2)));
-    return {session.image(), session.gradients(), session.exported(),
-            session.rasterizer().stats()};
+    return {session.image(), session.gradients(), session.exported(), session.rasterizer().stats()};
 }
 
 /// Records of nothing are zeros, so gradients are the same bits, too (0 and -0 are equal here).
@@ -102,6 +104,26 @@ TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     EXPECT_LT(all.pairs, boxes.pairs) << "exact_tiles";
     EXPECT_LT(boxes.pairs, bits_of(context(), scene, square).stats.pairs) << "opacity_extent";
     EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
+}
+
+/// Several rows of tiles without a tile in a footprint: at its rim where extents ignore the opacity.
+TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
+    RasterCase scene = random_scene({300, 150, 130}, 77, 0);
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        scene.opacities[i] = 0.0045F + 0.0001F * static_cast<float>(i % 20);
+        for (std::size_t k = 0; k < 3; ++k) scene.scales[3 * i + k] *= 2;
+    }
+    for (const RasterMode& mode : kRasterModes) {
+        const raster::RasterDesc desc = raster_desc(scene, mode);
+        raster::RasterDesc wide = desc;
+        wide.skips.opacity_extent = false;
+        const RasterRun with = run_raster(context(), scene, desc);
+        const RasterRun without = run_raster(context(), scene, wide);
+        ASSERT_OK(with.status) << mode.name;
+        ASSERT_OK(without.status) << mode.name;
+        EXPECT_GT(with.stats.pairs, 0U) << mode.name;
+        EXPECT_EQ(with.image, without.image) << mode.name;
+    }
 }
 
 }  // namespace
