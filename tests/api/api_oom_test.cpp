@@ -102,7 +102,8 @@ class ApiOom : public testing::Test {
         host_memory::fail(n, 1);
         const auto results = run_scenario(observer, desc(validated));
         // An allocation that is not needed (for the cache file, say) may fail in silence.
-        EXPECT_TRUE(observer.told || host_memory::failed() == 1) << "nothing failed";
+        EXPECT_TRUE(observer.told || host_memory::failed() == 1 || fewer_than(n))
+            << "nothing failed";
         EXPECT_TRUE(results.has_value() && *results == good_) << "the results differ";
         expect_clean();
     }
@@ -113,10 +114,16 @@ class ApiOom : public testing::Test {
         StaysAway observer;
         host_memory::fail(n);
         const auto results = run_scenario(observer, desc(validated));
-        EXPECT_GT(host_memory::failed(), 0U);
+        EXPECT_TRUE(host_memory::failed() > 0 || fewer_than(n)) << "nothing failed";
         injected_ += host_memory::failed();
         EXPECT_TRUE(!results || *results == good_) << "the results differ";
         expect_clean();
+    }
+
+    /// A run that the driver's files make a little shorter than the one that was counted ends before
+    /// the last allocations.
+    bool fewer_than(std::uint64_t n) const {
+        return host_memory::seen() < n && n + kVaryingAllocations >= count_;
     }
 
     void expect_clean() {
@@ -148,6 +155,9 @@ class ApiOom : public testing::Test {
 
     fs::path folder_;
     ScenarioResults good_;
+    /// By how many allocations runs may differ; the driver's shader cache is shared with other processes.
+    static constexpr std::uint64_t kVaryingAllocations = 8;
+
     std::uint64_t count_ = 0;
     std::size_t baseline_ = 0;
     std::uint64_t provoked_ = 0;  ///< messages of the validation layer
