@@ -134,7 +134,7 @@ std::string describe(const nn::OpRow& row) {
 }
 
 std::string make_list() {
-    return json_list(nn::op_table(), describe);
+    return json_list(nn::op_table(), [](const nn::OpRow* row) { return describe(*row); });
 }
 
 }  // namespace

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 
+#include "nn/op_rows.h"
 #include "ops/quads.h"
 
 namespace splat::nn {
 namespace {
 
 using vk::BufferView;
-
-bool present(const BufferView& view) {
-    return view.block != nullptr;
-}
 
 }  // namespace
 
@@ -51,7 +48,11 @@ Status OpInstance::check_shapes(const OpPlan& plan, const Tensors& tensors) cons
                             plan.outputs[i]));
     }
     for (std::size_t i = 0; i < tensors.grad_inputs.size(); ++i)
-        if (present(tensors.grad_inputs[i]))
+        if (present(tensors.grad_inputs[i]) && row_.inputs[i].constant)
+            return error(Code::kInvalidArgument,
+                         "%s: tensor 'grad_%s' is given, but '%s' has no gradient", row_.name,
+                         row_.inputs[i].name, row_.inputs[i].name);
+        else if (present(tensors.grad_inputs[i]))
             SPLAT_TRY(check("grad_", row_.inputs[i].name, tensors.grad_inputs[i].shape,
                             tensors.inputs[i].shape));
     return {};
@@ -103,21 +104,24 @@ Status OpInstance::allocate(const OpPlan& plan, const Tensors& tensors) {
         }
         for (std::size_t i = 0; i < row_.inputs.size(); ++i) {
             BufferView view;
-            const bool wanted = present(tensors.grad_inputs[i]);
-            if (wanted && row_.inputs[i].layout == Layout::kRowMajor) {
-                view = tensors.grad_inputs[i];
-            } else if (present(tensors.inputs[i])) {
-                SPLAT_ASSIGN(view, scratch(tensors.inputs[i].shape, row_.inputs[i].layout));
+            if (present(tensors.grad_inputs[i])) {
+                SPLAT_ASSIGN(view, on_device(tensors.grad_inputs[i], row_.inputs[i].layout));
             }
             views_.grad_inputs.push_back(view);
         }
     }
-    if (workspace > 0) {
+    const auto reserve = [this](std::uint64_t bytes, BufferView& view) -> Status {
+        if (bytes == 0) return {};
         SPLAT_ASSIGN(vk::Buffer buffer,
-                     context_.memory().allocate(workspace, vk::MemoryKind::kDevice, row_.name));
-        views_.workspace = buffer.range();
+                     context_.memory().allocate(bytes, vk::MemoryKind::kDevice, row_.name));
+        view = buffer.range();
         buffers_.push_back(std::move(buffer));
-    }
+        return {};
+    };
+    SPLAT_TRY(reserve(workspace, views_.workspace));
+    SPLAT_TRY(reserve(plan.forward_prepared, views_.forward_prepared));
+    if (!tensors.grad_outputs.empty())
+        SPLAT_TRY(reserve(plan.backward_prepared, views_.backward_prepared));
     views_.accumulate = tensors.accumulate;
     return {};
 }
@@ -127,6 +131,8 @@ Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) 
     for (std::size_t i = 0; i < row_.inputs.size(); ++i)
         if (row_.inputs[i].layout == Layout::kQuads && present(tensors.inputs[i]))
             SPLAT_TRY(ops::quads_pack(recorder, tensors.inputs[i], views_.inputs[i]));
+    if (row_.prepare != nullptr)
+        SPLAT_TRY(row_.prepare(recorder, attributes, views_, Pass::kForward));
     SPLAT_TRY(row_.forward(recorder, attributes, views_));
     for (std::size_t i = 0; i < row_.outputs.size(); ++i)
         if (row_.outputs[i].layout == Layout::kQuads)
@@ -137,6 +143,8 @@ Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) 
     for (std::size_t i = 0; i < row_.outputs.size(); ++i)
         if (row_.outputs[i].layout == Layout::kQuads)
             SPLAT_TRY(ops::quads_pack(recorder, tensors.grad_outputs[i], views_.grad_outputs[i]));
+    if (row_.prepare != nullptr)
+        SPLAT_TRY(row_.prepare(recorder, attributes, views_, Pass::kBackward));
     SPLAT_TRY(row_.backward(recorder, attributes, views_));
     for (std::size_t i = 0; i < row_.inputs.size(); ++i)
         if (row_.inputs[i].layout == Layout::kQuads && present(tensors.grad_inputs[i]))

@@ -19,6 +19,7 @@ struct Port {
     const char* name;
     Layout layout = Layout::kQuads;
     bool optional = false;
+    bool constant = false;  ///< has no gradient: cameras, masks, counters of a random generator
 };
 
 struct Attribute {
@@ -47,7 +48,11 @@ struct OpPlan {
     std::vector<Shape> saved;              ///< computed by forward, read by backward; row-major
     std::uint64_t forward_workspace = 0;   ///< bytes
     std::uint64_t backward_workspace = 0;  ///< bytes
+    std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
+    std::uint64_t backward_prepared = 0;  ///< as backward's read them, for gradients of activations
 };
+
+enum class Pass : int { kForward, kBackward };
 
 /// The tensors of one call, in the order of the row's ports. A view without a buffer is an absent
 /// optional tensor.
@@ -56,13 +61,16 @@ struct OpViews {
     std::vector<vk::BufferView> outputs;
     std::vector<vk::BufferView> saved;
     std::vector<vk::BufferView> grad_outputs;
-    std::vector<vk::BufferView> grad_inputs;  ///< all present, except of absent inputs
+    std::vector<vk::BufferView> grad_inputs;  ///< without a buffer where not wanted: costs nothing
     vk::BufferView workspace;
+    vk::BufferView forward_prepared;
+    vk::BufferView backward_prepared;
     bool accumulate = false;  ///< gradients of row-major inputs are added to what is there
 };
 
 /// One differentiable operator. Attributes have been checked against the row and completed with
-/// defaults.
+/// defaults. `prepare` reorders parameters for the kernels, once per change of the parameters; it may
+/// be nullptr.
 struct OpRow {
     const char* name;
     const char* equation;
@@ -72,12 +80,13 @@ struct OpRow {
     std::span<const Attribute> attributes;
     Result<OpPlan> (*plan)(const vk::Recorder&, const Attributes& attributes,
                            std::span<const Shape> inputs);
+    Status (*prepare)(vk::Recorder&, const Attributes& attributes, const OpViews&, Pass pass);
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
 };
 
 /// All operators, by name.
-std::span<const OpRow> op_table();
+std::span<const OpRow* const> op_table();
 
 /// Errors: kInvalidArgument, listing the names there are.
 Result<const OpRow*> find_op(std::string_view name);

@@ -114,6 +114,7 @@ Status group_norm_backward(vk::Recorder& recorder, const GroupNormDesc& desc,
         .work = {.flops = (desc.silu ? 30.0 : 16.0) * elements, .bytes = 12.0 * elements},
         .may_alias = true,  // an element of grad_x is written by the invocation that read it last
     }));
+    if (grad_gamma.block == nullptr) return {};
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     return recorder.dispatch({
         .op = "group_norm_backward_params",

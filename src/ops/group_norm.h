@@ -48,7 +48,8 @@ Status group_norm_forward(vk::Recorder& recorder, const GroupNormDesc& desc,
 ///
 /// x, mean, rstd          as in the forward pass
 /// grad_y, grad_x         [N,C,H,W] float32 as quads; grad_x may be grad_y; grad_x is overwritten
-/// grad_gamma, grad_beta  [C]; overwritten, or added to when `accumulate`
+/// grad_gamma, grad_beta  [C]; overwritten, or added to when `accumulate`; both without a buffer if
+///                        not wanted
 /// sums                   workspace of group_norm_sums_bytes
 /// Errors, Determinism    as the forward pass
 /// Precision              gamma and beta gradients 5e-6 relative L2

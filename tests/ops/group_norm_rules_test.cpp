@@ -135,6 +135,11 @@ std::vector<std::vector<float>> run_on_quads(vk::Context& context, const GroupNo
     return {download(context, y, quads), download(context, grad_x, quads)};
 }
 
+TEST_P(GroupNormRules, EachGradientAlone) {
+    for (const NormShape& shape : {NormShape{2, 6, 3, 5, 3}, NormShape{2, 16, 8, 8, 4}})
+        expect_each_gradient_alone(context(), GroupNormCase(shape, true, 715).call());
+}
+
 TEST_P(GroupNormRules, InPlaceEqualsOutOfPlace) {
     for (const NormShape& shape : {NormShape{2, 9, 5, 7, 3}, NormShape{2, 32, 15, 17, 8}})
         for (const bool silu : {false, true}) {

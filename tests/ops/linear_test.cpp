@@ -189,6 +189,10 @@ TEST_P(Linear, AccumulateAddsToParameterGradients) {
     }
 }
 
+TEST_P(Linear, EachGradientAlone) {
+    expect_each_gradient_alone(context(), LinearCase::normal({67, 33, 18}, true, 620).call());
+}
+
 TEST_P(Linear, RejectsBadShapes) {
     const LinearCase good = LinearCase::normal({3, 5, 7}, true, 620);
     const auto status = [&](const auto& change) {

@@ -70,9 +70,12 @@ Status run(Context& context, const OpCall& call, OpResult& result) {
         for (std::size_t i = 0; i < call.inputs.size(); ++i) {
             const HostTensor& input = call.inputs[i];
             BufferView view;
-            if (!input.values.empty() && !call.accumulate_to.empty())
+            const bool wanted =
+                !input.values.empty() && !row->inputs[i].constant &&
+                std::count(call.unwanted.begin(), call.unwanted.end(), row->inputs[i].name) == 0;
+            if (wanted && !call.accumulate_to.empty())
                 view = memory.upload({input.shape, call.accumulate_to[i]});
-            else if (!input.values.empty())
+            else if (wanted)
                 view = memory.fresh(input.shape);
             tensors.grad_inputs.push_back(view);
         }
@@ -98,6 +101,28 @@ OpResult run_op(Context& context, const OpCall& call) {
     OpResult result;
     result.status = run(context, call, result);
     return result;
+}
+
+void expect_each_gradient_alone(Context& context, const OpCall& call) {
+    const auto row = nn::find_op(call.op);
+    ASSERT_OK(row.status());
+    const std::span<const nn::Port> ports = row.value()->inputs;
+    const OpResult whole = run_op(context, call);
+    ASSERT_OK(whole.status);
+    for (std::size_t wanted = 0; wanted < ports.size(); ++wanted) {
+        OpCall alone = call;
+        for (std::size_t i = 0; i < ports.size(); ++i)
+            if (i != wanted) alone.unwanted.emplace_back(ports[i].name);
+        const OpResult result = run_op(context, alone);
+        ASSERT_OK(result.status) << ports[wanted].name;
+        for (std::size_t i = 0; i < ports.size(); ++i) {
+            const std::vector<float> none;
+            const std::vector<float>& expected = i == wanted ? whole.grad_inputs[i] : none;
+            const std::string what = std::string("grad_") + ports[i].name + " when only " +
+                                     ports[wanted].name + " is wanted";
+            EXPECT_TRUE(bit_equal(expected, result.grad_inputs[i], {what, reproduce(call.op)}));
+        }
+    }
 }
 
 void KernelsTest::SetUp() {

@@ -25,7 +25,8 @@ struct OpCall {
     std::vector<HostTensor> grad_outputs;  ///< empty: forward only
     std::vector<std::vector<float>>
         accumulate_to;  ///< gradients to add to, one per input; empty: overwrite
-    int runs = 1;       ///< forward and backward are run so often
+    std::vector<std::string> unwanted = {};  ///< inputs whose gradients are not asked for
+    int runs = 1;                            ///< forward and backward are run so often
 };
 
 /// The tensors after the last run. Absent tensors are empty.
@@ -39,6 +40,9 @@ struct OpResult {
 /// Runs a call. Fails the test if the padding behind the last element of an output changed, or a
 /// guard byte.
 OpResult run_op(vk::Context& context, const OpCall& call);
+
+/// Each gradient of `call` alone, the others not asked for, equals bit by bit that of the whole call.
+void expect_each_gradient_alone(vk::Context& context, const OpCall& call);
 
 /// Test suites run once per set of kernels: TEST_P(GroupNorm, ...) with context() of those kernels.
 class KernelsTest : public testing::TestWithParam<vk::Kernels> {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "nn/op_table.h"
+
+/// The rows of the operator table, one file rows_<group>.cpp per group, and what they share.
+namespace splat::nn {
+
+extern const OpRow kGroupNormRow;
+extern const OpRow kLinearRow;
+
+inline constexpr Port kOutputY[] = {{"y"}};
+
+/// Whether an optional tensor is there, or a gradient wanted.
+inline bool present(const vk::BufferView& view) {
+    return view.block != nullptr;
+}
+
+Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected);
+
+/// A part of a workspace, starting at `offset` bytes.
+vk::BufferView part_of(const vk::BufferView& workspace, std::uint64_t offset, std::uint64_t bytes);
+
+}  // namespace splat::nn
