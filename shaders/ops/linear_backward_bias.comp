@@ -1,5 +1,5 @@
 #version 460
-// grad_bias[o] = sum_r grad_y[r][o], added to what is there when accumulate is set.
+// grad_bias[o] = scale * sum_r grad_y[r][o], added to what is there when accumulate is set.
 // One workgroup computes one quad of outputs. Bindings: grad_y as quads [out/4][rows], grad_bias
 // [out].
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +17,7 @@ void main() {
     const uint lane = gl_LocalInvocationID.x;
     vec4 sum = vec4(0);
     for (uint r = lane; r < dims.rows; r += gl_WorkGroupSize.x) sum += grad_y[quad * dims.rows + r];
-    sum = workgroup_sum(sum);
+    sum = workgroup_sum(sum) * dims.scale;
     const uint o = 4 * quad + lane;
     if (lane < 4 && o < dims.out_features) grad_bias[o] = dims.accumulate != 0 ? grad_bias[o] + sum[lane] : sum[lane];
 }

@@ -26,7 +26,7 @@ void main() {
         sum += (LD4(grad_y, at + r) + LD4(grad_y, at + r + step)) +
                (LD4(grad_y, at + r + 2 * step) + LD4(grad_y, at + r + 3 * step));
     for (uint r = whole; r + lane < dims.rows; r += step) sum += LD4(grad_y, at + r);
-    sum = workgroup_sum(sum);
+    sum = workgroup_sum(sum) * dims.scale;
     const uint o = 4 * quad + lane;
     if (lane < 4 && o < dims.out_features) grad_bias[o] = dims.accumulate != 0 ? grad_bias[o] + sum[lane] : sum[lane];
 }

@@ -1,5 +1,5 @@
 #version 460
-// grad_x[r][k] = sum_o weight[o][k] * grad_y[r][o].
+// grad_x[r][k] = scale * sum_o weight[o][k] * grad_y[r][o].
 // One invocation computes the four gradients of one quad of one row.
 // Bindings: weight [out,in] row-major, grad_y, grad_x; grad_y and grad_x as quads
 // [features/4][rows].
@@ -27,5 +27,5 @@ void main() {
         [[unroll]] for (uint lane = 0; lane < 4; ++lane)
             if (lane < inputs) value[lane] += weight[o * dims.in_features + first + lane] * factor;
     }
-    grad_x[i] = value;
+    grad_x[i] = value * dims.scale;
 }

@@ -1,5 +1,5 @@
 #version 460
-// grad_weight[o][k] = sum_s partial[s][o][k], added to what is there when accumulate is set.
+// grad_weight[o][k] = scale * sum_s partial[s][o][k], added to what is there when accumulate is set.
 // One invocation computes one weight.
 // Bindings: partial [slices][out][ceil(in/4) * 4], grad_weight [out,in] row-major.
 #extension GL_GOOGLE_include_directive : require
@@ -19,5 +19,6 @@ void main() {
     const uint at = i / dims.in_features * padded + i % dims.in_features;
     float total = 0;
     for (uint s = 0; s < dims.slices; ++s) total += partial[s * dims.out_features * padded + at];
+    total *= dims.scale;
     grad_weight[i] = dims.accumulate != 0 ? grad_weight[i] + total : total;
 }

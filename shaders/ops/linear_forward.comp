@@ -1,7 +1,8 @@
 #version 460
-// y[r][o] = sum_k weight[o][k] * x[r][k] + bias[o].
+// y[r][o] = (sum_k weight[o][k] * x[r][k] + bias[o] + residual[r][o]) * scale.
 // One invocation computes the four outputs of one quad of one row.
-// Bindings: x, weight [out,in] row-major, bias [out], y; x and y as quads [features/4][rows].
+// Bindings: x, weight [out,in] row-major, bias [out], residual, y; x, residual and y as quads
+// [features/4][rows].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/linear_params.h"
@@ -10,7 +11,8 @@ layout(local_size_x_id = 0) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Weight { float weight[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Bias { float bias[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Y { vec4 y[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Residual { vec4 residual[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Y { vec4 y[]; };
 layout(push_constant) uniform Push { LinearParams dims; };
 
 #include "launch.glsl"
@@ -29,5 +31,6 @@ void main() {
     }
     if (dims.has_bias != 0)
         for (uint lane = 0; lane < outputs; ++lane) value[lane] += bias[first + lane];
-    y[i] = value;
+    if (dims.has_residual != 0) value += residual[i];
+    y[i] = value * dims.scale;
 }

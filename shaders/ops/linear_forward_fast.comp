@@ -1,12 +1,12 @@
 #version 460
-// y = x W^T + bias as a product of register tiles: the lanes of a subgroup run along the rows of x
-// (the columns of the quad layout), and lane l of every 8 also fetches row l of a block of 8 output
-// features, from where constant shuffles broadcast them. Four products are summed before they touch
+// y = (x W^T + bias + residual) * scale as a product of register tiles: the lanes of a subgroup run
+// along the rows of x (the columns of the quad layout), and lane l of every 8 also fetches row l of a
+// block of 8 output features, from where constant shuffles broadcast them. Four products are summed before they touch
 // the accumulator: faster, and the error of a sum of K/4 terms.
 // One invocation computes kColumns rows of x by 8 * kBlocks output features; subgroups of 8 lanes
 // or more.
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
-// y quads [out/4][rows].
+// residual and y quads [out/4][rows].
 // Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -21,7 +21,8 @@ layout(constant_id = 11) const uint kBlocks = 2;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);
-layout(set = 0, binding = 3, std430) writeonly buffer Y { vec4 y[]; };
+QUADS(3, residual);
+layout(set = 0, binding = 4, std430) writeonly buffer Y { vec4 y[]; };
 layout(push_constant) uniform Push { LinearParams dims; };
 
 const uint kDepth = 2;  // quads of k per loop turn
@@ -74,9 +75,10 @@ void main() {
         [[unroll]] for (uint a = 0; a < kColumns; ++a) {
             const uint r = first_row + a * gl_WorkGroupSize.x;
             const uint at = half_block * 4 * kColumns + a;
-            if (r < dims.rows)
-                y[quad * dims.rows + r] =
-                    vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
+            if (r >= dims.rows) continue;
+            vec4 value = vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
+            if (dims.has_residual != 0) value += LD4(residual, quad * dims.rows + r);
+            y[quad * dims.rows + r] = value * dims.scale;
         }
     }
 }

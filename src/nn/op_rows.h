@@ -5,6 +5,7 @@
 /// The rows of the operator table, one file rows_<group>.cpp per group, and what they share.
 namespace splat::nn {
 
+extern const OpRow kConv2dRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
 

@@ -7,7 +7,7 @@
 namespace splat::nn {
 namespace {
 
-constexpr const OpRow* kOps[] = {&kGroupNormRow, &kLinearRow};
+constexpr const OpRow* kOps[] = {&kConv2dRow, &kGroupNormRow, &kLinearRow};
 
 }  // namespace
 

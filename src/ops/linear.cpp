@@ -26,7 +26,8 @@ Tile tile_for(std::uint32_t rows) {
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
-    return {desc.rows, desc.in_features, desc.out_features, desc.bias ? 1U : 0U, 0, 0, 0, 1};
+    return {desc.rows, desc.in_features, desc.out_features, desc.bias ? 1U : 0U, 0, 0, 0, 1,
+            0,         desc.scale};
 }
 
 double count(std::uint32_t a, std::uint32_t b) {
@@ -62,7 +63,7 @@ std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
 /// The fast product; backward_input is the same with the roles of in and out exchanged.
 Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
-                const vk::BufferView& y) {
+                const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const Tile tile = tile_for(desc.rows);
     // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
@@ -71,14 +72,17 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
     const vk::Groups groups{
         static_cast<std::uint32_t>(ceil_div(desc.rows, std::uint64_t{size} * tile.columns)),
         static_cast<std::uint32_t>(ceil_div(desc.out_features, 8 * tile.blocks)), 1};
+    params::LinearParams params = params_of(desc);
+    params.has_residual = residual.block != nullptr ? 1 : 0;
     return recorder.dispatch({
         .op = op,
         .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
                       {kBlocksId, tile.blocks}},
-        .push = params_of(desc),
-        .accesses = {vk::read(x), vk::read(weight), vk::read(bias), vk::write(y)},
+        .push = params,
+        .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
+                     vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
         .groups = groups,
         .work = product_work(desc),
     });
@@ -133,21 +137,23 @@ Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
 
 Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::BufferView& x,
                       const vk::BufferView& weight, const vk::BufferView& bias,
-                      const vk::BufferView& y) {
+                      const vk::BufferView& y, const vk::BufferView& residual) {
     SPLAT_TRY(linear_check(desc));
     if (recorder.kernels() != Kernels::kPlain)
-        return multiply(recorder, "linear_forward", desc, x, weight, bias, y);
+        return multiply(recorder, "linear_forward", desc, x, weight, bias, y, residual);
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
         groups_for(recorder.device(), ceil_div(desc.out_features, 4) * desc.rows, size);
     params::LinearParams params = params_of(desc);
     params.groups_x = groups[0];
+    params.has_residual = residual.block != nullptr ? 1 : 0;
     return recorder.dispatch({
         .op = "linear_forward",
         .shader = "linear_forward",
         .constants = {{kWorkgroupSizeId, size}},
         .push = params,
-        .accesses = {vk::read(x), vk::read(weight), vk::read(bias), vk::write(y)},
+        .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
+                     vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
         .groups = groups,
         .work = product_work(desc),
     });
@@ -158,9 +164,10 @@ Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
                              const vk::BufferView& grad_x) {
     SPLAT_TRY(linear_check(desc));
     if (recorder.kernels() != Kernels::kPlain) {
-        const LinearDesc transposed{desc.rows, desc.out_features, desc.in_features, false};
+        const LinearDesc transposed{desc.rows, desc.out_features, desc.in_features, false,
+                                    desc.scale};
         return multiply(recorder, "linear_backward_input", transposed, grad_y, weight, weight,
-                        grad_x);
+                        grad_x, {});
     }
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups =

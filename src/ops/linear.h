@@ -10,6 +10,7 @@ struct LinearDesc {
     std::uint32_t in_features = 1;
     std::uint32_t out_features = 1;
     bool bias = true;
+    float scale = 1;  ///< factor of the output
 };
 
 /// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65535.
@@ -34,24 +35,26 @@ Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
                           const vk::BufferView& weight, const vk::BufferView& packed,
                           bool transposed);
 
-/// Affine map of every row:  y[r,o] = sum_k weight[o,k] x[r,k] + bias[o]
+/// Affine map of every row:  y[r,o] = (sum_k weight[o,k] x[r,k] + bias[o] + residual[r,o]) * scale
 ///
 /// x, y         [rows,in] and [rows,out] float32 as quads; no aliasing
 /// weight       packed by linear_pack_weight(transposed = false); the weight itself where
 ///              linear_packed_bytes is 0
 /// bias         [out]; any view of 16 bytes or more, unread, if desc.bias is false
+/// residual     [rows,out] as quads, or an empty view for none
 /// Errors       those of linear_check; nothing is recorded on error
 /// Precision    relative L2 2e-6 for in <= 9216 (tests/ops/linear_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition; register tiles: BENCHMARKS.md
 Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::BufferView& x,
                       const vk::BufferView& weight, const vk::BufferView& bias,
-                      const vk::BufferView& y);
+                      const vk::BufferView& y, const vk::BufferView& residual = {});
 
 /// Bytes of `partial` of linear_backward_weight.
 std::uint64_t linear_backward_weight_bytes(const vk::Recorder& recorder, const LinearDesc& desc);
 
-/// Its gradients:  grad_x = grad_y W,  grad_weight = grad_y^T x,  grad_bias = sum_r grad_y
+/// Its gradients, each times scale:  grad_x = grad_y W,  grad_weight = grad_y^T x,
+/// grad_bias = sum_r grad_y
 ///
 /// weight       packed by linear_pack_weight(transposed = true); the weight itself where
 ///              linear_packed_bytes is 0

@@ -2,6 +2,7 @@
 // it with different numbers of driver threads and compares.
 #include <cstdio>
 
+#include "conv2d_case.h"
 #include "group_norm_case.h"
 
 namespace splat::test {
@@ -35,6 +36,8 @@ OpCall linear_call(std::uint32_t rows, std::uint32_t in, std::uint32_t out) {
 
 int print_all() {
     int failed = 0;
+    for (const ConvShape& shape : {ConvShape{2, 33, 12, 12, 40, 3}, ConvShape{3, 7, 5, 7, 9, 1}})
+        failed |= print_hashes(Conv2dCase::normal(shape, 1).call(), "conv2d " + shape.text());
     for (const NormShape& shape :
          {NormShape{2, 32, 33, 31, 8}, NormShape{3, 9, 17, 15, 3}, NormShape{1, 4, 128, 128, 1}})
         failed |= print_hashes(GroupNormCase(shape, true, 1).call(), "group_norm " + shape.text());

@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "ops/conv2d.h"
 #include "ops/group_norm.h"
 #include "ops/linear.h"
 #include "ops/strided_copy.h"
@@ -79,6 +80,20 @@ class Uses {
                                            false));
     }
 
+    void conv2d() {
+        const ops::Conv2dDesc desc{
+            .n = 2, .in_channels = 5, .height = 3, .width = 3, .out_channels = 6};
+        const vk::BufferView weight = row(270);
+        const vk::BufferView bias = row(6);
+        const auto x = [&] { return view({2, 5, 3, 3}, 144); };
+        const auto y = [&] { return view({2, 6, 3, 3}, 144); };
+        EXPECT_OK(ops::conv2d_forward(recorder_, desc, x(), weight, bias, y(), y()));
+        EXPECT_OK(ops::conv2d_backward_input(recorder_, desc, weight, y(), x()));
+        EXPECT_OK(
+            ops::conv2d_backward_weight(recorder_, desc, x(), y(), row(270), row(432), false));
+        EXPECT_OK(ops::conv2d_backward_residual(recorder_, desc, y(), y()));
+    }
+
     void linear() {
         const ops::LinearDesc desc{8, 8, 8, true};
         const vk::BufferView weight = row(1024);
@@ -121,6 +136,7 @@ TEST(Shaders, EveryModuleIsUsedAsDeclared) {
         vk::Context* context = shared_context(kernels);
         ASSERT_NE(context, nullptr);
         Uses uses(*context);
+        uses.conv2d();
         uses.group_norm(8);
         uses.group_norm(6);
         uses.linear();

@@ -71,4 +71,43 @@ inline constexpr MatrixShape kMatrixBackwardShapes[] = {
     {255, 1, 2},  {257, 33, 9},  {128, 128, 128}, {4096, 3, 5}, {257, 129, 65},
 };
 
+struct ConvShape {
+    std::uint32_t N;
+    std::uint32_t C;
+    std::uint32_t H;
+    std::uint32_t W;
+    std::uint32_t K;
+    std::uint32_t R;
+
+    [[nodiscard]] std::size_t x() const { return std::size_t{N} * C * H * W; }
+    [[nodiscard]] std::size_t y() const { return std::size_t{N} * K * H * W; }
+    [[nodiscard]] std::size_t weights() const { return std::size_t{K} * C * R * R; }
+    [[nodiscard]] std::string text() const {
+        return "N=" + std::to_string(N) + " C=" + std::to_string(C) + " H=" + std::to_string(H) +
+               " W=" + std::to_string(W) + " K=" + std::to_string(K) + " R=" + std::to_string(R);
+    }
+};
+
+/// Images 1x1, 1xN, Nx1, smaller than, equal to and beyond tiles of 2, 4 and 8 pixels; channels that
+/// fill no quad; batches whose tiles share a slice; more tiles than a slice takes.
+inline constexpr ConvShape kConvShapes[] = {
+    {1, 1, 1, 1, 1, 3},    {1, 3, 1, 1, 7, 3},     {2, 4, 1, 17, 4, 3},  {1, 5, 17, 1, 3, 3},
+    {3, 7, 2, 3, 5, 3},    {1, 8, 3, 2, 8, 3},     {2, 3, 5, 5, 24, 3},  {1, 24, 5, 7, 1, 3},
+    {1, 7, 7, 9, 9, 3},    {1, 16, 8, 8, 16, 3},   {2, 9, 9, 8, 15, 3},  {1, 3, 15, 17, 16, 3},
+    {1, 17, 16, 16, 8, 3}, {1, 33, 4, 4, 31, 3},   {3, 8, 17, 5, 3, 3},  {1, 4, 17, 33, 5, 3},
+    {1, 2, 31, 33, 2, 3},  {1, 64, 8, 8, 65, 3},   {1, 129, 3, 3, 2, 3}, {2, 255, 2, 2, 3, 3},
+    {1, 3, 64, 64, 4, 3},  {1, 1, 128, 128, 2, 3}, {1, 2, 1, 257, 3, 3}, {2, 24, 12, 12, 24, 3},
+    {1, 1024, 1, 2, 3, 3}, {1, 3, 65, 63, 1, 3},   {1, 1, 1, 1, 1, 1},   {2, 3, 5, 7, 24, 1},
+    {1, 24, 15, 17, 1, 1}, {3, 7, 2, 2, 9, 1},     {1, 64, 8, 8, 33, 1}, {1, 4, 64, 64, 3, 1},
+};
+
+/// The backward's list.
+inline constexpr ConvShape kConvBackwardShapes[] = {
+    {1, 1, 1, 1, 1, 3},   {1, 3, 1, 1, 7, 3},     {2, 4, 1, 17, 4, 3},    {3, 7, 2, 3, 5, 3},
+    {2, 3, 5, 5, 24, 3},  {1, 24, 5, 7, 1, 3},    {2, 9, 9, 8, 15, 3},    {1, 17, 16, 16, 8, 3},
+    {3, 8, 17, 5, 3, 3},  {1, 4, 17, 33, 5, 3},   {1, 64, 8, 8, 65, 3},   {2, 255, 2, 2, 3, 3},
+    {1, 3, 64, 64, 4, 3}, {1, 1, 128, 128, 2, 3}, {2, 33, 12, 12, 40, 3}, {1, 1, 1, 1, 1, 1},
+    {2, 3, 5, 7, 24, 1},  {1, 64, 8, 8, 33, 1},
+};
+
 }  // namespace splat::test

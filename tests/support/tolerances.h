@@ -33,6 +33,11 @@ inline constexpr Tolerance kTolerances[] = {
     {"linear", "grad_x", 4, 2e-6, "as y, over the outputs; seen 2.3e-7"},
     {"linear", "grad_weight", 4, 2e-6, "rows in blocks of 64, then the blocks; seen 1.1e-6"},
     {"linear", "grad_bias", 4, 2e-6, "a blocked sum over up to 2^20 rows; seen 1.9e-6"},
+    {"conv2d", "y", 4, 2e-6, "the taps of a channel, then the channels in sequence"},
+    {"conv2d", "grad_x", 4, 2e-6, "as y, over the output channels"},
+    {"conv2d", "grad_weight", 4, 2e-6, "a row of pixels, then the rows"},
+    {"conv2d", "grad_bias", 4, 2e-6, "the kernels of linear"},
+    {"conv2d", "grad_residual", 4, 1e-7, "one product"},
     {"tensor_stats", "mean", 4, 1e-6, "a sum in chunks; min, max and counts are exact"},
     {"quads", "y", 0, 0, "pack and unpack move bits: exact"},
 };

@@ -16,6 +16,8 @@ struct LinearParams {
     uint accumulate;  // 1: parameter gradients are added to what is there
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h
     uint slices;      // linear_backward_weight: the rows are summed in so many slices
+    uint has_residual;
+    float scale;
 };
 
 #ifdef __cplusplus

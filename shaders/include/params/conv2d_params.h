@@ -1,0 +1,31 @@
+#ifndef SPLAT_CONV2D_PARAMS_H
+#define SPLAT_CONV2D_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+// A 3x3 convolution, stride 1, padded with one zero on each side.
+struct Conv2dParams {
+    uint n;
+    uint in_channels;  // of the product at hand: the gradient of the input swaps the two
+    uint out_channels;
+    uint height;
+    uint width;
+    uint has_bias;
+    uint has_residual;
+    float scale;
+    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint transposed;  // conv2d_pack_weight: 1 flips the taps and swaps the channels
+    uint slices;      // conv2d_backward_weight: the rows of pixels are summed in so many slices
+    uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(Conv2dParams) <= 128);
+}
+#endif
+
+#endif

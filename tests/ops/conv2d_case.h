@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cmath>
+
+#include "op_harness.h"
+#include "ref/conv2d_ref.h"
+#include "support/rng_fill.h"
+#include "support/shapes.h"
+
+namespace splat::test {
+
+/// Inputs of one conv2d call, for the device and for the reference.
+struct Conv2dCase {
+    ConvShape shape;
+    std::vector<float> x;
+    std::vector<float> weight;
+    std::vector<float> bias;
+    std::vector<float> residual;
+    std::vector<float> grad_y;
+    float scale = 1;
+
+    /// With a bias and a residual, and the factor sqrt(0.5) of a residual block.
+    static Conv2dCase normal(const ConvShape& s, std::uint64_t seed) {
+        return {s,
+                normal_fill(s.x(), seed),
+                normal_fill(s.weights(), seed + 1),
+                normal_fill(s.K, seed + 2),
+                normal_fill(s.y(), seed + 3),
+                normal_fill(s.y(), seed + 4),
+                std::sqrt(0.5F)};
+    }
+    /// The convolution alone.
+    static Conv2dCase bare(const ConvShape& s, std::uint64_t seed) {
+        Conv2dCase c = normal(s, seed);
+        c.bias.clear();
+        c.residual.clear();
+        c.scale = 1;
+        return c;
+    }
+    static Conv2dCase integers(const ConvShape& s, std::uint64_t seed) {
+        return {s,
+                integer_fill(s.x(), seed),
+                integer_fill(s.weights(), seed + 1),
+                integer_fill(s.K, seed + 2),
+                integer_fill(s.y(), seed + 3),
+                integer_fill(s.y(), seed + 4),
+                0.5F};
+    }
+
+    [[nodiscard]] OpCall call() const {
+        const Shape y{shape.N, shape.K, shape.H, shape.W};
+        OpCall call;
+        call.op = "conv2d";
+        call.attributes = {{"scale", scale}};
+        call.inputs = {{{shape.N, shape.C, shape.H, shape.W}, x},
+                       {{shape.K, shape.C, shape.R, shape.R}, weight},
+                       {bias.empty() ? Shape{} : Shape{shape.K}, bias},
+                       {residual.empty() ? Shape{} : y, residual}};
+        call.grad_outputs = {{y, grad_y}};
+        return call;
+    }
+    [[nodiscard]] ref::Conv2dInput<double> reference() const {
+        return {{shape.N, shape.C, shape.H, shape.W, shape.K, shape.R},
+                static_cast<double>(scale),
+                to_double(x),
+                to_double(weight),
+                to_double(bias),
+                to_double(residual)};
+    }
+    [[nodiscard]] std::string text() const {
+        return shape.text() + (bias.empty() ? " no bias" : "") +
+               (residual.empty() ? " no residual" : "");
+    }
+};
+
+}  // namespace splat::test

@@ -1,0 +1,157 @@
+// What conv2d promises beside its values: the same bits, accumulation, gradients one by one, refusals,
+// long sums, and the tensors of another implementation.
+#include <gtest/gtest.h>
+
+#include "conv2d_case.h"
+#include "ops/conv2d.h"
+#include "support/golden.h"
+#include "support/gpu_buffers.h"
+#include "support/npz.h"
+
+namespace splat::test {
+namespace {
+
+class Conv2dRules : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(Conv2dRules);
+
+constexpr ConvShape kRulesShapes[] = {{2, 9, 9, 8, 15, 3}, {2, 6, 5, 7, 10, 1}};
+
+TEST_P(Conv2dRules, BitEqualOverRunsAndPoison) {
+    for (const ConvShape& shape : kRulesShapes) {
+        const Conv2dCase c = Conv2dCase::normal(shape, 600);
+        std::vector<std::vector<float>> first;
+        for (const std::uint32_t pattern : kPoisonPatterns) {
+            vk::Context* poisoned = poisoned_context(GetParam(), pattern);
+            ASSERT_NE(poisoned, nullptr);
+            OpCall call = c.call();
+            call.runs = 2;
+            const OpResult gpu = run_op(*poisoned, call);
+            ASSERT_OK(gpu.status);
+            std::vector<std::vector<float>> all = gpu.grad_inputs;
+            all.push_back(gpu.outputs[0]);
+            if (first.empty()) first = all;
+            for (std::size_t i = 0; i < all.size(); ++i)
+                EXPECT_TRUE(bit_equal(first[i], all[i],
+                                      {"tensor " + std::to_string(i), reproduce(c.text())}));
+        }
+    }
+}
+
+TEST_P(Conv2dRules, AccumulateAddsToParameterGradients) {
+    for (const ConvShape& shape : kRulesShapes) {
+        const Conv2dCase c = Conv2dCase::integers(shape, 610);
+        OpCall call = c.call();
+        const OpResult plain = run_op(context(), call);
+        ASSERT_OK(plain.status);
+        call.accumulate_to = {integer_fill(c.x.size(), 1), integer_fill(c.weight.size(), 2),
+                              integer_fill(c.bias.size(), 3), integer_fill(c.residual.size(), 4)};
+        const OpResult added = run_op(context(), call);
+        ASSERT_OK(added.status);
+        for (const std::size_t activation : {0U, 3U})
+            EXPECT_EQ(added.grad_inputs[activation], plain.grad_inputs[activation])
+                << "activations are overwritten";
+        for (const std::size_t parameter : {1U, 2U})
+            for (std::size_t i = 0; i < plain.grad_inputs[parameter].size(); ++i)
+                ASSERT_EQ(added.grad_inputs[parameter][i],
+                          plain.grad_inputs[parameter][i] + call.accumulate_to[parameter][i])
+                    << c.text();
+    }
+}
+
+TEST_P(Conv2dRules, EachGradientAlone) {
+    for (const ConvShape& shape : kRulesShapes)
+        expect_each_gradient_alone(context(), Conv2dCase::normal(shape, 620).call());
+}
+
+TEST_P(Conv2dRules, RejectsBadShapes) {
+    const Conv2dCase good = Conv2dCase::normal({2, 3, 5, 4, 6, 3}, 630);
+    const auto status = [&](const auto& change) {
+        OpCall call = good.call();
+        change(call);
+        return run_op(context(), call).status;
+    };
+    EXPECT_OK(status([](OpCall&) {}));
+    EXPECT_ERROR(status([](OpCall& c) { c.inputs[0].shape = {2, 3, 20}; }), Code::kShape, "'x'");
+    EXPECT_ERROR(status([](OpCall& c) { c.inputs[1].shape = {6, 27}; }), Code::kShape, "weight");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[1].shape = {6, 3, 1, 9};
+                 }),
+                 Code::kShape, "weight");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[1].shape = {3, 6, 3, 3};
+                 }),
+                 Code::kShape, "weight");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[1] = {{6, 3, 2, 2}, std::vector<float>(72)};
+                 }),
+                 Code::kInvalidArgument, "2 x 2");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[2] = {{5}, std::vector<float>(5)};
+                 }),
+                 Code::kShape, "bias");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[3].shape = {2, 6, 4, 5};
+                 }),
+                 Code::kShape, "residual");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.grad_outputs[0].shape = {2, 6, 4, 5};
+                 }),
+                 Code::kShape, "grad_y");
+    EXPECT_ERROR(status([](OpCall& c) { c.attributes["stride"] = 2; }), Code::kInvalidArgument,
+                 "stride");
+}
+
+/// conv.npz of tests/golden/net: cases without resampling, whose figure is that of layers.
+TEST_P(Conv2dRules, GoldenLayers) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    constexpr double kLayer = 1e-5;
+    for (const std::string& path : golden_files("net", "conv")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        const auto values = [&](const std::string& name) {
+            return npz.value().find(name).value()->f32().value();
+        };
+        for (const std::string name : {"c3", "c1"}) {
+            const auto cfg = npz.value().find(name + ".cfg").value()->ints().value();
+            const auto& dims = npz.value().find(name + ".x").value()->shape;
+            const auto size = [](auto value) { return static_cast<std::uint32_t>(value); };
+            Conv2dCase c;
+            c.shape = {size(dims[0]), size(cfg[0]), size(dims[2]),
+                       size(dims[3]), size(cfg[1]), size(cfg[2])};
+            c.x = values(name + ".x");
+            c.weight = values(name + ".p.weight");
+            c.bias = values(name + ".p.bias");
+            c.grad_y = values(name + ".g");
+            const OpResult gpu = run_op(context(), c.call());
+            ASSERT_OK(gpu.status) << name;
+            const auto expect_close = [&](const std::string& key, const std::vector<float>& got) {
+                const auto expected = npz.value().find(name + key).value()->f64().value();
+                EXPECT_TRUE(close(got, expected, kLayer, kLayer, {name + key, reproduce(name)}));
+            };
+            expect_close(".y64", gpu.outputs[0]);
+            expect_close(".d_x64", gpu.grad_inputs[0]);
+            expect_close(".d.weight64", gpu.grad_inputs[1]);
+            expect_close(".d.bias64", gpu.grad_inputs[2]);
+        }
+    }
+}
+
+TEST(Conv2dCheck, RefusesWhatTheKernelsCannotTake) {
+    const ops::Conv2dDesc good{
+        .n = 8, .in_channels = 512, .height = 128, .width = 128, .out_channels = 256};
+    EXPECT_OK(ops::conv2d_check(good));
+    const auto refuses = [&](const auto& change, const char* text) {
+        ops::Conv2dDesc desc = good;
+        change(desc);
+        EXPECT_ERROR(ops::conv2d_check(desc), Code::kUnsupported, text);
+    };
+    refuses([](ops::Conv2dDesc& d) { d.n = 1U << 16; }, "2^31");
+    refuses([](ops::Conv2dDesc& d) { d.n = ~0U; }, "2^31");
+    refuses([](ops::Conv2dDesc& d) { d.in_channels = 4097; }, "4097 -> 256 channels");
+    refuses([](ops::Conv2dDesc& d) { d.out_channels = ~0U; }, "channels");
+    refuses([](ops::Conv2dDesc& d) { d.width = 16385; }, "128 x 16385");
+    refuses([](ops::Conv2dDesc& d) { d.height = ~0U; }, "at most 16384");
+}
+
+}  // namespace
+}  // namespace splat::test
