@@ -12,10 +12,6 @@ namespace {
 using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
 using PackedPointer = std::shared_ptr<api::PackedScene>;
 
-constexpr float kNear3dgs = 0.2F;
-constexpr float kNearGsplat = 0.01F;
-constexpr float kFar = 1e10F;
-
 Status check_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
     if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
@@ -55,9 +51,9 @@ Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
     const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
     desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
     desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
-    desc.near_plane = gsplat ? kNearGsplat : kNear3dgs;
+    desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
     if (from.near_plane != 0) desc.near_plane = from.near_plane;
-    desc.far_plane = from.far_plane != 0 ? from.far_plane : kFar;
+    if (from.far_plane != 0) desc.far_plane = from.far_plane;
     desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
     desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
@@ -103,35 +99,24 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     return object;
 }
 
-/// What both ways to draw are given.
-struct Views {
-    std::vector<scene::Camera> cameras;
-    std::array<float, 3> background{};
-};
-
-Result<Views> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
-                          std::uint32_t count, const float* background) {
+/// What both ways to draw are given, checked.
+Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
+                                        std::uint32_t count, const float* background) {
     SPLAT_TRY(api::require(cameras, "cameras"));
-    if (count != desc.views)
+    if (count != desc.views)  // before any is read: `cameras` may hold fewer
         return error(Code::kInvalidArgument,
                      "count is %u, but the rasterizer was made for %u views", count, desc.views);
-    Views views;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        views.cameras.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
-        const scene::Camera& camera = views.cameras.back();
-        if (camera.width != desc.width || camera.height != desc.height)
-            return error(Code::kInvalidArgument,
-                         "cameras[%u] has %u x %u pixels, but the rasterizer was made for %u x %u",
-                         i, camera.width, camera.height, desc.width, desc.height);
-        SPLAT_TRY(raster::pack_camera(camera, desc.convention).status());
-    }
+    std::vector<scene::Camera> views;
+    for (std::uint32_t i = 0; i < count; ++i)
+        views.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
+    std::array<float, 3> color{};
     for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
         if (!std::isfinite(background[k]))
             return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
                          k, static_cast<double>(background[k]));
-        views.background[k] = background[k];
+        color[k] = background[k];
     }
-    return views;
+    return raster::pack_views(desc, views, color);
 }
 
 /// The scene on the rasterizer's device, packed for its degree; uploaded if it is not there yet. The
@@ -164,9 +149,10 @@ Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::Rasterize
 }
 
 /// The context's mutex is held by the caller.
-Status draw(api::RasterizerObject& object, const raster::SceneInput& input, const Views& views) {
+Status draw(api::RasterizerObject& object, const raster::SceneInput& input,
+            const raster::PackedViews& views) {
     object.drawn = false;
-    SPLAT_TRY(object.rasterizer->forward(input, views.cameras, views.background));
+    SPLAT_TRY(object.rasterizer->forward(input, views));
     object.drawn = true;
     return {};
 }
@@ -227,7 +213,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
         SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
-        SPLAT_ASSIGN(const Views views,
+        SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(object->rasterizer->desc(), cameras, count, background));
         std::vector<PackedPointer> released;  // destroyed without the mutex, which they lock
         PackedPointer packed;
@@ -253,7 +239,8 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
         SPLAT_TRY(
             api::check_desc(gaussians, "splat_gaussians_desc", sizeof(splat_gaussians_desc), 0));
         const raster::RasterDesc& desc = object->rasterizer->desc();
-        SPLAT_ASSIGN(const Views views, check_views(desc, cameras, count, background));
+        SPLAT_ASSIGN(const raster::PackedViews views,
+                     check_views(desc, cameras, count, background));
         api::TensorArguments arguments(*object->context, "rasterizer");
         raster::AttributeViews attributes;
         SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));

@@ -66,6 +66,16 @@ Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
                  elements * sizeof(float));
 }
 
+/// An attribute that a call reads or writes. Errors: what is NULL, no attribute, or too small.
+Result<const api::SceneAttribute*> attribute_of(const api::SceneObject& object, const char* name,
+                                                const float* values, std::size_t bytes) {
+    SPLAT_TRY(api::require(name, "name"));
+    SPLAT_TRY(api::require(values, "values"));
+    SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
+    SPLAT_TRY(check_bytes(name, (object.gaussians.*attribute->array).size(), bytes));
+    return attribute;
+}
+
 splat_scene_info info_of(const scene::Statistics& s) {
     splat_scene_info info{};
     info.sh_degree = s.sh_degree;
@@ -129,11 +139,9 @@ splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t cap
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
         const std::lock_guard lock(object->mutex);
-        SPLAT_TRY(check_bytes(name, (object->gaussians.*attribute->array).size(), bytes));
+        SPLAT_ASSIGN(const api::SceneAttribute* attribute,
+                     attribute_of(*object, name, values, bytes));
         const std::vector<float> read = api::attribute_values(*attribute, object->gaussians);
         std::copy(read.begin(), read.end(), values);
         return {};
@@ -144,12 +152,10 @@ splat_result splat_scene_write(splat_scene scene, const char* name, const float*
                                size_t bytes) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
         const std::lock_guard lock(object->mutex);
+        SPLAT_ASSIGN(const api::SceneAttribute* attribute,
+                     attribute_of(*object, name, values, bytes));
         const std::size_t elements = (object->gaussians.*attribute->array).size();
-        SPLAT_TRY(check_bytes(name, elements, bytes));
         SPLAT_TRY(api::set_attribute(*attribute, {values, elements}, object->gaussians));
         object->packed.clear();
         return {};

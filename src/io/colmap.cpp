@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <filesystem>
+#include <span>
 
 #include "io/colmap_lens.h"
 #include "io/file.h"
@@ -86,6 +87,28 @@ class Words {
     const Lines& lines_;
 };
 
+/// `count` numbers of one kind, from either form of the files.
+template <class Source>
+Status read_numbers(Source& source, std::span<double> numbers, const char* field) {
+    for (double& number : numbers) SPLAT_TRY(source.read(number, field));
+    return {};
+}
+
+/// The end of a camera's record: size and parameters of `lens`, whose model is known.
+template <class Source>
+Status read_lens_numbers(Source& source, Lens& lens) {
+    SPLAT_TRY(source.read(lens.width, "width"));
+    SPLAT_TRY(source.read(lens.height, "height"));
+    lens.parameters.resize(lens.model->parameters);
+    return read_numbers(source, lens.parameters, "parameter");
+}
+
+template <class Source>
+Status read_pose_numbers(Source& source, Pose& pose) {
+    SPLAT_TRY(read_numbers(source, pose.rotation, "quaternion"));
+    return read_numbers(source, pose.translation, "translation");
+}
+
 Status unsupported_model(const std::string& name) {
     return error(Code::kUnsupported,
                  "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
@@ -105,10 +128,7 @@ Result<Lenses> read_text_lenses(Bytes file) {
         lens.model = colmap::find_model(name);
         if (lens.model == nullptr)
             return unsupported_model("'" + std::string(name.substr(0, 40)) + "'");
-        SPLAT_TRY(words.read(lens.width, "width"));
-        SPLAT_TRY(words.read(lens.height, "height"));
-        lens.parameters.resize(lens.model->parameters);
-        for (double& parameter : lens.parameters) SPLAT_TRY(words.read(parameter, "parameter"));
+        SPLAT_TRY(read_lens_numbers(words, lens));
         lenses[id] = std::move(lens);
     }
     return lenses;
@@ -133,10 +153,7 @@ Result<Lenses> read_binary_lenses(Bytes file) {
         SPLAT_TRY(reader.read(model, "model"));
         lens.model = colmap::find_model(model);
         if (lens.model == nullptr) return unsupported_model("number " + std::to_string(model));
-        SPLAT_TRY(reader.read(lens.width, "width"));
-        SPLAT_TRY(reader.read(lens.height, "height"));
-        lens.parameters.resize(lens.model->parameters);
-        for (double& parameter : lens.parameters) SPLAT_TRY(reader.read(parameter, "parameter"));
+        SPLAT_TRY(read_lens_numbers(reader, lens));
         lenses[id] = std::move(lens);
     }
     return lenses;
@@ -154,8 +171,7 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
         std::uint64_t id = 0;
         Pose pose;
         SPLAT_TRY(words.read(id, "image id"));
-        for (double& value : pose.rotation) SPLAT_TRY(words.read(value, "quaternion"));
-        for (double& value : pose.translation) SPLAT_TRY(words.read(value, "translation"));
+        SPLAT_TRY(read_pose_numbers(words, pose));
         SPLAT_TRY(words.read(pose.camera, "camera id"));
         pose.name = words.rest();
         if (pose.name.empty()) return lines.bad("there is no name");
@@ -180,8 +196,7 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
         std::uint64_t points = 0;
         Pose pose;
         SPLAT_TRY(reader.read(id, "image id"));
-        for (double& value : pose.rotation) SPLAT_TRY(reader.read(value, "quaternion"));
-        for (double& value : pose.translation) SPLAT_TRY(reader.read(value, "translation"));
+        SPLAT_TRY(read_pose_numbers(reader, pose));
         SPLAT_TRY(reader.read(camera, "camera id"));
         SPLAT_ASSIGN(pose.name, reader.take_string("name"));
         pose.camera = camera;

@@ -50,86 +50,89 @@ void on_write(png_structp png, png_bytep from, std::size_t count) {
 
 void on_flush(png_structp) {}
 
+/// libpng's objects of either direction, the state that its callbacks see, and how it ends.
+struct Png {
+    PngState state;
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+
+    explicit Png(PngState from) : state(from) {}
+    Png(const Png&) = delete;
+    Png& operator=(const Png&) = delete;
+
+  protected:
+    ~Png() = default;
+};
+
 /// libpng's objects for reading.
-class PngReader {
+class PngReader : public Png {
   public:
-    explicit PngReader(Bytes file) : state_{file, nullptr, ""} {
-        png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state_, on_error, on_warning);
-        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    explicit PngReader(Bytes file) : Png({file, nullptr, ""}) {
+        png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
+        if (png != nullptr) info = png_create_info_struct(png);
     }
     PngReader(const PngReader&) = delete;
     PngReader& operator=(const PngReader&) = delete;
-    ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+    ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 
     /// Fills all but the samples.
     bool read_header(Image& image, const ImageOptions& options) {
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
-        png_set_read_fn(png_, &state_, on_read);
-        png_set_user_limits(png_, options.max_side, options.max_side);
-        png_read_info(png_, info_);
-        png_set_expand(png_);
-        passes_ = png_set_interlace_handling(png_);
-        png_read_update_info(png_, info_);
-        image.width = png_get_image_width(png_, info_);
-        image.height = png_get_image_height(png_, info_);
-        image.channels = png_get_channels(png_, info_);
-        image.bits = png_get_bit_depth(png_, info_);
+        if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
+        png_set_read_fn(png, &state, on_read);
+        png_set_user_limits(png, options.max_side, options.max_side);
+        png_read_info(png, info);
+        png_set_expand(png);
+        passes_ = png_set_interlace_handling(png);
+        png_read_update_info(png, info);
+        image.width = png_get_image_width(png, info);
+        image.height = png_get_image_height(png, info);
+        image.channels = png_get_channels(png, info);
+        image.bits = png_get_bit_depth(png, info);
         return true;
     }
 
     /// `rows` is [height, bytes of a row].
     bool read_rows(std::byte* rows, std::size_t row_bytes, std::uint32_t height) {
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        if (setjmp(png_jmpbuf(png)) != 0) return false;
         for (int pass = 0; pass < passes_; ++pass)
             for (std::uint32_t y = 0; y < height; ++y)
-                png_read_row(png_, reinterpret_cast<png_bytep>(rows + y * row_bytes), nullptr);
-        png_read_end(png_, nullptr);
+                png_read_row(png, reinterpret_cast<png_bytep>(rows + y * row_bytes), nullptr);
+        png_read_end(png, nullptr);
         return true;
     }
 
-    [[nodiscard]] const char* message() const { return state_.message; }
-
   private:
-    PngState state_;
-    png_structp png_ = nullptr;
-    png_infop info_ = nullptr;
     int passes_ = 1;
 };
 
-class PngWriter {
+/// libpng's objects for writing.
+class PngWriter : public Png {
   public:
-    explicit PngWriter(Buffer& out) : state_{{}, &out, ""} {
-        png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state_, on_error, on_warning);
-        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    explicit PngWriter(Buffer& out) : Png({{}, &out, ""}) {
+        png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
+        if (png != nullptr) info = png_create_info_struct(png);
     }
     PngWriter(const PngWriter&) = delete;
     PngWriter& operator=(const PngWriter&) = delete;
-    ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
+    ~PngWriter() { png_destroy_write_struct(&png, &info); }
 
     bool write(const Image& image, const std::byte* rows, std::size_t row_bytes) {
         constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
                                   PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
-        png_set_write_fn(png_, &state_, on_write, on_flush);
-        png_set_IHDR(png_, info_, image.width, image.height, static_cast<int>(image.bits),
+        if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
+        png_set_write_fn(png, &state, on_write, on_flush);
+        png_set_IHDR(png, info, image.width, image.height, static_cast<int>(image.bits),
                      kTypes[image.channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                      PNG_FILTER_TYPE_DEFAULT);
-        png_write_info(png_, info_);
+        png_write_info(png, info);
         for (std::uint32_t y = 0; y < image.height; ++y)
-            png_write_row(png_, reinterpret_cast<png_const_bytep>(rows + y * row_bytes));
-        png_write_end(png_, nullptr);
+            png_write_row(png, reinterpret_cast<png_const_bytep>(rows + y * row_bytes));
+        png_write_end(png, nullptr);
         return true;
     }
-
-    [[nodiscard]] const char* message() const { return state_.message; }
-
-  private:
-    PngState state_;
-    png_structp png_ = nullptr;
-    png_infop info_ = nullptr;
 };
 
 std::size_t row_bytes_of(const Image& image) {
@@ -176,12 +179,12 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
     PngReader reader(file);
     Image image;
     if (!reader.read_header(image, options))
-        return error(Code::kInvalidArgument, "png: %s", reader.message());
+        return error(Code::kInvalidArgument, "png: %s", reader.state.message);
     SPLAT_TRY(check_room(image, file, options));
     const std::size_t row_bytes = row_bytes_of(image);
     Buffer rows(row_bytes * image.height);
     if (!reader.read_rows(rows.data(), row_bytes, image.height))
-        return error(Code::kInvalidArgument, "png: %s", reader.message());
+        return error(Code::kInvalidArgument, "png: %s", reader.state.message);
     image.samples.resize(std::size_t{image.width} * image.height * image.channels);
     for (std::size_t i = 0; i < image.samples.size(); ++i)
         image.samples[i] = image.bits == 16
@@ -205,7 +208,7 @@ Result<Buffer> write_png(const Image& image) {
     Buffer file;
     PngWriter writer(file);
     if (!writer.write(image, rows.data(), row_bytes_of(image)))
-        return error(Code::kInvalidArgument, "png: %s", writer.message());
+        return error(Code::kInvalidArgument, "png: %s", writer.state.message);
     return file;
 }
 

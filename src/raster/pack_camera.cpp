@@ -37,8 +37,7 @@ std::array<double, 2> limits(double size, double focal, double centre, Conventio
     return {-(centre / focal + margin), (size - centre) / focal + margin};
 }
 
-}  // namespace
-
+/// Errors: kInvalidArgument for a camera that is singular or not finite.
 Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& camera,
                                                         Convention convention) {
     const auto& m = camera.world_to_camera;
@@ -72,6 +71,26 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     std::transform(values.begin(), values.end(), packed.begin(),
                    [](double x) { return static_cast<float>(x); });
     return packed;
+}
+
+}  // namespace
+
+Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
+                               const std::array<float, 3>& background) {
+    if (cameras.size() != desc.views)
+        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u", cameras.size(),
+                     desc.views);
+    PackedViews views;
+    for (const scene::Camera& camera : cameras) {
+        if (camera.width != desc.width || camera.height != desc.height)
+            return error(Code::kInvalidArgument,
+                         "camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
+                         camera.name.c_str(), camera.width, camera.height, desc.width, desc.height);
+        SPLAT_ASSIGN(const auto packed, pack_camera(camera, desc.convention));
+        views.values.insert(views.values.end(), packed.begin(), packed.end());
+    }
+    views.values.insert(views.values.end(), {background[0], background[1], background[2], 0.0F});
+    return views;
 }
 
 }  // namespace splat::raster

@@ -32,17 +32,33 @@ params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
     return params;
 }
 
-/// Call `record(first, count)` for each slice of Gaussians.
-template <class Record>
-Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Record& record) {
-    const std::uint32_t size = slice_size(recorder.device(), desc);
-    for (std::uint32_t first = 0; first < desc.gaussians; first += size)
-        SPLAT_TRY(record(first, std::min(size, desc.gaussians - first)));
-    return {};
-}
-
 std::uint32_t group_size(const vk::Recorder& recorder) {
     return ops::workgroup_size(recorder.device(), kGroup);
+}
+
+/// One dispatch: the Gaussians from `first` on, one invocation for each (in one view).
+struct Slice {
+    std::uint32_t first;
+    std::uint32_t count;
+    params::ProjectParams params;
+    vk::Groups groups;
+};
+
+/// Call `record(slice)` for each slice of Gaussians.
+template <class Record>
+Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                  const Record& record) {
+    const std::uint32_t size = slice_size(recorder.device(), desc);
+    for (std::uint32_t first = 0; first < desc.gaussians; first += size) {
+        const std::uint32_t count = std::min(size, desc.gaussians - first);
+        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        Slice slice{first, count, params_of(desc, window), groups};
+        slice.params.first = first;
+        slice.params.count = count;
+        slice.params.groups_x = groups[0];
+        SPLAT_TRY(record(slice));
+    }
+    return {};
 }
 
 }  // namespace
@@ -50,51 +66,40 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
-    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
-        params::ProjectParams params = params_of(desc, window);
-        params.first = first;
-        params.count = count;
-        vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
-        params.groups_x = groups[0];
-        groups[2] = desc.views;
+    return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_forward",
             .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
                                 "project_forward"),
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
                           {10, desc.direct_colors ? 0 : desc.sh_degree}},
-            .push = params,
-            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
-                         vk::read(slice(scene.colors, first, count, quads)),
+            .push = part.params,
+            .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
+                         vk::read(slice(scene.colors, part.first, part.count, quads)),
                          vk::read(scene.cameras), vk::write(items.splats), vk::write(items.counts),
                          vk::write(items.keys), vk::write(items.radii),
                          vk::write(items.footprints)},
-            .groups = groups,
-            .work = {.flops = (kForwardFlops + 40 * quads) * count * desc.views,
-                     .bytes = (112.0 + 16 * quads) * count * desc.views},
+            .groups = {part.groups[0], part.groups[1], desc.views},
+            .work = {.flops = (kForwardFlops + 40 * quads) * part.count * desc.views,
+                     .bytes = (112.0 + 16 * quads) * part.count * desc.views},
         });
     });
 }
 
 Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
                        const ItemViews& items, const vk::BufferView& normals) {
-    return for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
-        params::ProjectParams params = params_of(desc, {});
-        params.first = first;
-        params.count = count;
-        vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
-        params.groups_x = groups[0];
-        groups[2] = desc.views;
+    return for_slices(recorder, desc, {}, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_normals",
             .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
                                 "project_normals"),
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
-            .push = params,
-            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)), vk::read(scene.cameras),
-                         vk::read(items.counts), vk::write(normals)},
-            .groups = groups,
-            .work = {.flops = 80.0 * count * desc.views, .bytes = 68.0 * count * desc.views},
+            .push = part.params,
+            .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
+                         vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
+            .groups = {part.groups[0], part.groups[1], desc.views},
+            .work = {.flops = 80.0 * part.count * desc.views,
+                     .bytes = 68.0 * part.count * desc.views},
         });
     });
 }
@@ -109,13 +114,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
                         const RecordViews& records, const GradientViews& gradients,
                         bool accumulate) {
     const std::uint32_t quads = desc.color_quads();
-    SPLAT_TRY(for_slices(recorder, desc, [&](std::uint32_t first, std::uint32_t count) {
-        params::ProjectParams params = params_of(desc, {});
-        params.first = first;
-        params.count = count;
-        params.accumulate = accumulate ? 1 : 0;
-        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
-        params.groups_x = groups[0];
+    SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
+        part.params.accumulate = accumulate ? 1 : 0;
         return recorder.dispatch({
             .op = "project_backward",
             .shader = ops::pick(recorder.kernels(), "project_backward", "project_backward_cpu",
@@ -124,18 +124,18 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
                           {10, desc.direct_colors ? 0 : desc.sh_degree},
                           {11, desc.export_gradients ? 1U : 0U},
                           {12, desc.grad_pose ? 1U : 0U}},
-            .push = params,
-            .accesses = {vk::read(slice(scene.gaussians, first, count, 3)),
-                         vk::read(slice(scene.colors, first, count, quads)),
+            .push = part.params,
+            .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
+                         vk::read(slice(scene.colors, part.first, part.count, quads)),
                          vk::read(scene.cameras), vk::read(items.splats), vk::read(items.counts),
                          vk::read(begins), vk::read(records.a), vk::read(records.b),
                          vk::read(records.c),
-                         vk::read_write(slice(gradients.gaussians, first, count, 3)),
-                         vk::read_write(slice(gradients.colors, first, count, quads)),
+                         vk::read_write(slice(gradients.gaussians, part.first, part.count, 3)),
+                         vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
                          vk::read_write(gradients.exported), vk::write(gradients.pose_partial)},
-            .groups = groups,
-            .work = {.flops = kBackwardFlops * count * desc.views,
-                     .bytes = 16.0 * (12 + 2 * quads) * count * desc.views},
+            .groups = part.groups,
+            .work = {.flops = kBackwardFlops * part.count * desc.views,
+                     .bytes = 16.0 * (12 + 2 * quads) * part.count * desc.views},
         });
     }));
     if (!desc.grad_pose) return {};

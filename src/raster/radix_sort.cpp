@@ -10,9 +10,9 @@
 namespace splat::raster {
 namespace {
 
-/// Shape of the sort on a device. A digit's counters, one column per lane or on GPUs per subgroup, fit
-/// 32 KiB of shared memory. On CPU devices one subgroup per workgroup and 8 bits; a lane's chunk is longer than its
-/// 256 counters, or they would take most of the time.
+/// Shape of the sort on a device. A digit's counters, one column per lane or on GPUs per subgroup,
+/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and 8 bits; a lane's chunk
+/// is longer than its 256 counters, or they would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "raster_constants.h"
 #include "vk/buffer.h"
 #include "vk/device.h"
 
@@ -33,8 +34,8 @@ struct RasterDesc {
     bool direct_colors = false;  ///< colours are RGB, not spherical harmonics
     Convention convention = Convention::k3dgs;
     bool antialiased = false;  ///< opacity compensates for the dilation
-    float near_plane = 0.2F;
-    float far_plane = 1e10F;
+    float near_plane = kNear3dgs;
+    float far_plane = kFarGsplat;
     bool extra = false;              ///< also depth and contributors
     bool normals = false;            ///< also an image of normals
     bool backward = false;           ///< keep what the backward pass needs

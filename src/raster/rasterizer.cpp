@@ -82,29 +82,16 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
     return self;
 }
 
-Status Rasterizer::upload(std::span<const scene::Camera> cameras,
-                          const std::array<float, 3>& background) {
-    if (cameras.size() != desc_.views)
-        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u", cameras.size(),
-                     desc_.views);
-    std::vector<float> values;
-    for (const scene::Camera& camera : cameras) {
-        if (camera.width != desc_.width || camera.height != desc_.height)
-            return error(Code::kInvalidArgument,
-                         "camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
-                         camera.name.c_str(), camera.width, camera.height, desc_.width,
-                         desc_.height);
-        SPLAT_ASSIGN(const auto packed, pack_camera(camera, desc_.convention));
-        values.insert(values.end(), packed.begin(), packed.end());
-    }
-    values.insert(values.end(), {background[0], background[1], background[2], 0.0F});
+Status Rasterizer::upload(const PackedViews& views) {
+    const std::vector<float>& values = views.values;
+    SPLAT_ASSERT(values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
     if (values == uploaded_) return {};
     valid_ = false;
     uploaded_.clear();
     const std::size_t bytes = (values.size() - 4) * sizeof(float);
     SPLAT_TRY(context_.write(space_.cameras.range(), values.data(), bytes));
     SPLAT_TRY(context_.write(space_.background.range(), &values[values.size() - 4], 16));
-    uploaded_ = std::move(values);
+    uploaded_ = values;
     return {};
 }
 
@@ -163,9 +150,8 @@ std::uint64_t Rasterizer::list_limit() const {
     return fast ? 52000 : kernels == vk::Kernels::kGpu ? 1900 : 2300;
 }
 
-Status Rasterizer::forward(const SceneInput& scene, std::span<const scene::Camera> cameras,
-                           const std::array<float, 3>& background) {
-    SPLAT_TRY(upload(cameras, background));
+Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
+    SPLAT_TRY(upload(views));
     if (desc_.skips.unchanged && valid_ && scene.version != 0 && scene.version == scene_.version &&
         same(scene, scene_)) {
         stats_.runs = 0;

@@ -29,6 +29,16 @@ struct SceneInput {
     std::uint64_t version = 0;
 };
 
+/// Cameras and background as the kernels read them: [V,kCameraQuads] quads, one quad.
+struct PackedViews {
+    std::vector<float> values;
+};
+
+/// Errors: kInvalidArgument for another number of cameras than desc.views, and for a camera that is
+/// singular, not finite or of another size.
+Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
+                               const std::array<float, 3>& background);
+
 /// The stages of 3D Gaussian splatting in order, with their memory: project, sort by depth, tile_bin,
 /// sort by tile, tile_ranges, blend; and back.
 ///
@@ -39,10 +49,11 @@ class Rasterizer {
     /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
     static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
-    /// Errors: kInvalidArgument for a camera that is singular, not finite or of another size;
-    /// kUnsupported if a tile's list is longer than the device's loops can be; those of create.
-    Status forward(const SceneInput& scene, std::span<const scene::Camera> cameras,
-                   const std::array<float, 3>& background);
+    /// `views` is of pack_views with this rasterizer's desc.
+    ///
+    /// Errors: kUnsupported if a tile's list is longer than the device's loops can be; those of
+    /// create.
+    Status forward(const SceneInput& scene, const PackedViews& views);
 
     /// Gradient of the latest forward call. `gradients` is like SceneInput; pose and exported
     /// gradients stay in the workspace.
@@ -59,7 +70,7 @@ class Rasterizer {
   private:
     Rasterizer(vk::Context& context, const RasterDesc& desc) : context_(context), desc_(desc) {}
     Status check_device() const;
-    Status upload(std::span<const scene::Camera> cameras, const std::array<float, 3>& background);
+    Status upload(const PackedViews& views);
     Status record_forward();
     Status record_forward_pass(vk::Recorder& recorder, const Window& window);
     Status record_normals(vk::Recorder& recorder, const Window& window);
@@ -82,9 +93,5 @@ class Rasterizer {
     std::vector<vk::CommandList> backward_;
     std::array<vk::BufferView, 4> backward_views_;
 };
-
-/// kCameraQuads vec4 of a camera. Errors: kInvalidArgument for one that is singular or not finite.
-Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& camera,
-                                                        Convention convention);
 
 }  // namespace splat::raster

@@ -5,46 +5,61 @@ namespace splat::raster {
 BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t bits = tile_key_bits(desc_, window);
     const vk::Recorder recorder(context_);
-    const std::uint32_t side = radix_sort_side(recorder, {space_.capacity, bits, false, false});
-    return {space_.splats.range(),  space_.pairs.items[side].range(),
-            space_.normals.range(), space_.pairs.slots[side].range(),
-            space_.ranges.range(),  space_.background.range(),
-            space_.image.range(),   space_.state.range(),
-            space_.extra.range()};
+    const std::uint32_t side =
+        radix_sort_side(recorder, {.capacity = space_.capacity, .key_bits = bits});
+    return {.splats = space_.splats.range(),
+            .items = space_.pairs.items[side].range(),
+            .normals = space_.normals.range(),
+            .slots = space_.pairs.slots[side].range(),
+            .ranges = space_.ranges.range(),
+            .background = space_.background.range(),
+            .image = space_.image.range(),
+            .state = space_.state.range(),
+            .extra = space_.extra.range()};
 }
 
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
     const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
     const auto items = static_cast<std::uint32_t>(desc_.items());
-    const RadixSortDesc by_depth = {items, 32, true, false};
-    const RadixSortDesc by_tile = {space_.capacity, tile_key_bits(desc_, window), false,
-                                   desc_.backward};
+    const RadixSortDesc by_depth = {.capacity = items, .positions = true};
+    const RadixSortDesc by_tile = {.capacity = space_.capacity,
+                                   .key_bits = tile_key_bits(desc_, window),
+                                   .second = desc_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
     SPLAT_TRY(project_forward(recorder, desc_, window, scene, space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
-                         {{space_.item_keys[0].range(), space_.item_keys[1].range()},
-                          {space_.item_order[0].range(), space_.item_order[1].range()},
-                          {space_.unused[0].range(), space_.unused[1].range()},
-                          space_.item_table.range(),
-                          space_.totals.range(),
-                          space_.item_count.range(),
-                          space_.sorted.range(),
-                          space_.scratch.range()}));
+                         {.keys = {space_.item_keys[0].range(), space_.item_keys[1].range()},
+                          .values = {space_.item_order[0].range(), space_.item_order[1].range()},
+                          .seconds = {space_.unused[0].range(), space_.unused[1].range()},
+                          .table = space_.item_table.range(),
+                          .totals = space_.totals.range(),
+                          .entries = space_.item_count.range(),
+                          .kept = space_.sorted.range(),
+                          .scratch = space_.scratch.range()}));
     SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
-                       {space_.splats.range(), space_.counts.range(), space_.footprints.range(),
-                        order, space_.sorted.range(), space_.sums.range(), space_.begins.range(),
-                        space_.slot_begins.range(), space_.pairs.keys[0].range(),
-                        space_.pairs.items[0].range(), space_.pairs.slots[0].range(),
-                        space_.large.range(), space_.pair_count.range(), space_.stats.range()}));
+                       {.splats = space_.splats.range(),
+                        .counts = space_.counts.range(),
+                        .footprints = space_.footprints.range(),
+                        .order = order,
+                        .sorted = space_.sorted.range(),
+                        .sums = space_.sums.range(),
+                        .begins = space_.begins.range(),
+                        .slot_begins = space_.slot_begins.range(),
+                        .keys = space_.pairs.keys[0].range(),
+                        .items = space_.pairs.items[0].range(),
+                        .slots = space_.pairs.slots[0].range(),
+                        .large = space_.large.range(),
+                        .pair_count = space_.pair_count.range(),
+                        .stats = space_.stats.range()}));
     SPLAT_TRY(radix_sort(recorder, by_tile,
-                         {{space_.pairs.keys[0].range(), space_.pairs.keys[1].range()},
-                          {space_.pairs.items[0].range(), space_.pairs.items[1].range()},
-                          {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
-                          space_.pairs.table.range(),
-                          space_.totals.range(),
-                          space_.pair_count.range(),
-                          space_.kept_pairs.range(),
-                          space_.scratch.range()}));
+                         {.keys = {space_.pairs.keys[0].range(), space_.pairs.keys[1].range()},
+                          .values = {space_.pairs.items[0].range(), space_.pairs.items[1].range()},
+                          .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
+                          .table = space_.pairs.table.range(),
+                          .totals = space_.totals.range(),
+                          .entries = space_.pair_count.range(),
+                          .kept = space_.kept_pairs.range(),
+                          .scratch = space_.scratch.range()}));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
                           space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));

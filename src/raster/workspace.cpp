@@ -13,19 +13,22 @@ struct Wanted {
     std::uint64_t bytes;
 };
 
-Status allocate(vk::Context& context, const std::vector<Wanted>& list) {
+/// Allocate the buffers of `list`. Returns: their bytes.
+Result<std::uint64_t> allocate(vk::Context& context, const std::vector<Wanted>& list) {
+    std::uint64_t sum = 0;
     for (const Wanted& wanted : list) {
         SPLAT_ASSIGN(*wanted.buffer,
                      context.memory().allocate(std::max<std::uint64_t>(wanted.bytes, 16),
                                                vk::MemoryKind::kDevice, wanted.name));
+        sum += wanted.buffer->bytes();
     }
-    return {};
+    return sum;
 }
 
 std::uint64_t table_bytes(vk::Context& context, std::uint64_t capacity, std::uint32_t bits) {
     const vk::Recorder recorder(context);
-    return radix_sort_table_bytes(recorder,
-                                  {static_cast<std::uint32_t>(capacity), bits, false, false});
+    return radix_sort_table_bytes(
+        recorder, {.capacity = static_cast<std::uint32_t>(capacity), .key_bits = bits});
 }
 
 }  // namespace
@@ -39,40 +42,42 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
     const vk::Recorder recorder(context);
     const std::uint64_t items = std::max<std::uint64_t>(desc.items(), 1);
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
-    return allocate(context,
-                    {{&splats, "splats", 48 * items},
-                     {&counts, "tile counts", 4 * items},
-                     {&radii, "radii", 8 * items},
-                     {&footprints, "footprints", 16 * items},
-                     {&begins, "first pairs", 4 * items},
-                     {&slot_begins, "first records", desc.backward ? 4 * items : 16},
-                     {&large, "large footprints", 4 * items},
-                     {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
-                     {&background, "background", 16},
-                     {&item_keys[0], "depth keys", 4 * items},
-                     {&item_keys[1], "depth keys", 4 * items},
-                     {&item_order[0], "depth order", 4 * items},
-                     {&item_order[1], "depth order", 4 * items},
-                     {&item_table, "sort table", table_bytes(context, items, 32)},
-                     {&totals, "sort totals", 4 * 256},
-                     {&item_count, "item count", 16},
-                     {&sorted, "sorted count", 16},
-                     {&scratch, "sort count", 16},
-                     {&unused[0], "unused", 16},
-                     {&unused[1], "unused", 16},
-                     {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
-                     {&stats, "raster statistics", 4 * params::kStatWords},
-                     {&pair_count, "pair count", 16},
-                     {&kept_pairs, "pair count", 16},
-                     {&ranges, "tile ranges", 8 * tiles},
-                     {&image, "image", 16 * desc.pixels()},
-                     {&state, "pixel state", 8 * desc.pixels()},
-                     {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
-                     {&normals, "normals", desc.normals ? 16 * items : 16},
-                     {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
-                     {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
-                     {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
-                     {&pose, "pose gradient", std::uint64_t{48} * desc.views}});
+    SPLAT_ASSIGN(
+        item_bytes_,
+        allocate(context, {{&splats, "splats", 48 * items},
+                           {&counts, "tile counts", 4 * items},
+                           {&radii, "radii", 8 * items},
+                           {&footprints, "footprints", 16 * items},
+                           {&begins, "first pairs", 4 * items},
+                           {&slot_begins, "first records", desc.backward ? 4 * items : 16},
+                           {&large, "large footprints", 4 * items},
+                           {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
+                           {&background, "background", 16},
+                           {&item_keys[0], "depth keys", 4 * items},
+                           {&item_keys[1], "depth keys", 4 * items},
+                           {&item_order[0], "depth order", 4 * items},
+                           {&item_order[1], "depth order", 4 * items},
+                           {&item_table, "sort table", table_bytes(context, items, 32)},
+                           {&totals, "sort totals", 4 * 256},
+                           {&item_count, "item count", 16},
+                           {&sorted, "sorted count", 16},
+                           {&scratch, "sort count", 16},
+                           {&unused[0], "unused", 16},
+                           {&unused[1], "unused", 16},
+                           {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
+                           {&stats, "raster statistics", 4 * params::kStatWords},
+                           {&pair_count, "pair count", 16},
+                           {&kept_pairs, "pair count", 16},
+                           {&ranges, "tile ranges", 8 * tiles},
+                           {&image, "image", 16 * desc.pixels()},
+                           {&state, "pixel state", 8 * desc.pixels()},
+                           {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
+                           {&normals, "normals", desc.normals ? 16 * items : 16},
+                           {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
+                           {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
+                           {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
+                           {&pose, "pose gradient", std::uint64_t{48} * desc.views}}));
+    return {};
 }
 
 Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
@@ -85,35 +90,19 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     std::uint64_t table = 0;  // fewer tiles in a window may mean fewer or longer digits
     for (std::uint32_t b = 1; b <= bits; ++b)
         table = std::max(table, table_bytes(context, wanted, b));
-    SPLAT_TRY(allocate(context, {{&fresh.keys[0], "pair keys", words},
-                                 {&fresh.keys[1], "pair keys", words},
-                                 {&fresh.items[0], "pair items", words},
-                                 {&fresh.items[1], "pair items", words},
-                                 {&fresh.slots[0], "record slots", slots},
-                                 {&fresh.slots[1], "record slots", slots},
-                                 {&fresh.table, "sort table", table},
-                                 {&fresh.record_a, "gradient records", record},
-                                 {&fresh.record_b, "gradient records", record},
-                                 {&fresh.record_c, "gradient records", record}}));
+    SPLAT_ASSIGN(pair_bytes_, allocate(context, {{&fresh.keys[0], "pair keys", words},
+                                                 {&fresh.keys[1], "pair keys", words},
+                                                 {&fresh.items[0], "pair items", words},
+                                                 {&fresh.items[1], "pair items", words},
+                                                 {&fresh.slots[0], "record slots", slots},
+                                                 {&fresh.slots[1], "record slots", slots},
+                                                 {&fresh.table, "sort table", table},
+                                                 {&fresh.record_a, "gradient records", record},
+                                                 {&fresh.record_b, "gradient records", record},
+                                                 {&fresh.record_c, "gradient records", record}}));
     pairs = std::move(fresh);
     capacity = wanted;
     return {};
-}
-
-std::uint64_t Workspace::bytes() const {
-    std::uint64_t sum = 0;
-    for (const vk::Buffer* buffer :
-         {&splats,         &counts,         &radii,          &footprints,     &begins,
-          &slot_begins,    &large,          &cameras,        &background,     &item_keys[0],
-          &item_keys[1],   &item_order[0],  &item_order[1],  &item_table,     &totals,
-          &item_count,     &sorted,         &scratch,        &unused[0],      &unused[1],
-          &sums,           &stats,          &pair_count,     &kept_pairs,     &ranges,
-          &image,          &state,          &extra,          &normals,        &normal_image,
-          &exported,       &pose_partial,   &pose,           &pairs.keys[0],  &pairs.keys[1],
-          &pairs.items[0], &pairs.items[1], &pairs.slots[0], &pairs.slots[1], &pairs.table,
-          &pairs.record_a, &pairs.record_b, &pairs.record_c})
-        sum += buffer->bytes();
-    return sum;
 }
 
 std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc) {

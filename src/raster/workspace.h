@@ -16,7 +16,8 @@ class Workspace {
     /// Pair arrays for `capacity` pairs; the old ones stay if this fails.
     Status allocate_pairs(vk::Context& context, const RasterDesc& desc, std::uint32_t capacity);
 
-    [[nodiscard]] std::uint64_t bytes() const;
+    /// Of all buffers.
+    [[nodiscard]] std::uint64_t bytes() const { return item_bytes_ + pair_bytes_; }
 
     /// Most pairs whose arrays fit one binding.
     static std::uint32_t max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc);
@@ -34,12 +35,19 @@ class Workspace {
     Pairs pairs;
 
     [[nodiscard]] ItemViews items() const {
-        return {splats.range(), counts.range(), item_keys[0].range(), radii.range(),
-                footprints.range()};
+        return {.splats = splats.range(),
+                .counts = counts.range(),
+                .keys = item_keys[0].range(),
+                .radii = radii.range(),
+                .footprints = footprints.range()};
     }
     [[nodiscard]] RecordViews records() const {
         return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range()};
     }
+
+  private:
+    std::uint64_t item_bytes_ = 0;
+    std::uint64_t pair_bytes_ = 0;
 };
 
 /// Tile rows that a pass covers if there are `passes` of them.

@@ -28,7 +28,14 @@ Status RasterSession::forward(std::uint64_t version) {
 }
 
 Status RasterSession::forward(std::span<const scene::Camera> cameras, std::uint64_t version) {
-    return rasterizer_->forward(scene_.input(version), cameras, background);
+    return draw(scene_.input(version), cameras);
+}
+
+Status RasterSession::draw(const raster::SceneInput& scene,
+                           std::span<const scene::Camera> cameras) {
+    SPLAT_ASSIGN(const raster::PackedViews views,
+                 raster::pack_views(rasterizer_->desc(), cameras, background));
+    return rasterizer_->forward(scene, views);
 }
 
 Status RasterSession::backward(const std::vector<float>& grad_image,
@@ -92,8 +99,8 @@ ReferenceRun expect_like_reference(vk::Context& context, const RasterCase& from,
     const auto scene = reference_scene<double>(from, mode, gradient);
     const RasterJudge judge =
         has_needles(from) ? RasterJudge::kFloat32Needles : RasterJudge::kFloat32;
-    const RasterSubject subject = {from.name + " " + mode.name, judge, fragile_pixels(scene), {},
-                                   from.opacities};
+    const RasterSubject subject = {
+        from.name + " " + mode.name, judge, fragile_pixels(scene), {}, from.opacities};
     ref::RasterLoss<double> loss;
     loss.grad_rgb = to_double(loss_weights(subject.fragile, 3, 21));
     loss.grad_alpha = to_double(loss_weights(subject.fragile, 1, 22));

@@ -22,9 +22,12 @@ class RasterSession {
     /// With the cameras given, or that of the case in every view.
     Status forward(std::uint64_t version = 0);
     Status forward(std::span<const scene::Camera> cameras, std::uint64_t version = 0);
+    /// Another scene of the same size.
+    Status draw(const raster::SceneInput& scene, std::span<const scene::Camera> cameras);
 
     /// From weights on the image [V,H,W,4], and on the depth [V,H,W] or none.
-    Status backward(const std::vector<float>& grad_image, const std::vector<float>& grad_depth = {});
+    Status backward(const std::vector<float>& grad_image,
+                    const std::vector<float>& grad_depth = {});
 
     std::vector<float> image();
     std::vector<float> exported();

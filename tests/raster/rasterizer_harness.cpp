@@ -222,7 +222,9 @@ RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::Raste
         SPLAT_ASSIGN(const PackedScene scene, PackedScene::create(context, from, desc));
         SPLAT_ASSIGN(const auto rasterizer, raster::Rasterizer::create(context, desc));
         const scene::Camera camera = camera_of(from);
-        SPLAT_TRY(rasterizer->forward(scene.input(), {&camera, 1}, from.background));
+        SPLAT_ASSIGN(const raster::PackedViews views,
+                     raster::pack_views(desc, {&camera, 1}, from.background));
+        SPLAT_TRY(rasterizer->forward(scene.input(), views));
         run.stats = rasterizer->stats();
         SPLAT_TRY(read_outputs(context, *rasterizer, run));
         if (loss == nullptr) return {};

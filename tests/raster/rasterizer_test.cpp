@@ -137,7 +137,7 @@ TEST_P(Rasterizer, ShowsTheBackgroundIfAllAreBehindTheCamera) {
 }
 
 TEST_P(Rasterizer, DrawsEverySizeOfImage) {
-    const SceneSize sizes[] = {{30, 1, 1},  {30, 1, 40}, {30, 40, 1},  {30, 15, 16},
+    const SceneSize sizes[] = {{30, 1, 1},   {30, 1, 40},  {30, 40, 1}, {30, 15, 16},
                                {30, 16, 17}, {30, 17, 15}, {30, 33, 47}};
     for (const SceneSize& size : sizes) {
         SCOPED_TRACE(std::to_string(size.width) + " x " + std::to_string(size.height));
@@ -155,7 +155,8 @@ class Marked {
         EXPECT_OK(context_.fill(session_.rasterizer().workspace().image.range(), 0x3F000000U));
         EXPECT_OK(call());
         const std::vector<float> image = session_.image();
-        const bool drawn = std::any_of(image.begin(), image.end(), [](float x) { return x != 0.5F; });
+        const bool drawn =
+            std::any_of(image.begin(), image.end(), [](float x) { return x != 0.5F; });
         EXPECT_EQ(drawn, session_.rasterizer().stats().runs > 0);
         return drawn;
     }
@@ -195,8 +196,7 @@ TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     auto other = PackedScene::create(context(), random_scene(kSmall, 4), small_desc());
     ASSERT_OK(other.status());
     EXPECT_TRUE(marked.drawn_by([&] {
-        return session.rasterizer().forward(other.value().input(8), {&camera, 1},
-                                            session.background);
+        return session.draw(other.value().input(8), {&camera, 1});
     })) << "another scene of the same version";
 }
 
