@@ -7,7 +7,8 @@
 namespace splat::nn {
 namespace {
 
-constexpr const OpRow* kOps[] = {&kGroupNormRow, &kLinearRow};
+constexpr const OpRow* kOps[] = {&kAddRow,    &kFilmRow,       &kGroupNormRow,
+                                 &kLinearRow, &kResample2dRow, &kSiluRow};
 
 }  // namespace
 
