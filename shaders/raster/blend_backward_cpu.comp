@@ -2,7 +2,7 @@
 // As blend_backward.comp for devices whose shaders run on a CPU: 8 lanes take a whole tile, 2 columns
 // by 16 rows each. 8 list entries are fetched at once and rotated through the lanes; a lane sums its
 // 32 pixels, a butterfly the lanes. Needs subgroups of at least 8.
-// One workgroup computes a tile, gl_WorkGroupID as there. Bindings and specialisation as
+// One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
 // blend_backward.comp; 12 = walk the whole list, also what no pixel reached.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -27,6 +27,8 @@ layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[];
 layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
 layout(push_constant) uniform Push { BlendParams params; };
+
+#include "spread_tile.glsl"
 
 const int kRows = 16;
 const int kPixels = 2 * kRows;
@@ -88,8 +90,9 @@ void one_splat(vec3 a, vec3 l, vec4 color, float x, float index, out float sums[
 
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;
-    const uvec2 tile = gl_WorkGroupID.xy;
-    const uint view = gl_WorkGroupID.z;
+    const uvec4 work = spread_tile(1);
+    const uvec2 tile = work.xy;
+    const uint view = work.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
     const vec3 background_rgb = LD4(background, 0).rgb;

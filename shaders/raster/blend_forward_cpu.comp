@@ -3,8 +3,8 @@
 // 8 columns of a tile and kRows rows each. They look at 8 list entries at a time, one per lane, put
 // those that can reach the 8 x 8 block into a queue, and blend 8 of the queue at a time, passed round
 // by constant shuffles. Needs a workgroup of one subgroup of at least 8.
-// One workgroup computes 8 columns by kRows rows of a tile: gl_WorkGroupID.x counts the 16 * 16 / (8 *
-// kRows) parts of each tile of a row, y the rows of tiles, z the views.
+// One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses: there are
+// 16 * 16 / (8 * kRows) for each tile of a row in x, the rows of tiles in y, the views in z.
 // Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
 // 12 = blend entries that cannot reach the block, too; 13 as there.
 #extension GL_GOOGLE_include_directive : require
@@ -30,6 +30,8 @@ layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
 layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
 layout(push_constant) uniform Push { BlendParams params; };
+
+#include "spread_tile.glsl"
 
 const int kRows = 8;
 
@@ -75,9 +77,9 @@ void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind,
 
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;
-    const uint part = gl_WorkGroupID.x & 3u;
-    const uvec2 tile = uvec2(gl_WorkGroupID.x >> 2, gl_WorkGroupID.y);
-    const uint view = gl_WorkGroupID.z;
+    const uvec4 work = spread_tile(4);
+    const uvec2 tile = work.xy;
+    const uint view = work.z, part = work.w;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2((part & 1u) * 8u + lane, (part >> 1) * uint(kRows));
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];

@@ -37,6 +37,42 @@ vk::BufferView part_of(const vk::BufferView& view, const Stride& layout, std::ui
     return part;
 }
 
+/// Elements that fit a binding: x and y begin with the first of them.
+struct Part {
+    vk::BufferView x;
+    vk::BufferView y;
+};
+
+/// Elements begin to end - 1 of `part`; `dense`: a multiple of 4 of them from 0 on, to a y without
+/// gaps.
+Status copy_part(vk::Recorder& recorder, const StridedCopyDesc& desc, const Part& part,
+                 std::uint64_t begin, std::uint64_t end, bool dense) {
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint64_t floats = (end - begin) * desc.channels;
+    const vk::Groups groups = groups_for(recorder.device(), dense ? floats / 4 : floats, size);
+    const params::StridedCopyParams params{.begin = static_cast<std::uint32_t>(begin),
+                                           .count = static_cast<std::uint32_t>(end),
+                                           .in_stride = desc.in.stride,
+                                           .in_offset = desc.in.offset,
+                                           .out_stride = desc.out.stride,
+                                           .out_offset = desc.out.offset,
+                                           .groups_x = groups[0]};
+    const vk::Kernels kernels = recorder.kernels();
+    return recorder.dispatch({
+        .op = "strided_copy",
+        .shader = dense ? pick(kernels, "strided_copy_dense", "strided_copy_dense_cpu",
+                               "strided_copy_dense")
+                        : pick(kernels, "strided_copy", "strided_copy_cpu", "strided_copy"),
+        .constants = {{kWorkgroupSizeId, size},
+                      {10, desc.channels},
+                      {11, desc.accumulate ? 1U : 0U}},
+        .push = params,
+        .accesses = {vk::read(part.x), vk::read_write(part.y)},
+        .groups = groups,
+        .work = {.flops = 0, .bytes = (desc.accumulate ? 12.0 : 8.0) * static_cast<double>(floats)},
+    });
+}
+
 }  // namespace
 
 Status strided_copy(vk::Recorder& recorder, const StridedCopyDesc& desc, const vk::BufferView& x,
@@ -45,36 +81,21 @@ Status strided_copy(vk::Recorder& recorder, const StridedCopyDesc& desc, const v
     SPLAT_TRY(check("x", desc, desc.in, x));
     SPLAT_TRY(check("y", desc, desc.out, y));
     const std::uint64_t stride = std::max(desc.in.stride, desc.out.stride);
-    const std::uint64_t floats =
-        std::min(recorder.device().limits.max_storage_buffer_bytes / 4, kMostFloats);
+    const vk::DeviceLimits& limits = recorder.device().limits;
+    std::uint64_t floats = std::min(limits.max_storage_buffer_bytes / 4, kMostFloats);
+    if (recorder.kernels() == vk::Kernels::kCpu)
+        floats = std::min(floats, limits.max_texel_elements);
     const std::uint64_t most = floats / stride / kPartAlignment * kPartAlignment;
     if (most == 0)
         return error(Code::kUnsupported, "strided_copy: a stride of %llu floats is too long",
                      static_cast<unsigned long long>(stride));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const bool dense = desc.out.stride == desc.channels;
     for (std::uint64_t first = 0; first < desc.count; first += most) {
         const std::uint64_t count = std::min(most, desc.count - first);
-        const vk::Groups groups = groups_for(recorder.device(), count * desc.channels, size);
-        const params::StridedCopyParams params{static_cast<std::uint32_t>(count),
-                                               desc.channels,
-                                               desc.in.stride,
-                                               desc.in.offset,
-                                               desc.out.stride,
-                                               desc.out.offset,
-                                               desc.accumulate ? 1U : 0U,
-                                               groups[0]};
-        SPLAT_TRY(recorder.dispatch({
-            .op = "strided_copy",
-            .shader = "strided_copy",
-            .constants = {{kWorkgroupSizeId, size}},
-            .push = params,
-            .accesses = {vk::read(part_of(x, desc.in, first, count)),
-                         vk::read_write(part_of(y, desc.out, first, count))},
-            .groups = groups,
-            .work = {.flops = 0,
-                     .bytes = (desc.accumulate ? 12.0 : 8.0) * static_cast<double>(count) *
-                              desc.channels},
-        }));
+        const std::uint64_t whole = dense ? count / 4 * 4 : 0;
+        const Part part{part_of(x, desc.in, first, count), part_of(y, desc.out, first, count)};
+        if (whole > 0) SPLAT_TRY(copy_part(recorder, desc, part, 0, whole, true));
+        if (whole < count) SPLAT_TRY(copy_part(recorder, desc, part, whole, count, false));
     }
     return {};
 }

@@ -1,6 +1,7 @@
 #include "raster/blend.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "ops/launch.h"
 #include "params/blend_params.h"
@@ -11,13 +12,25 @@ namespace {
 
 constexpr std::uint32_t kTilePixels = kTileSize * kTileSize;
 
-params::BlendParams params_of(const RasterDesc& desc, const Window& window) {
+/// A step through `total` workgroups that visits each once, about 0.618 of them long, so that every
+/// contiguous run of them is spread evenly.
+std::uint32_t spread_of(std::uint64_t total) {
+    auto step = static_cast<std::uint64_t>(0.6180339887 * static_cast<double>(total));
+    while (step > 1 && std::gcd(step, total) != 1) --step;
+    const bool fits = step * total < (std::uint64_t{1} << 32);  // the product is taken in 32 bits
+    return fits && step > 0 ? static_cast<std::uint32_t>(step) : 1;
+}
+
+/// `parts`: workgroups for each tile.
+params::BlendParams params_of(const RasterDesc& desc, const Window& window, std::uint32_t parts) {
     params::BlendParams params{};
     params.width = desc.width;
     params.height = desc.height;
     params.tiles_x = desc.tiles_x();
     params.row_begin = window.row_begin;
     params.rows = window.rows();
+    params.views = desc.views;
+    params.spread = spread_of(std::uint64_t{desc.tiles_x()} * parts * window.rows() * desc.views);
     // 3dgs stops when T would be < the limit, gsplat when it would be <=.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
@@ -31,6 +44,7 @@ params::BlendParams params_of(const RasterDesc& desc, const Window& window) {
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                      const BlendViews& views, std::uint64_t pairs_estimate, bool normals) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint32_t parts = cpu ? 4 : 1;
     const auto pairs = static_cast<double>(pairs_estimate);
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
                                                {10, desc.extra && !normals ? 1U : 0U},
@@ -43,11 +57,11 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
-        .push = params_of(desc, window),
+        .push = params_of(desc, window, parts),
         .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.normals),
                      vk::read(views.ranges), vk::read(views.background), vk::write(views.image),
                      vk::write(views.state), vk::write(views.extra)},
-        .groups = {desc.tiles_x() * (cpu ? 4 : 1), window.rows(), desc.views},
+        .groups = {desc.tiles_x() * parts, window.rows(), desc.views},
         .work = {.flops = 20 * pairs * kTilePixels,
                  .bytes = 56 * pairs + 24 * static_cast<double>(desc.pixels())},
     });
@@ -70,7 +84,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .op = "blend_backward",
         .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
-        .push = params_of(desc, window),
+        .push = params_of(desc, window, 1),
         .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.slots),
                      vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
                      vk::read(grad_image), vk::read(grad_depth), vk::write(records.a),

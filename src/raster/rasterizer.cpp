@@ -69,9 +69,8 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
                                                        const RasterDesc& desc) {
     std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
     SPLAT_TRY(self->check_device());
-    const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
-    self->passes_ =
-        std::min(static_cast<std::uint32_t>(ceil_div(tiles, kMaxWindowTiles)), desc.tiles_y());
+    const std::uint64_t rows = kMaxWindowTiles / (std::uint64_t{desc.tiles_x()} * desc.views);
+    self->passes_ = static_cast<std::uint32_t>(ceil_div(std::uint64_t{desc.tiles_y()}, rows));
     SPLAT_TRY(self->space_.allocate_items(context, desc));
     const auto items = static_cast<std::uint32_t>(desc.items());
     SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));

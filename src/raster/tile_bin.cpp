@@ -111,20 +111,17 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .groups = groups,
         .work = {.flops = 200 * items, .bytes = 28 * items + 12.0 * bin.capacity},
     }));
-    const std::uint32_t few = ops::workgroup_size(recorder.device(), 16);
-    const vk::Groups large_groups = ops::groups_for(recorder.device(), desc.items(), few);
-    params.groups_x = large_groups[0];
     return recorder.dispatch({
         .op = "tile_bin",
         .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
                             "tile_bin_emit_large"),
-        .constants = {{ops::kWorkgroupSizeId, few}, slots},
+        .constants = {{ops::kWorkgroupSizeId, group}, slots},
         .push = params,
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
                      vk::read(views.footprints), vk::write(views.counts), vk::write(views.keys),
                      vk::write(views.items), vk::write(views.slots)},
-        .groups = large_groups,
+        .groups = groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });
 }

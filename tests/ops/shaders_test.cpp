@@ -106,7 +106,9 @@ class Uses {
     }
 
     void rest() {
-        EXPECT_OK(ops::strided_copy(recorder_, {4, 1, {1, 0}, {1, 0}, false}, row(4), row(4)));
+        for (const std::uint32_t stride : {1U, 2U})  // without gaps in y and with them
+            EXPECT_OK(
+                ops::strided_copy(recorder_, {4, 1, {1, 0}, {stride, 0}, false}, row(4), row(8)));
         EXPECT_OK(ops::quads_pack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::quads_unpack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::tensor_stats(recorder_, 8, row(8), row(8)));

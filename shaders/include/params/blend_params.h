@@ -14,7 +14,8 @@ struct BlendParams {
     uint row_begin;  // first tile row of the window
     uint rows;       // tile rows of the window
     float stop_below;  // a pixel stops before its transmittance would fall below this
-    uint groups_x;
+    uint views;
+    uint spread;  // see spread_tile.glsl
     uint straight_through;  // backward: 1 passes the gradient through the clamp of alpha
 };
 

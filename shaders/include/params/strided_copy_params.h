@@ -9,13 +9,12 @@ using uint = std::uint32_t;
 
 // Strides and offsets in floats.
 struct StridedCopyParams {
-    uint count;
-    uint channels;
+    uint begin;  // first element copied; bindings begin with element 0
+    uint count;  // one past the last
     uint in_stride;
     uint in_offset;
     uint out_stride;
     uint out_offset;
-    uint accumulate;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
 };
 
