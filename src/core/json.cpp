@@ -50,16 +50,112 @@ class FlatReader : public nlohmann::json_sax<Json> {
     std::string name_;
 };
 
+/// Keeps the path to the value that comes next.
+class PathReader : public nlohmann::json_sax<Json> {
+  public:
+    using Kind = JsonEvent::Kind;
+
+    explicit PathReader(const std::function<Status(const JsonEvent&)>& visit) : visit_(visit) {}
+
+    bool null() override { return value({}); }
+    bool boolean(bool is) override { return integer_of(Kind::kBool, is ? 1 : 0); }
+    bool number_integer(number_integer_t number) override {
+        return integer_of(Kind::kInteger, number);
+    }
+    bool number_unsigned(number_unsigned_t number) override {
+        if (number > static_cast<number_unsigned_t>(INT64_MAX))
+            return real_of(static_cast<double>(number));
+        return integer_of(Kind::kInteger, static_cast<std::int64_t>(number));
+    }
+    bool number_float(number_float_t number, const string_t&) override { return real_of(number); }
+    bool string(string_t& text) override {
+        JsonEvent event;
+        event.kind = Kind::kText;
+        event.text = text;
+        return value(event);
+    }
+    bool binary(binary_t&) override { return false; }
+    bool start_object(std::size_t) override { return open(Kind::kObject); }
+    bool key(string_t& name) override {
+        path_.back().key = name;
+        return true;
+    }
+    bool end_object() override { return close(); }
+    bool start_array(std::size_t) override { return open(Kind::kArray); }
+    bool end_array() override { return close(); }
+    bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
+        problem = std::string("not valid JSON: ") + e.what();
+        return false;
+    }
+
+    std::string problem;  ///< of the text
+    Status refusal;       ///< of the visitor
+
+  private:
+    bool value(JsonEvent event) {
+        event.path = path_;
+        refusal = visit_(event);
+        step();
+        return refusal.ok();
+    }
+    bool integer_of(Kind kind, std::int64_t number) {
+        JsonEvent event;
+        event.kind = kind;
+        event.integer = number;
+        return value(event);
+    }
+    bool real_of(double number) {
+        JsonEvent event;
+        event.kind = Kind::kReal;
+        event.real = number;
+        return value(event);
+    }
+    bool open(Kind kind) {
+        JsonEvent event;
+        event.kind = kind;
+        event.path = path_;
+        refusal = visit_(event);
+        if (path_.size() == static_cast<std::size_t>(kMaxJsonDepth))
+            problem = "JSON nests deeper than " + std::to_string(kMaxJsonDepth) + " levels";
+        path_.push_back({"", 0, kind == Kind::kArray});
+        return refusal.ok() && problem.empty();
+    }
+    bool close() {
+        path_.pop_back();
+        step();
+        return true;
+    }
+    void step() {
+        if (!path_.empty() && path_.back().array) ++path_.back().index;
+    }
+
+    const std::function<Status(const JsonEvent&)>& visit_;
+    std::vector<JsonStep> path_;
+};
+
+Status check_size(std::string_view text, const char* what) {
+    if (text.size() <= kMaxJsonBytes) return {};
+    return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
+                 text.size(), kMaxJsonBytes);
+}
+
 }  // namespace
 
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what) {
-    if (text.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                     text.size(), kMaxJsonBytes);
+    SPLAT_TRY(check_size(text, what));
     FlatReader reader;
     if (!Json::sax_parse(text, &reader))
         return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
     return std::move(reader.members);
+}
+
+Status visit_json(std::string_view text, const char* what,
+                  const std::function<Status(const JsonEvent&)>& visit) {
+    SPLAT_TRY(check_size(text, what));
+    PathReader reader(visit);
+    if (Json::sax_parse(text, &reader)) return {};
+    if (!reader.refusal.ok()) return reader.refusal;
+    return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
 }
 
 std::string json_quote(std::string_view text) {
@@ -67,9 +163,7 @@ std::string json_quote(std::string_view text) {
 }
 
 Result<Json> parse_json(std::string_view text, const char* what) {
-    if (text.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                     text.size(), kMaxJsonBytes);
+    SPLAT_TRY(check_size(text, what));
     bool too_deep = false;
     const auto guard = [&too_deep](int depth, Json::parse_event_t event, Json&) {
         const bool opens =

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -30,6 +33,28 @@ struct JsonScalar {
 /// allocations, which ends the process where memory has run out, so entry points of the C API must
 /// not use it. Errors: kInvalidArgument for anything else than such an object.
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what);
+
+/// One step on the way to a value: a member of an object, or an element of an array.
+struct JsonStep {
+    std::string key;        ///< empty in an array
+    std::size_t index = 0;  ///< in an array
+    bool array = false;
+};
+
+/// A value, or the start of an object or array; of the other members those of its kind count.
+struct JsonEvent {
+    enum class Kind { kNull, kBool, kInteger, kReal, kText, kObject, kArray };
+    Kind kind = Kind::kNull;
+    std::span<const JsonStep> path;  ///< from the outermost value inwards
+    std::int64_t integer = 0;        ///< and of a bool
+    double real = 0;                 ///< also a whole number of more than 63 bits
+    std::string_view text;
+};
+
+/// Report the values of a JSON text in their order, without building a tree (see parse_flat_json).
+/// Errors: as parse_json, and the first error that `visit` returns.
+Status visit_json(std::string_view text, const char* what,
+                  const std::function<Status(const JsonEvent&)>& visit);
 
 /// A JSON string: quoted and escaped; what is no UTF-8 becomes U+FFFD.
 std::string json_quote(std::string_view text);

@@ -16,6 +16,7 @@ constexpr std::uint64_t kMaxZstdRatio = 1U << 15U;
 constexpr std::size_t kMaxPiece = std::size_t{1} << 30U;
 
 constexpr int kGzipWindow = MAX_WBITS + 16;
+constexpr int kRawWindow = -MAX_WBITS;
 
 Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
                    const std::string& what) {
@@ -26,8 +27,8 @@ Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
 
 class Inflater {
   public:
-    explicit Inflater(Bytes packed) : packed_(packed) {
-        started_ = inflateInit2(&stream_, kGzipWindow) == Z_OK;
+    explicit Inflater(Bytes packed, int window = kGzipWindow) : packed_(packed) {
+        started_ = inflateInit2(&stream_, window) == Z_OK;
     }
     Inflater(const Inflater&) = delete;
     Inflater& operator=(const Inflater&) = delete;
@@ -53,6 +54,9 @@ class Inflater {
         if (started_ && !ended_) static_cast<void>(step(&none, 0));
         return ended_;
     }
+
+    /// Compressed bytes that were read.
+    [[nodiscard]] std::size_t used() const { return used_; }
 
   private:
     std::size_t step(std::byte* out, std::size_t count) {
@@ -124,6 +128,25 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
                      "%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
                      what.c_str(), static_cast<unsigned long long>(bytes));
     return out;
+}
+
+Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& what) {
+    Inflater inflater(packed, kRawWindow);
+    const std::size_t filled = inflater.fill(out);
+    if (filled < out.size())
+        return error(Code::kInvalidArgument,
+                     "%s: the deflate data is damaged or truncated after %zu of %zu bytes",
+                     what.c_str(), filled, out.size());
+    if (!inflater.at_end() || inflater.used() != packed.size())
+        return error(Code::kInvalidArgument, "%s: the deflate data does not end after %zu bytes",
+                     what.c_str(), out.size());
+    return {};
+}
+
+std::uint32_t crc32_of(Bytes bytes, std::uint32_t before) {
+    if (bytes.empty()) return before;  // zlib takes no bytes for the start
+    return static_cast<std::uint32_t>(
+        crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what) {

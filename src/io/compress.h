@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "core/status.h"
@@ -20,6 +21,12 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
 
 /// The same for a zstd frame.
 Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what);
+
+/// A bare deflate stream, which must fill `out` and take all of `packed`. Errors: as gunzip().
+Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& what);
+
+/// CRC-32 of zip and gzip: of `bytes`, behind those whose CRC is `before`.
+std::uint32_t crc32_of(Bytes bytes, std::uint32_t before = 0);
 
 /// Errors: kOutOfHostMemory.
 Result<Buffer> gzip(Bytes bytes);

@@ -76,11 +76,9 @@ void flush_folder(const std::string& path) {
     if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
 }
 
-}  // namespace
-
-Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
-    const Descriptor file(
-        SPLAT_SYSTEM("io.open", ENOENT, ::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
+/// A regular file of at most `max_bytes`, opened for reading.
+Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& path,
+                                   std::uint64_t max_bytes) {
     if (file.get() < 0) return failed("open", path);
     struct stat info {};
     if (::fstat(file.get(), &info) != 0) return failed("examine", path);
@@ -91,22 +89,96 @@ Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
         return error(Code::kInvalidArgument, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
                      static_cast<unsigned long long>(size),
                      static_cast<unsigned long long>(max_bytes));
-    Buffer bytes(size);
-    std::size_t filled = 0;
-    while (filled < bytes.size()) {
+    return size;
+}
+
+int open_to_read(const std::string& path) {
+    return SPLAT_SYSTEM("io.open", ENOENT, ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+}
+
+Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std::string& path) {
+    while (!to.empty()) {
         const ssize_t got = SPLAT_SYSTEM(
-            "io.read", EIO, ::read(file.get(), bytes.data() + filled, bytes.size() - filled));
+            "io.read", EIO, ::pread(fd, to.data(), to.size(), static_cast<off_t>(offset)));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return failed("read", path);
         if (got == 0)
             return error(Code::kInvalidArgument, "'%s' became shorter while it was read",
                          path.c_str());
-        filled += static_cast<std::size_t>(got);
+        to = to.subspan(static_cast<std::size_t>(got));
+        offset += static_cast<std::uint64_t>(got);
     }
+    return {};
+}
+
+Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
+    if (offset <= size && count <= size - offset) return {};
+    return error(Code::kInvalidArgument,
+                 "%llu bytes are wanted at byte %llu of %llu; the file is truncated or damaged",
+                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
+                 static_cast<unsigned long long>(size));
+}
+
+class FileSource : public Source {
+  public:
+    FileSource(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
+    [[nodiscard]] std::uint64_t size() const override { return size_; }
+    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
+        SPLAT_TRY(check_range(size_, offset, to.size()));
+        return read_all(file_.get(), offset, to, path_);
+    }
+    Status examine(std::uint64_t max_bytes) {
+        SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes));
+        return {};
+    }
+
+  private:
+    std::string path_;
+    Descriptor file_;
+    std::uint64_t size_ = 0;
+};
+
+}  // namespace
+
+Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
+    const Descriptor file(open_to_read(path));
+    SPLAT_ASSIGN(const std::uint64_t size, checked_size(file, path, max_bytes));
+    Buffer bytes(size);
+    SPLAT_TRY(read_all(file.get(), 0, bytes, path));
     return bytes;
 }
 
+Result<std::unique_ptr<Source>> open_source(const std::string& path, std::uint64_t max_bytes) {
+    auto file = std::make_unique<FileSource>(path, open_to_read(path));
+    SPLAT_TRY(file->examine(max_bytes));
+    return std::unique_ptr<Source>(std::move(file));
+}
+
+Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {
+    SPLAT_TRY(check_range(bytes_.size(), offset, to.size()));
+    const Bytes from = bytes_.subspan(offset, to.size());
+    std::copy(from.begin(), from.end(), to.begin());
+    return {};
+}
+
+std::uint64_t FilePieces::size() const {
+    std::uint64_t bytes = 0;
+    for (const Bytes piece : pieces_) bytes += piece.size();
+    return bytes;
+}
+
+Buffer FilePieces::joined() const {
+    Buffer file;
+    file.reserve(size());
+    for (const Bytes piece : pieces_) put_bytes(file, piece);
+    return file;
+}
+
 Status write_file(const std::string& path, Bytes bytes) {
+    return write_file(path, std::span(&bytes, 1));
+}
+
+Status write_file(const std::string& path, std::span<const Bytes> pieces) {
     static std::atomic<unsigned> counter{0};
     Temporary temporary{path + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
                         ".tmp"};
@@ -117,7 +189,7 @@ Status write_file(const std::string& path, Bytes bytes) {
         temporary.kept = true;  // not ours, or not there
         return failed("create", temporary.path);
     }
-    SPLAT_TRY(write_all(file.get(), bytes, temporary.path));
+    for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));
     if (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
         return failed("flush", temporary.path);
     if (file.release() != 0) return failed("close", temporary.path);

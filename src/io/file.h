@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "core/status.h"
@@ -20,5 +21,55 @@ Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes = kMax
 /// disk, and then to their name. Errors: kInvalidArgument with path and the system's reason; the old
 /// file is left as it was and the temporary one is removed.
 Status write_file(const std::string& path, Bytes bytes);
+
+/// The same of a file in pieces, one behind the other.
+Status write_file(const std::string& path, std::span<const Bytes> pieces);
+
+/// Bytes that are read piece by piece, so that large files are never held as a whole.
+class Source {
+  public:
+    Source() = default;
+    Source(const Source&) = delete;
+    Source& operator=(const Source&) = delete;
+    virtual ~Source() = default;
+
+    [[nodiscard]] virtual std::uint64_t size() const = 0;
+
+    /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if they are not all there,
+    /// or cannot be read; `to` is then undefined.
+    virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
+};
+
+/// Bytes in memory, which must outlive it.
+class MemorySource : public Source {
+  public:
+    explicit MemorySource(Bytes bytes) : bytes_(bytes) {}
+    [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+    Status read(std::uint64_t offset, std::span<std::byte> to) const override;
+
+  private:
+    Bytes bytes_;
+};
+
+/// A file, kept open. Its size is that at opening. Errors: as read_file().
+Result<std::unique_ptr<Source>> open_source(const std::string& path,
+                                            std::uint64_t max_bytes = kMaxFileBytes);
+
+/// A file to be written: pieces of its own, and pieces that belong to others and must outlive it.
+class FilePieces {
+  public:
+    void add(Buffer piece) {
+        owned_.push_back(std::move(piece));
+        pieces_.emplace_back(owned_.back());
+    }
+    void add_view(Bytes piece) { pieces_.push_back(piece); }
+    [[nodiscard]] std::span<const Bytes> pieces() const { return pieces_; }
+    [[nodiscard]] std::uint64_t size() const;
+    [[nodiscard]] Buffer joined() const;
+
+  private:
+    std::vector<Buffer> owned_;  // moving one leaves its bytes where they are
+    std::vector<Bytes> pieces_;
+};
 
 }  // namespace splat::io

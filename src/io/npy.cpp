@@ -6,6 +6,7 @@
 
 #include "core/checked_math.h"
 #include "io/reader.h"
+#include "io/tensor_file.h"
 
 namespace splat::io {
 namespace {
@@ -56,7 +57,7 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
     return count;
 }
 
-Result<std::string_view> read_header(Reader& reader) {
+Result<std::string_view> header_text(Reader& reader) {
     SPLAT_ASSIGN(const Bytes magic, reader.take(kMagic.size(), "magic"));
     if (as_text(magic) != kMagic) return bad("the file does not start as a .npy file does");
     std::uint8_t major = 0;
@@ -79,49 +80,70 @@ Result<std::string_view> read_header(Reader& reader) {
 
 }  // namespace
 
-Result<FloatArray> read_npy(Bytes file) {
+Result<NpyHeader> read_npy_header(Bytes file) {
     Reader reader(file, "npy");
-    SPLAT_ASSIGN(const std::string_view header, read_header(reader));
-    SPLAT_ASSIGN(const std::string_view type, value_of(header, "descr"));
-    SPLAT_ASSIGN(const std::string_view order, value_of(header, "fortran_order"));
-    SPLAT_ASSIGN(const std::string_view shape, value_of(header, "shape"));
-    FloatArray array;
-    SPLAT_ASSIGN(array.shape, parse_shape(shape));
-    const bool wide = type.starts_with("'<f8'") || type.starts_with("'>f8'");
-    if (!wide && !type.starts_with("'<f4'") && !type.starts_with("'>f4'"))
-        return error(Code::kUnsupported, "npy: dtype %s, expected '<f4' or '<f8'",
-                     std::string(type.substr(0, 8)).c_str());
-    if (!order.starts_with("False"))
+    SPLAT_ASSIGN(const std::string_view text, header_text(reader));
+    SPLAT_ASSIGN(const std::string_view type, value_of(text, "descr"));
+    SPLAT_ASSIGN(const std::string_view column_major, value_of(text, "fortran_order"));
+    SPLAT_ASSIGN(const std::string_view shape, value_of(text, "shape"));
+    NpyHeader header;
+    SPLAT_ASSIGN(header.shape, parse_shape(shape));
+    const std::size_t end = type.substr(0, 16).find('\'', 1);
+    if (!type.starts_with('\'') || end == std::string_view::npos || end < 3)
+        return error(Code::kUnsupported, "npy: dtype %s, expected a plain one as '<f4'",
+                     std::string(type.substr(0, 16)).c_str());
+    if (std::string_view("<>|=").find(type[1]) == std::string_view::npos)
+        return error(Code::kUnsupported, "npy: dtype %s has no byte order as '<f4' has",
+                     std::string(type.substr(0, end + 1)).c_str());
+    header.dtype = type.substr(2, end - 2);
+    header.order = type[1] == '>' ? std::endian::big : std::endian::little;
+    if (!column_major.starts_with("False"))
         return error(Code::kUnsupported, "npy: a column-major array; save it in C order");
-    const auto count = elements(array.shape);
+    const auto count = elements(header.shape);
     if (!count) return bad("the shape has more than 2^64 elements");
-    SPLAT_TRY(reader.need(*count, wide ? 8 : 4, "data"));
-    SPLAT_ASSIGN(const Bytes data, reader.take(*count * (wide ? 8 : 4), "data"));
+    header.elements = *count;
+    header.start = reader.position();
+    return header;
+}
+
+Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_t>& shape) {
+    std::string header = "{'descr': '" + dtype + "', 'fortran_order': False, 'shape': (";
+    for (const std::uint64_t dim : shape) header += std::to_string(dim) + ", ";
+    if (shape.size() > 1) header.resize(header.size() - 2);
+    header += "), }";
+    const std::size_t before = kMagic.size() + 4 + header.size() + 1;
+    header.append(round_up(before, kAlignment) - before, ' ');
+    header += '\n';
+    Buffer file;
+    put_text(file, kMagic);
+    put(file, std::uint16_t{1});
+    put(file, static_cast<std::uint16_t>(header.size()));
+    put_text(file, header);
+    return file;
+}
+
+Result<FloatArray> read_npy(Bytes file) {
+    SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
+    const bool wide = header.dtype == "f8";
+    if (!wide && header.dtype != "f4")
+        return error(Code::kUnsupported, "npy: dtype '%c%s', expected '<f4' or '<f8'",
+                     header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
+    const std::size_t each = wide ? 8 : 4;
+    Reader reader(file.subspan(header.start), "npy");
+    SPLAT_TRY(reader.need(header.elements, each, "data"));
+    SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * each, "data"));
     if (reader.left() != 0) return bad(std::to_string(reader.left()) + " bytes after the data");
-    const std::endian endian = type[1] == '>' ? std::endian::big : std::endian::little;
-    array.values.resize(*count);
-    for (std::size_t i = 0; i < array.values.size(); ++i)
-        array.values[i] = wide ? static_cast<float>(number<double>(data.data() + i * 8, endian))
-                               : number<float>(data.data() + i * 4, endian);
+    FloatArray array;
+    array.shape = header.shape;
+    array.values.resize(header.elements);
+    to_floats(wide ? NumberType::kF64 : NumberType::kF32, data, array.values.data(), header.order);
     return array;
 }
 
 Result<Buffer> write_npy(const FloatArray& array) {
     if (array.shape.size() > kMaxDims || elements(array.shape) != array.values.size())
         return bad(std::to_string(array.values.size()) + " values do not fit the shape");
-    std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (";
-    for (const std::uint64_t dim : array.shape) header += std::to_string(dim) + ", ";
-    if (array.shape.size() > 1) header.resize(header.size() - 2);
-    header += "), }";
-    const std::size_t before = kMagic.size() + 4 + header.size() + 1;
-    header.append(round_up(before, kAlignment) - before, ' ');
-    header += '\n';
-    Buffer file;
-    file.reserve(before + kAlignment + array.values.size() * sizeof(float));
-    put_text(file, kMagic);
-    put(file, std::uint16_t{1});
-    put(file, static_cast<std::uint16_t>(header.size()));
-    put_text(file, header);
+    Buffer file = write_npy_header("<f4", array.shape);
     put_bytes(file, std::as_bytes(std::span(array.values)));
     return file;
 }

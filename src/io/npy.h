@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "core/status.h"
 #include "io/bytes.h"
@@ -12,6 +13,22 @@ struct FloatArray {
     std::vector<std::uint64_t> shape;  ///< empty: one number
     std::vector<float> values;
 };
+
+/// What stands in front of the numbers of a .npy file.
+struct NpyHeader {
+    std::string dtype;  ///< letter and size: "f4", "i8", "b1", "U12"
+    std::endian order = std::endian::little;
+    std::vector<std::uint64_t> shape;
+    std::uint64_t elements = 0;
+    std::size_t start = 0;  ///< of the numbers
+};
+
+/// Of version 1 to 3. Errors: kInvalidArgument if it is damaged or truncated; kUnsupported for
+/// structured types and for column-major arrays.
+Result<NpyHeader> read_npy_header(Bytes file);
+
+/// Version 1.0; `dtype` with its byte order, e.g. "<f4".
+Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_t>& shape);
 
 /// A .npy file of version 1 to 3 of dtype f4 of either byte order, or f8, which is rounded.
 ///

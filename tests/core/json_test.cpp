@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "support/expect_status.h"
+
 namespace splat {
 namespace {
 
@@ -57,6 +59,42 @@ TEST(Json, LimitsSize) {
     EXPECT_TRUE(parse_json(text, "config").ok());
     text += " ";
     expect_refused(text, "bytes of JSON");
+}
+
+/// Path and value of every event, one behind the other.
+std::string events_of(const std::string& text) {
+    std::string all;
+    const Status status = visit_json(text, "x", [&all](const JsonEvent& event) {
+        for (const JsonStep& step : event.path)
+            all += "/" + (step.array ? std::to_string(step.index) : step.key);
+        constexpr char kKinds[] = "nbird{[";
+        all += std::string(":") + kKinds[static_cast<std::size_t>(event.kind)];
+        if (event.kind == JsonEvent::Kind::kText) all += event.text;
+        all += std::to_string(event.integer) + " ";
+        return Status();
+    });
+    EXPECT_OK(status);
+    return all;
+}
+
+TEST(VisitJson, ReportsValuesInOrder) {
+    EXPECT_EQ(events_of(R"({"a": [1, {"b": true}, []], "c": "t", "d": null, "e": 1.5})"),
+              ":{0 /a:[0 /a/0:i1 /a/1:{0 /a/1/b:b1 /a/2:[0 /c:dt0 /d:n0 /e:r0 ");
+    EXPECT_EQ(events_of("[18446744073709551615, -3]"), ":[0 /0:r0 /1:i-3 ");
+    EXPECT_EQ(events_of("7"), ":i7 ");
+}
+
+TEST(VisitJson, RefusesWhatIsNoJsonAndStopsWhereToldTo) {
+    const auto visit = [](const std::string& text, const Status& answer = {}) {
+        return visit_json(text, "x", [&answer](const JsonEvent&) { return answer; });
+    };
+    EXPECT_ERROR(visit("[1,"), Code::kInvalidArgument, "x: not valid JSON");
+    EXPECT_ERROR(visit("1 2"), Code::kInvalidArgument, "x: not valid JSON");
+    EXPECT_OK(visit(std::string(64, '[') + std::string(64, ']')));
+    EXPECT_ERROR(visit(std::string(65, '[') + std::string(65, ']')), Code::kInvalidArgument,
+                 "deeper than 64");
+    EXPECT_ERROR(visit(std::string(kMaxJsonBytes + 1, ' ')), Code::kInvalidArgument, "at most");
+    EXPECT_ERROR(visit("[]", error(Code::kUnsupported, "stop")), Code::kUnsupported, "stop");
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"nlohmann/", {"core"}}, {"glm/", {"scene", "model", "data", "raster", "api"}},
     {"png.h", {"io"}},       {"jpeglib.h", {"io"}},
     {"zstd.h", {"io"}},      {"zlib.h", {"io", "vk"}},
+    {"yaml.h", {"core"}},
 };
 
 std::string trim(std::string text) {

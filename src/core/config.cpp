@@ -1,0 +1,197 @@
+#include "core/config.h"
+
+#include <algorithm>
+#include <numeric>
+#include <unordered_set>
+
+#include "core/json.h"
+
+namespace splat {
+namespace {
+
+constexpr std::size_t kMaxWord = 200;
+
+const char* kind_of(const ConfigScalar& value) {
+    constexpr const char* kKinds[] = {"null", "a bool", "a whole number", "a number", "a text"};
+    return kKinds[value.index()];
+}
+
+template <class T>
+bool convert(const ConfigScalar& value, T& to) {
+    if (const T* same = std::get_if<T>(&value)) {
+        to = *same;
+        return true;
+    }
+    if constexpr (std::is_same_v<T, double>)
+        if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+            to = static_cast<double>(*whole);
+            return true;
+        }
+    return false;
+}
+
+template <class T>
+const char* wanted() {
+    return kind_of(ConfigScalar(T{}));
+}
+
+/// "a.b.0.c"
+std::string key_of(std::span<const JsonStep> path) {
+    std::string key;
+    for (const JsonStep& step : path)
+        key += (key.empty() ? "" : ".") + (step.array ? std::to_string(step.index) : step.key);
+    return key;
+}
+
+ConfigScalar scalar_of(const JsonEvent& event) {
+    switch (event.kind) {
+        case JsonEvent::Kind::kBool:
+            return event.integer != 0;
+        case JsonEvent::Kind::kInteger:
+            return event.integer;
+        case JsonEvent::Kind::kReal:
+            return event.real;
+        case JsonEvent::Kind::kText:
+            return std::string(event.text);
+        case JsonEvent::Kind::kNull:
+        case JsonEvent::Kind::kObject:
+        case JsonEvent::Kind::kArray:
+            break;
+    }
+    return {};
+}
+
+}  // namespace
+
+Status Config::add(ConfigEntry entry) {
+    if (entries_.size() == kMaxConfigEntries)
+        return error(Code::kInvalidArgument, "%s: more than %zu keys", what_.c_str(),
+                     kMaxConfigEntries);
+    if (!places_.emplace(entry.key, entries_.size()).second)
+        return error(Code::kInvalidArgument, "%s: the key '%s' is there twice", what_.c_str(),
+                     entry.key.c_str());
+    entries_.push_back(std::move(entry));
+    return {};
+}
+
+Status Config::append(const std::string& key, ConfigScalar value) {
+    const auto place = places_.find(key);
+    if (place == places_.end() || !entries_[place->second].list)
+        return error(Code::kInvalidArgument, "%s: '%s' is no list", what_.c_str(), key.c_str());
+    entries_[place->second].values.push_back(std::move(value));
+    return {};
+}
+
+const ConfigEntry* Config::find(const std::string& key) const {
+    const auto place = places_.find(key);
+    return place == places_.end() ? nullptr : &entries_[place->second];
+}
+
+template <class T>
+Result<T> Config::get(const std::string& key, T otherwise) const {
+    const ConfigEntry* entry = find(key);
+    if (entry == nullptr) return otherwise;
+    const bool one = !entry->list && !entry->map;
+    if (one && entry->values[0].index() == 0) return otherwise;
+    if (one && convert(entry->values[0], otherwise)) return otherwise;
+    const char* const got =
+        one ? kind_of(entry->values[0]) : (entry->list ? "a list" : "a map of further keys");
+    return error(Code::kInvalidArgument, "%s: '%s' is %s, expected %s", what_.c_str(), key.c_str(),
+                 got, wanted<T>());
+}
+
+template <class T>
+Result<std::vector<T>> Config::get_list(const std::string& key, std::vector<T> otherwise) const {
+    const ConfigEntry* entry = find(key);
+    if (entry == nullptr) return otherwise;
+    if (!entry->list) {
+        if (!entry->map && entry->values[0].index() == 0) return otherwise;
+        return error(Code::kInvalidArgument, "%s: '%s' is no list", what_.c_str(), key.c_str());
+    }
+    std::vector<T> values;
+    for (const ConfigScalar& scalar : entry->values) {
+        T value{};
+        if (!convert(scalar, value))
+            return error(Code::kInvalidArgument, "%s: the list '%s' holds %s, expected %s",
+                         what_.c_str(), key.c_str(), kind_of(scalar), wanted<T>());
+        values.push_back(std::move(value));
+    }
+    return values;
+}
+
+#define SPLAT_CONFIG_TYPE(T)                                                      \
+    template Result<T> Config::get<T>(const std::string& key, T otherwise) const; \
+    template Result<std::vector<T>> Config::get_list<T>(const std::string& key,   \
+                                                        std::vector<T> otherwise) const;
+SPLAT_CONFIG_TYPE(std::int64_t)
+SPLAT_CONFIG_TYPE(double)
+SPLAT_CONFIG_TYPE(std::string)
+template Result<bool> Config::get<bool>(const std::string& key, bool otherwise) const;
+#undef SPLAT_CONFIG_TYPE
+
+Status Config::refuse_unknown(const std::vector<std::string>& known) const {
+    const std::unordered_set<std::string> all(known.begin(), known.end());
+    for (const ConfigEntry& entry : entries_) {
+        if (entry.map || all.contains(entry.key)) continue;
+        const std::string nearest = nearest_name(entry.key, known);
+        const std::string hint = nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+        return error(Code::kInvalidArgument, "%s: unknown key '%s'%s", what_.c_str(),
+                     entry.key.c_str(), hint.c_str());
+    }
+    return {};
+}
+
+Result<Config> read_json_config(std::string_view text, const std::string& what) {
+    Config config(what);
+    const Status status = visit_json(text, what.c_str(), [&config](const JsonEvent& event) {
+        using Kind = JsonEvent::Kind;
+        const bool opens = event.kind == Kind::kObject || event.kind == Kind::kArray;
+        if (event.path.empty() && event.kind == Kind::kObject) return Status();
+        if (event.path.empty())
+            return error(Code::kInvalidArgument, "%s: expected a JSON object",
+                         config.what().c_str());
+        if (event.path.back().array && !opens)
+            return config.append(key_of(event.path.first(event.path.size() - 1)), scalar_of(event));
+        ConfigEntry entry{
+            key_of(event.path), {}, event.kind == Kind::kArray, event.kind == Kind::kObject};
+        if (!opens) entry.values.push_back(scalar_of(event));
+        return config.add(std::move(entry));
+    });
+    if (!status.ok()) return status;
+    return config;
+}
+
+Result<Config> read_config(std::string_view text, const std::string& what) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (first != std::string_view::npos && text[first] == '{') return read_json_config(text, what);
+    return read_yaml_config(text, what);
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+std::string nearest_name(const std::string& word, const std::vector<std::string>& known) {
+    if (word.size() > kMaxWord) return "";
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const std::string& candidate : known)
+        if (const std::size_t distance = edit_distance(word, candidate); distance < least) {
+            least = distance;
+            nearest = candidate;
+        }
+    return nearest;
+}
+
+}  // namespace splat

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <variant>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat {
+
+/// One value of a configuration; the first is null.
+using ConfigScalar = std::variant<std::monostate, bool, std::int64_t, double, std::string>;
+
+struct ConfigEntry {
+    std::string key;  ///< names from the outermost map inwards, with dots: "opt.base_lr"
+    std::vector<ConfigScalar> values;
+    bool list = false;  ///< else there is one value
+    bool map = false;   ///< of the file; no value, its members follow with longer keys
+};
+
+/// A configuration as a flat table in the order of its file. An element of a list that is a map or a
+/// list itself has its index for a name: "defaults.0.dataset".
+class Config {
+  public:
+    /// `what` names the file in messages.
+    explicit Config(std::string what) : what_(std::move(what)) {}
+
+    /// Errors: kInvalidArgument for a key that is there, and beyond kMaxConfigEntries.
+    Status add(ConfigEntry entry);
+
+    /// A value at the end of the list with this key.
+    Status append(const std::string& key, ConfigScalar value);
+
+    [[nodiscard]] const std::string& what() const { return what_; }
+    [[nodiscard]] const std::vector<ConfigEntry>& entries() const { return entries_; }
+    [[nodiscard]] const ConfigEntry* find(const std::string& key) const;
+
+    /// The value of a key, or `otherwise` where the key is missing or null; a whole number is also a
+    /// double. T: bool, std::int64_t, double, std::string. Errors: kInvalidArgument, naming file and
+    /// key, for a value of another kind.
+    template <class T>
+    [[nodiscard]] Result<T> get(const std::string& key, T otherwise) const;
+
+    /// The same of a list.
+    template <class T>
+    [[nodiscard]] Result<std::vector<T>> get_list(const std::string& key,
+                                                  std::vector<T> otherwise) const;
+
+    /// Errors: kInvalidArgument for a key that is not in `known`, with the known one that is nearest.
+    [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known) const;
+
+  private:
+    std::string what_;
+    std::vector<ConfigEntry> entries_;
+    std::unordered_map<std::string, std::size_t> places_;
+};
+
+inline constexpr std::size_t kMaxConfigBytes = 4U << 20U;
+inline constexpr std::size_t kMaxConfigEntries = 100'000;
+inline constexpr int kMaxConfigDepth = 32;
+
+/// YAML as Hydra and OmegaConf write it: maps, lists and scalars of one document. Plain scalars are
+/// null, booleans (true, yes, on and their opposites, as in YAML 1.1), decimal numbers, or texts;
+/// quoted ones are texts. "${...}" stays a text.
+///
+/// Errors       kInvalidArgument with the line, for text that is no YAML, nests or is larger than the
+///              limits, has a key twice, no map on the outside, or a second document; kUnsupported for
+///              anchors, aliases, tags and merge keys
+Result<Config> read_yaml_config(std::string_view text, const std::string& what);
+
+/// A JSON object. Errors: as visit_json(), and for a key that is there twice.
+Result<Config> read_json_config(std::string_view text, const std::string& what);
+
+/// Either: JSON if the first letter is a brace.
+Result<Config> read_config(std::string_view text, const std::string& what);
+
+/// How many insertions, deletions and replacements of a letter lead from a to b.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The word that may have been meant; empty if none is near, that is within a third of its letters.
+std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace splat

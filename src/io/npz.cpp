@@ -1,0 +1,95 @@
+#include "io/npz.h"
+
+#include <optional>
+
+#include "io/npy.h"
+#include "io/zip.h"
+
+namespace splat::io {
+namespace {
+
+constexpr std::string_view kExtension = ".npy";
+
+std::optional<NumberType> type_of(const std::string& dtype) {
+    constexpr std::pair<std::string_view, NumberType> kTypes[] = {
+        {"f4", NumberType::kF32}, {"f8", NumberType::kF64}, {"f2", NumberType::kF16},
+        {"i8", NumberType::kI64}, {"i4", NumberType::kI32}, {"i2", NumberType::kI16},
+        {"i1", NumberType::kI8},  {"u1", NumberType::kU8},  {"b1", NumberType::kBool}};
+    for (const auto& [name, type] : kTypes)
+        if (name == dtype) return type;
+    return std::nullopt;
+}
+
+bool is_text(const NpyHeader& header) {
+    return header.dtype.starts_with('U') || header.dtype.starts_with('S');
+}
+
+Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::string& name,
+                                Budget& budget) {
+    NamedTensor tensor;
+    tensor.name = name;
+    const std::optional<NumberType> type = type_of(header.dtype);
+    if (!type)
+        return error(Code::kUnsupported, "dtype '%s', expected floats, integers or booleans",
+                     header.dtype.c_str());
+    tensor.type = *type;
+    for (const std::uint64_t dim : header.shape)
+        tensor.dims.push_back(dim <= INT64_MAX ? static_cast<std::int64_t>(dim) : -1);
+    SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, name));
+    const Bytes data = file.subspan(header.start);
+    if (data.size() != count * type_bytes(*type))
+        return error(Code::kInvalidArgument, "%zu bytes of data, its shape %s of %s wants %llu",
+                     data.size(), dims_text(tensor.dims).c_str(), type_name(*type),
+                     static_cast<unsigned long long>(count * type_bytes(*type)));
+    SPLAT_TRY(budget.take(count, sizeof(float), name));
+    tensor.values.resize(count);
+    to_floats(*type, data, tensor.values.data(), header.order);
+    return tensor;
+}
+
+Status with_name(const Status& status, const std::string& name) {
+    return {status.code(), "npz: '" + name + "': " + status.message()};
+}
+
+}  // namespace
+
+Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits) {
+    SPLAT_ASSIGN(const Zip zip, Zip::open(source, "npz", limits));
+    Budget budget(limits.allowed(source.size()));
+    NpzFile result;
+    Buffer bytes;
+    for (const ZipEntry& entry : zip.entries()) {
+        if (!entry.name.ends_with(kExtension))
+            return error(Code::kUnsupported, "npz: '%s' is no .npy array", entry.name.c_str());
+        const std::string name = entry.name.substr(0, entry.name.size() - kExtension.size());
+        SPLAT_TRY(zip.read(entry, bytes));
+        const auto header = read_npy_header(bytes);
+        if (!header.ok()) return with_name(header.status(), name);
+        if (is_text(header.value())) {
+            result.passed_over.push_back(name);
+            continue;
+        }
+        auto tensor = read_member(bytes, header.value(), name, budget);
+        if (!tensor.ok()) return with_name(tensor.status(), name);
+        SPLAT_TRY(result.tensors.add(std::move(tensor.value())));
+    }
+    return result;
+}
+
+Result<FilePieces> write_npz(const NamedTensors& tensors, bool half) {
+    std::vector<ZipMember> members;
+    for (const NamedTensor& tensor : tensors) {
+        ZipMember member;
+        member.name = tensor.name + std::string(kExtension);
+        member.head =
+            write_npy_header(half ? "<f2" : "<f4", {tensor.dims.begin(), tensor.dims.end()});
+        if (half)
+            SPLAT_TRY(put_halves(member.head, tensor));
+        else
+            member.body = std::as_bytes(std::span(tensor.values));
+        members.push_back(std::move(member));
+    }
+    return write_zip(std::move(members));
+}
+
+}  // namespace splat::io

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "io/file.h"
+#include "io/tensor_file.h"
+
+namespace splat::io {
+
+struct NpzFile {
+    NamedTensors tensors;
+    std::vector<std::string> passed_over;  ///< names of members that hold no numbers
+};
+
+/// A .npz file, stored or deflated: an archive of .npy arrays, named after its members. Texts are
+/// passed over.
+///
+/// Errors       kInvalidArgument if it is damaged or asks for more than the limits allow;
+///              kUnsupported for complex numbers, column-major arrays and other files than arrays
+/// Source       NumPy's documentation, numpy.lib.format and numpy.savez
+Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits = {});
+
+/// Stored, float32, or float16 with `half`. The pieces refer to the tensors. Errors: kUnsupported
+/// from 4 GiB on; kInvalidArgument for finite values that float16 does not reach.
+Result<FilePieces> write_npz(const NamedTensors& tensors, bool half = false);
+
+}  // namespace splat::io

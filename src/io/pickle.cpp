@@ -1,0 +1,540 @@
+#include "io/pickle.h"
+
+#include <array>
+#include <optional>
+#include <unordered_map>
+
+#include "io/reader.h"
+
+namespace splat::io {
+
+namespace {
+
+using Kind = PickleNode::Kind;
+
+/// What calling a global means to us.
+enum class Role { kStorageType, kTensor, kParameter, kDict, kSize, kEncode, kDtype, kScalar };
+
+struct Global {
+    std::string_view name;
+    Role role;
+    NumberType type = NumberType::kF32;
+};
+
+/// The allow-list.
+constexpr Global kGlobals[] = {
+    {"torch._utils._rebuild_tensor_v2", Role::kTensor},
+    {"torch._utils._rebuild_parameter", Role::kParameter},
+    {"collections.OrderedDict", Role::kDict},
+    {"torch.Size", Role::kSize},
+    {"_codecs.encode", Role::kEncode},
+    {"numpy.dtype", Role::kDtype},
+    {"numpy.core.multiarray.scalar", Role::kScalar},
+    {"numpy._core.multiarray.scalar", Role::kScalar},
+    {"torch.FloatStorage", Role::kStorageType, NumberType::kF32},
+    {"torch.DoubleStorage", Role::kStorageType, NumberType::kF64},
+    {"torch.HalfStorage", Role::kStorageType, NumberType::kF16},
+    {"torch.BFloat16Storage", Role::kStorageType, NumberType::kBf16},
+    {"torch.LongStorage", Role::kStorageType, NumberType::kI64},
+    {"torch.IntStorage", Role::kStorageType, NumberType::kI32},
+    {"torch.ShortStorage", Role::kStorageType, NumberType::kI16},
+    {"torch.CharStorage", Role::kStorageType, NumberType::kI8},
+    {"torch.ByteStorage", Role::kStorageType, NumberType::kU8},
+    {"torch.BoolStorage", Role::kStorageType, NumberType::kBool},
+};
+
+/// UTF-8 to the Latin-1 bytes that protocol 2 writes as text; nothing if a letter is beyond.
+std::optional<std::string> latin1(std::string_view text) {
+    std::string bytes;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto lead = static_cast<unsigned char>(text[i]);
+        if (lead < 0x80) {
+            bytes += text[i];
+        } else if ((lead == 0xC2 || lead == 0xC3) && i + 1 < text.size()) {
+            const auto low = static_cast<unsigned char>(text[++i]);
+            bytes += static_cast<char>((lead & 3U) << 6U | (low & 0x3FU));
+        } else {
+            return std::nullopt;
+        }
+    }
+    return bytes;
+}
+
+}  // namespace
+
+/// The stack machine that a pickle is a program for.
+class Unpickler {
+  public:
+    explicit Unpickler(Pickle& pickle) : pickle_(pickle), reader_(pickle.bytes_, "pickle") {
+        none_ = node({});
+        PickleNode value;
+        value.kind = Kind::kBool;
+        false_ = node(value);
+        value.integer = 1;
+        true_ = node(value);
+    }
+
+    Status run() {
+        std::uint8_t op = 0;
+        while (true) {
+            at_ = reader_.position();
+            SPLAT_TRY(reader_.read(op, "opcode"));
+            if (op == '.') break;
+            SPLAT_TRY(step(op));
+            if (pickle_.nodes_.size() > Pickle::kMaxNodes)
+                return bad(format("more than %zu values", Pickle::kMaxNodes));
+        }
+        if (stack_.size() != 1 || !marks_.empty()) return bad("it does not end with one value");
+        pickle_.root_ = stack_[0];
+        return {};
+    }
+
+  private:
+    [[nodiscard]] Status bad(const std::string& problem) const {
+        return error(Code::kInvalidArgument, "pickle: byte %zu: %s", at_, problem.c_str());
+    }
+
+    std::uint32_t node(PickleNode value) {
+        pickle_.nodes_.push_back(std::move(value));
+        return static_cast<std::uint32_t>(pickle_.nodes_.size() - 1);
+    }
+
+    [[nodiscard]] PickleNode& at(std::uint32_t i) { return pickle_.nodes_[i]; }
+
+    Status push(std::uint32_t value) {
+        stack_.push_back(value);
+        return {};
+    }
+
+    Status push_new(Kind kind) {
+        PickleNode value;
+        value.kind = kind;
+        return push(node(std::move(value)));
+    }
+
+    Status push_int(std::int64_t integer) {
+        PickleNode value;
+        value.kind = Kind::kInt;
+        value.integer = integer;
+        return push(node(std::move(value)));
+    }
+
+    Status push_text(Kind kind, std::string_view text) {
+        PickleNode value;
+        value.kind = kind;
+        value.text = text;
+        return push(node(std::move(value)));
+    }
+
+    /// Values above the last mark, or all of them, are what an opcode may take.
+    [[nodiscard]] std::size_t floor() const { return marks_.empty() ? 0 : marks_.back(); }
+
+    Status need(std::size_t count) const {
+        if (stack_.size() - floor() >= count) return {};
+        return bad("an opcode takes more values than there are");
+    }
+
+    Result<std::uint32_t> pop() {
+        SPLAT_TRY(need(1));
+        const std::uint32_t value = stack_.back();
+        stack_.pop_back();
+        return value;
+    }
+
+    Result<std::vector<std::uint32_t>> pop_to_mark() {
+        if (marks_.empty()) return bad("an opcode wants a mark, and there is none");
+        std::vector<std::uint32_t> values(
+            stack_.begin() + static_cast<std::ptrdiff_t>(marks_.back()), stack_.end());
+        stack_.resize(marks_.back());
+        marks_.pop_back();
+        return values;
+    }
+
+    Result<std::vector<std::uint32_t>> pop_many(std::size_t count) {
+        SPLAT_TRY(need(count));
+        std::vector<std::uint32_t> values(stack_.end() - static_cast<std::ptrdiff_t>(count),
+                                          stack_.end());
+        stack_.resize(stack_.size() - count);
+        return values;
+    }
+
+    Status push_tuple(Result<std::vector<std::uint32_t>> items) {
+        SPLAT_ASSIGN(std::vector<std::uint32_t> values, std::move(items));
+        SPLAT_TRY(push_new(Kind::kTuple));
+        at(stack_.back()).items = std::move(values);
+        return {};
+    }
+
+    /// Append to the list or dict on top.
+    Status extend(Kind kind, Result<std::vector<std::uint32_t>> items) {
+        SPLAT_ASSIGN(const std::vector<std::uint32_t> values, std::move(items));
+        SPLAT_TRY(need(1));
+        PickleNode& to = at(stack_.back());
+        if (to.kind != kind || (kind == Kind::kDict && values.size() % 2 != 0))
+            return bad(std::string("items for ") + kind_name(to.kind) + ", expected " +
+                       kind_name(kind));
+        to.items.insert(to.items.end(), values.begin(), values.end());
+        return {};
+    }
+
+    Status step(std::uint8_t op) {
+        switch (op) {
+            case 0x80:  // PROTO
+                return check_protocol();
+            case 0x95:  // FRAME
+                return reader_.take(8, "frame").status();
+            case '(':
+                if (marks_.size() == Pickle::kMaxMarks)
+                    return bad(format("it nests deeper than %zu levels", Pickle::kMaxMarks));
+                marks_.push_back(stack_.size());
+                return {};
+            case '}':
+                return push_new(Kind::kDict);
+            case ']':
+                return push_new(Kind::kList);
+            case ')':
+                return push_new(Kind::kTuple);
+            case 't':
+                return push_tuple(pop_to_mark());
+            case 0x85:  // TUPLE1
+            case 0x86:  // TUPLE2
+            case 0x87:  // TUPLE3
+                return push_tuple(pop_many(op - 0x84U));
+            case 'a':
+                return extend(Kind::kList, pop_many(1));
+            case 'e':
+                return extend(Kind::kList, pop_to_mark());
+            case 's':
+                return extend(Kind::kDict, pop_many(2));
+            case 'u':
+                return extend(Kind::kDict, pop_to_mark());
+            case 'N':
+                return push(none_);
+            case 0x88:
+                return push(true_);
+            case 0x89:
+                return push(false_);
+            case 'c':
+                return push_global_lines();
+            case 0x93:  // STACK_GLOBAL
+                return push_global_stack();
+            case 'R':
+                return reduce();
+            case 'b':
+                return build();
+            case 'Q':
+                return push_storage();
+            default:
+                return step_data(op);
+        }
+    }
+
+    Status check_protocol() {
+        std::uint8_t version = 0;
+        SPLAT_TRY(reader_.read(version, "protocol"));
+        if (version >= 2 && version <= 4) return {};
+        return error(Code::kUnsupported, "pickle: protocol %u, expected 2 to 4", version);
+    }
+
+    /// Numbers, texts and the memo.
+    Status step_data(std::uint8_t op) {
+        switch (op) {
+            case 'J':
+                return push_number<std::int32_t>();
+            case 'K':
+                return push_number<std::uint8_t>();
+            case 'M':
+                return push_number<std::uint16_t>();
+            case 0x8A:  // LONG1
+                return push_long();
+            case 'G': {
+                SPLAT_ASSIGN(const Bytes data, reader_.take(8, "number"));
+                return push_real(number<double>(data.data(), std::endian::big));
+            }
+            case 'X':
+                return push_sized<std::uint32_t>(Kind::kText);
+            case 0x8C:  // SHORT_BINUNICODE
+                return push_sized<std::uint8_t>(Kind::kText);
+            case 'T':
+            case 'B':
+                return push_sized<std::uint32_t>(Kind::kBytes);
+            case 'U':
+            case 'C':
+                return push_sized<std::uint8_t>(Kind::kBytes);
+            case 'q':
+                return memo_put<std::uint8_t>();
+            case 'r':
+                return memo_put<std::uint32_t>();
+            case 0x94:  // MEMOIZE
+                return remember(memo_.size());
+            case 'h':
+                return memo_get<std::uint8_t>();
+            case 'j':
+                return memo_get<std::uint32_t>();
+            default:
+                return error(Code::kUnsupported,
+                             "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
+                             "file is damaged, or holds more than a state dict",
+                             at_, op);
+        }
+    }
+
+    template <class T>
+    Status push_number() {
+        T value = 0;
+        SPLAT_TRY(reader_.read(value, "number"));
+        return push_int(value);
+    }
+
+    Status push_real(double real) {
+        SPLAT_TRY(push_new(Kind::kFloat));
+        at(stack_.back()).real = real;
+        return {};
+    }
+
+    /// Little-endian, two's complement, of any length.
+    Status push_long() {
+        std::uint8_t size = 0;
+        SPLAT_TRY(reader_.read(size, "size of a number"));
+        SPLAT_ASSIGN(const Bytes data, reader_.take(size, "number"));
+        if (size > 8) return bad("a whole number of more than 64 bits");
+        std::uint64_t value = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            value |= std::to_integer<std::uint64_t>(data[i]) << (8 * i);
+        if (size > 0 && size < 8 && (value >> (8U * size - 1)) != 0)
+            value |= ~std::uint64_t{0} << (8U * size);
+        return push_int(static_cast<std::int64_t>(value));
+    }
+
+    template <class Size>
+    Status push_sized(Kind kind) {
+        Size size = 0;
+        SPLAT_TRY(reader_.read(size, "size of a text"));
+        SPLAT_ASSIGN(const Bytes data, reader_.take(size, "text"));
+        return push_text(kind, as_text(data));
+    }
+
+    template <class Index>
+    Status memo_put() {
+        Index index = 0;
+        SPLAT_TRY(reader_.read(index, "place in the memo"));
+        return remember(index);
+    }
+
+    Status remember(std::size_t index) {
+        SPLAT_TRY(need(1));
+        memo_[index] = stack_.back();
+        if (memo_.size() <= Pickle::kMaxNodes) return {};
+        return bad(format("more than %zu values in the memo", Pickle::kMaxNodes));
+    }
+
+    template <class Index>
+    Status memo_get() {
+        Index index = 0;
+        SPLAT_TRY(reader_.read(index, "place in the memo"));
+        const auto found = memo_.find(index);
+        if (found == memo_.end()) return bad("the memo has no value of this number");
+        return push(found->second);
+    }
+
+    Result<std::string_view> line() {
+        const std::string_view rest = as_text(Bytes(pickle_.bytes_).subspan(reader_.position()));
+        const std::size_t end = rest.find('\n');
+        if (end == std::string_view::npos || end > 1000)
+            return bad("the name of a global is cut off");
+        SPLAT_TRY(reader_.take(end + 1, "name").status());
+        return rest.substr(0, end);
+    }
+
+    Status push_global_lines() {
+        SPLAT_ASSIGN(const std::string_view module, line());
+        SPLAT_ASSIGN(const std::string_view name, line());
+        return push_global(module, name);
+    }
+
+    Status push_global_stack() {
+        SPLAT_ASSIGN(const std::vector<std::uint32_t> names, pop_many(2));
+        if (at(names[0]).kind != Kind::kText || at(names[1]).kind != Kind::kText)
+            return bad("the name of a global is no text");
+        return push_global(at(names[0]).text, at(names[1]).text);
+    }
+
+    Status push_global(std::string_view module, std::string_view name) {
+        const std::string full =
+            std::string(module.substr(0, 200)) + "." + std::string(name.substr(0, 200));
+        for (std::size_t i = 0; i < std::size(kGlobals); ++i) {
+            if (kGlobals[i].name != full) continue;
+            SPLAT_TRY(push_text(Kind::kGlobal, kGlobals[i].name));
+            at(stack_.back()).integer = static_cast<std::int64_t>(i);
+            return {};
+        }
+        return error(Code::kUnsupported,
+                     "pickle: byte %zu: it asks for '%s', which is no part of a state dict and is "
+                     "not run; in Python, save the weights alone: "
+                     "torch.save(model.state_dict(), path)",
+                     at_, full.c_str());
+    }
+
+    /// A call of a global with a tuple of arguments.
+    Status reduce() {
+        SPLAT_ASSIGN(const std::vector<std::uint32_t> call, pop_many(2));
+        if (at(call[0]).kind != Kind::kGlobal || at(call[1]).kind != Kind::kTuple)
+            return bad("a call of what is no function");
+        const Global& global = kGlobals[static_cast<std::size_t>(at(call[0]).integer)];
+        const std::vector<std::uint32_t> arguments = at(call[1]).items;
+        const auto misfit = [&] {
+            return bad("arguments that do not fit " + std::string(global.name));
+        };
+        switch (global.role) {
+            case Role::kTensor:
+                if (arguments.size() < 4 || at(arguments[0]).kind != Kind::kStorage)
+                    return misfit();
+                SPLAT_TRY(push_new(Kind::kTensor));
+                at(stack_.back()).items = arguments;
+                return {};
+            case Role::kParameter:
+                if (arguments.empty() || at(arguments[0]).kind != Kind::kTensor) return misfit();
+                return push(arguments[0]);
+            case Role::kDict:
+                return arguments.empty() ? push_new(Kind::kDict) : misfit();
+            case Role::kSize:
+                if (arguments.size() != 1 || at(arguments[0]).kind != Kind::kTuple) return misfit();
+                return push(arguments[0]);
+            case Role::kEncode:
+                return encode(arguments) ? Status() : misfit();
+            case Role::kDtype:
+                if (arguments.empty() || at(arguments[0]).kind != Kind::kText) return misfit();
+                return push_text(Kind::kDtype, at(arguments[0]).text);
+            case Role::kScalar:
+                return scalar(arguments) ? Status() : misfit();
+            case Role::kStorageType:
+                break;
+        }
+        return misfit();
+    }
+
+    /// _codecs.encode(text, 'latin1'): bytes, in protocol 2.
+    bool encode(const std::vector<std::uint32_t>& arguments) {
+        if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kText ||
+            at(arguments[1]).text != "latin1")
+            return false;
+        const auto bytes = latin1(at(arguments[0]).text);
+        if (!bytes) return false;
+        pickle_.texts_.push_back(*bytes);
+        return push_text(Kind::kBytes, pickle_.texts_.back()).ok();
+    }
+
+    /// numpy.core.multiarray.scalar(dtype, bytes).
+    bool scalar(const std::vector<std::uint32_t>& arguments) {
+        if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kDtype ||
+            at(arguments[1]).kind != Kind::kBytes)
+            return false;
+        const std::string_view type = at(arguments[0]).text;
+        const Bytes data = as_bytes(at(arguments[1]).text);
+        if (type == "f8" && data.size() == 8) return push_real(number<double>(data.data())).ok();
+        if (type == "f4" && data.size() == 4)
+            return push_real(static_cast<double>(number<float>(data.data()))).ok();
+        if (type == "i8" && data.size() == 8)
+            return push_int(number<std::int64_t>(data.data())).ok();
+        return false;
+    }
+
+    /// The state of an object: attributes of a dict, which are passed over, or a dtype's byte order.
+    Status build() {
+        SPLAT_ASSIGN(const std::uint32_t state, pop());
+        SPLAT_TRY(need(1));
+        const PickleNode& object = at(stack_.back());
+        if (object.kind == Kind::kDict && at(state).kind == Kind::kDict) return {};
+        if (object.kind == Kind::kDtype && at(state).kind == Kind::kTuple &&
+            at(state).items.size() >= 2) {
+            const std::string_view order = at(at(state).items[1]).text;
+            if (order == "<" || order == "|") return {};
+        }
+        return bad(std::string("a state for ") + kind_name(object.kind) +
+                   ", which has none that is known");
+    }
+
+    Status push_storage() {
+        SPLAT_ASSIGN(const std::uint32_t id, pop());
+        const std::vector<std::uint32_t> items = at(id).items;
+        constexpr std::array kKinds = {Kind::kText, Kind::kGlobal, Kind::kText, Kind::kText,
+                                       Kind::kInt};
+        bool good = at(id).kind == Kind::kTuple && items.size() >= kKinds.size();
+        for (std::size_t i = 0; good && i < kKinds.size(); ++i)
+            good = at(items[i]).kind == kKinds[i];
+        if (!good || at(items[0]).text != "storage")
+            return bad("a persistent id that is no storage of a tensor");
+        SPLAT_TRY(Pickle::storage_type(at(items[1])).status());
+        SPLAT_TRY(push_new(Kind::kStorage));
+        at(stack_.back()).items = items;
+        return {};
+    }
+
+    Pickle& pickle_;
+    Reader reader_;
+    std::size_t at_ = 0;
+    std::vector<std::uint32_t> stack_;
+    std::vector<std::size_t> marks_;
+    std::unordered_map<std::size_t, std::uint32_t> memo_;
+    std::uint32_t none_ = 0;
+    std::uint32_t false_ = 0;
+    std::uint32_t true_ = 0;
+};
+
+Result<Pickle> Pickle::read(Buffer bytes) {
+    if (bytes.size() > kMaxBytes)
+        return error(Code::kInvalidArgument, "pickle: %zu bytes, the limit is %zu", bytes.size(),
+                     kMaxBytes);
+    Pickle pickle;
+    pickle.bytes_ = std::move(bytes);
+    SPLAT_TRY(Unpickler(pickle).run());
+    return pickle;
+}
+
+const PickleNode* Pickle::find(const PickleNode& dict, std::string_view key) const {
+    if (dict.kind != Kind::kDict) return nullptr;
+    for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
+        const PickleNode& name = nodes_[dict.items[i - 2]];
+        if (name.kind == Kind::kText && name.text == key) return &nodes_[dict.items[i - 1]];
+    }
+    return nullptr;
+}
+
+Result<NumberType> Pickle::storage_type(const PickleNode& global) {
+    const auto row = static_cast<std::size_t>(global.integer);
+    if (global.kind == Kind::kGlobal && kGlobals[row].role == Role::kStorageType)
+        return kGlobals[row].type;
+    return error(Code::kUnsupported, "pickle: '%s' is no type of storage",
+                 std::string(global.text).c_str());
+}
+
+const char* kind_name(PickleNode::Kind kind) {
+    switch (kind) {
+        case Kind::kNone:
+            return "None";
+        case Kind::kBool:
+            return "a bool";
+        case Kind::kInt:
+        case Kind::kFloat:
+            return "a number";
+        case Kind::kText:
+        case Kind::kBytes:
+            return "a text";
+        case Kind::kList:
+            return "a list";
+        case Kind::kTuple:
+            return "a tuple";
+        case Kind::kDict:
+            return "a dict";
+        case Kind::kGlobal:
+        case Kind::kDtype:
+            return "a type";
+        case Kind::kStorage:
+            return "a storage";
+        case Kind::kTensor:
+            return "a tensor";
+    }
+    return "a value";
+}
+
+}  // namespace splat::io

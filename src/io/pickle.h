@@ -1,0 +1,78 @@
+#pragma once
+
+#include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/tensor_file.h"
+
+namespace splat::io {
+
+/// A value of a pickle. Which members count depends on the kind.
+struct PickleNode {
+    enum class Kind : std::uint8_t {
+        kNone,
+        kBool,     ///< integer
+        kInt,      ///< integer
+        kFloat,    ///< real
+        kText,     ///< text, UTF-8 or not
+        kBytes,    ///< text
+        kList,     ///< items
+        kTuple,    ///< items
+        kDict,     ///< items: key, value, key, value, ...; a key may be there twice
+        kGlobal,   ///< integer: its row in the allow-list; text: "module.name"
+        kStorage,  ///< items of the persistent id: 'storage', type, key, location, elements
+        kTensor,   ///< items: storage, offset, size, stride, ...
+        kDtype,    ///< text: NumPy's letter and size, e.g. "f8"
+    };
+
+    Kind kind = Kind::kNone;
+    std::int64_t integer = 0;
+    double real = 0;
+    std::string_view text;
+    std::vector<std::uint32_t> items;  ///< numbers of nodes
+};
+
+/// What Python's pickle holds, as far as torch.save() writes it. Nodes refer to each other by number,
+/// so cycles and deep nesting are harmless.
+class Pickle {
+  public:
+    using Kind = PickleNode::Kind;
+
+    /// Reads a pickle of protocol 2 to 4 without running any of it: a global that is not on the
+    /// allow-list (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name,
+    /// whether it is called or not, and so is everything else that a state dict does not need.
+    ///
+    /// Errors       kUnsupported with the global or the opcode; kInvalidArgument with the byte, for
+    ///              a pickle that is damaged or exceeds kMaxBytes, kMaxNodes or kMaxMarks
+    /// Source       Python's pickletools.py, which describes the opcodes
+    static Result<Pickle> read(Buffer bytes);
+
+    static constexpr std::size_t kMaxBytes = 64U << 20U;
+    static constexpr std::size_t kMaxNodes = 4U << 20U;
+    static constexpr std::size_t kMaxMarks = 256;
+
+    [[nodiscard]] const PickleNode& root() const { return nodes_[root_]; }
+    [[nodiscard]] const PickleNode& operator[](std::uint32_t node) const { return nodes_[node]; }
+
+    /// The last value of this key; nullptr if there is none, or `dict` is none.
+    [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const;
+
+    /// The numbers that a storage type of the allow-list holds. Errors: kUnsupported if the node is
+    /// no such type.
+    static Result<NumberType> storage_type(const PickleNode& global);
+
+  private:
+    friend class Unpickler;
+
+    Buffer bytes_;
+    std::deque<std::string> texts_;  // those that are not in bytes_
+    std::vector<PickleNode> nodes_;
+    std::uint32_t root_ = 0;
+};
+
+/// "a number", "a list", ...; for messages.
+const char* kind_name(PickleNode::Kind kind);
+
+}  // namespace splat::io

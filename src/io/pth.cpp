@@ -1,0 +1,358 @@
+#include "io/pth.h"
+
+#include <algorithm>
+
+#include "core/checked_math.h"
+#include "io/pickle.h"
+#include "io/zip.h"
+
+namespace splat::io {
+namespace {
+
+using Kind = PickleNode::Kind;
+
+constexpr std::string_view kPickleName = "/data.pkl";
+constexpr std::string_view kLegacyMagic("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19",
+                                        14);
+
+Status bad(const std::string& problem) {
+    return error(Code::kInvalidArgument, "pth: %s", problem.c_str());
+}
+
+/// A tensor's place in its storage.
+struct View {
+    std::string name;
+    NumberType type = NumberType::kF32;
+    std::string key;           ///< of the storage
+    std::uint64_t stored = 0;  ///< elements of the storage
+    std::uint64_t offset = 0;
+    std::vector<std::int64_t> dims;
+    std::vector<std::int64_t> strides;
+    std::uint64_t count = 0;
+};
+
+/// The view starts at its first and ends at its last element, all in one row.
+bool is_contiguous(const View& view) {
+    std::int64_t expected = 1;
+    for (std::size_t i = view.dims.size(); i-- > 0; expected *= view.dims[i])
+        if (view.dims[i] != 1 && view.strides[i] != expected) return false;
+    return true;
+}
+
+/// Copies in row-major order; the view has been checked against `from`.
+void gather(const View& view, const std::vector<float>& from, std::vector<float>& to) {
+    std::vector<std::int64_t> index(view.dims.size(), 0);
+    const std::size_t last = view.dims.size() - 1;
+    const auto row = static_cast<std::size_t>(view.dims[last]);
+    const auto step = static_cast<std::size_t>(view.strides[last]);
+    std::size_t at = view.offset;
+    for (std::size_t done = 0; done < to.size(); done += row) {
+        for (std::size_t i = 0; i < row; ++i) to[done + i] = from[at + i * step];
+        for (std::size_t d = last; d-- > 0;) {
+            at += static_cast<std::size_t>(view.strides[d]);
+            if (++index[d] < view.dims[d]) break;
+            at -= static_cast<std::size_t>(view.strides[d] * view.dims[d]);
+            index[d] = 0;
+        }
+    }
+}
+
+class PthReader {
+  public:
+    PthReader(const Source& source, const ReadLimits& limits)
+        : source_(source), limits_(limits), budget_(limits.allowed(source.size())) {}
+
+    Status open() {
+        SPLAT_ASSIGN(zip_, Zip::open(source_, "pth", limits_));
+        const ZipEntry* found = nullptr;
+        for (const ZipEntry& entry : zip_.entries()) {
+            if (!is_pth_entry(entry.name)) continue;
+            if (found != nullptr) return bad("there are two files data.pkl in the archive");
+            found = &entry;
+        }
+        if (found == nullptr)
+            return bad("the archive holds no data.pkl, so torch.save() did not write it");
+        prefix_ = found->name.substr(0, found->name.size() - kPickleName.size());
+        SPLAT_TRY(check_byte_order());
+        if (found->bytes > Pickle::kMaxBytes)
+            return bad(format("data.pkl has %llu bytes, the limit is %zu",
+                              static_cast<unsigned long long>(found->bytes), Pickle::kMaxBytes));
+        Buffer bytes;
+        SPLAT_TRY(zip_.read(*found, bytes));
+        auto pickle = Pickle::read(std::move(bytes));
+        if (!pickle.ok())
+            return {pickle.status().code(), "pth: data.pkl: " + pickle.status().message()};
+        pickle_ = std::move(pickle.value());
+        return {};
+    }
+
+    [[nodiscard]] const Pickle& pickle() const { return pickle_; }
+
+    Result<NamedTensor> tensor(const PickleNode& node, const std::string& name) {
+        SPLAT_ASSIGN(const View view, view_of(node, name));
+        NamedTensor tensor;
+        tensor.name = name;
+        tensor.dims = view.dims;
+        tensor.type = view.type;
+        if (view.count == 0) return tensor;
+        SPLAT_TRY(budget_.take(view.count, sizeof(float), "pth: '" + name + "'"));
+        SPLAT_TRY(load(view));
+        tensor.values.resize(view.count);
+        const std::size_t each = type_bytes(view.type);
+        if (is_contiguous(view)) {
+            to_floats(view.type, Bytes(stored_).subspan(view.offset * each, view.count * each),
+                      tensor.values.data());
+            return tensor;
+        }
+        SPLAT_TRY(budget_.take(view.stored, sizeof(float), "pth: '" + name + "'"));
+        std::vector<float> floats(view.stored);
+        to_floats(view.type, stored_, floats.data());
+        gather(view, floats, tensor.values);
+        return tensor;
+    }
+
+  private:
+    /// Files of PyTorch before 2.1 have no record of it; they are little-endian wherever they could
+    /// be written.
+    Status check_byte_order() {
+        const ZipEntry* entry = zip_.find(prefix_ + "/byteorder");
+        if (entry == nullptr) return {};
+        Buffer bytes;
+        if (entry->bytes <= 16) SPLAT_TRY(zip_.read(*entry, bytes));
+        if (as_text(bytes) == "little") return {};
+        return error(Code::kUnsupported,
+                     "pth: the byte order is '%s', expected 'little'; save the file again on a "
+                     "little-endian machine",
+                     std::string(as_text(bytes)).c_str());
+    }
+
+    Result<std::vector<std::int64_t>> numbers(std::uint32_t node, const std::string& what) const {
+        const PickleNode& tuple = pickle_[node];
+        if (tuple.kind != Kind::kTuple) return bad(what + " is no tuple");
+        std::vector<std::int64_t> values;
+        for (const std::uint32_t item : tuple.items) {
+            if (pickle_[item].kind != Kind::kInt || pickle_[item].integer < 0)
+                return bad(what + " holds other things than whole numbers from 0 on");
+            values.push_back(pickle_[item].integer);
+        }
+        return values;
+    }
+
+    Result<View> view_of(const PickleNode& node, const std::string& name) const {
+        View view;
+        view.name = name;
+        const PickleNode& storage = pickle_[node.items[0]];
+        const PickleNode& elements = pickle_[storage.items[4]];
+        const PickleNode& offset = pickle_[node.items[1]];
+        SPLAT_ASSIGN(view.type, Pickle::storage_type(pickle_[storage.items[1]]));
+        view.key = pickle_[storage.items[2]].text;
+        if (elements.integer < 0 || offset.kind != Kind::kInt || offset.integer < 0)
+            return bad("the storage of '" + name + "' has a size or offset below 0");
+        view.stored = static_cast<std::uint64_t>(elements.integer);
+        view.offset = static_cast<std::uint64_t>(offset.integer);
+        SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
+        SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
+        SPLAT_ASSIGN(view.count, count_elements(view.dims, name));
+        if (view.dims.size() != view.strides.size())
+            return bad(format("'%s' has %zu dimensions and %zu strides", name.c_str(),
+                              view.dims.size(), view.strides.size()));
+        if (view.count != 0) SPLAT_TRY(check_reach(view));
+        return view;
+    }
+
+    /// The last element of the view lies in the storage.
+    static Status check_reach(const View& view) {
+        std::optional<std::uint64_t> last = view.offset;
+        for (std::size_t i = 0; i < view.dims.size(); ++i) {
+            const auto reach = checked_mul(static_cast<std::uint64_t>(view.dims[i] - 1),
+                                           static_cast<std::uint64_t>(view.strides[i]));
+            last = last && reach ? checked_add(*last, *reach) : std::nullopt;
+        }
+        if (last && *last < view.stored) return {};
+        return bad(
+            format("'%s' of shape %s and stride %s reaches beyond its storage of %llu "
+                   "elements",
+                   view.name.c_str(), dims_text(view.dims).c_str(), dims_text(view.strides).c_str(),
+                   static_cast<unsigned long long>(view.stored)));
+    }
+
+    /// The bytes of the view's storage to stored_.
+    Status load(const View& view) {
+        if (view.key == loaded_ && view.type == loaded_type_)
+            return check_length(view, stored_.size());
+        const std::string name = prefix_ + "/data/" + view.key;
+        const ZipEntry* entry = zip_.find(name);
+        if (entry == nullptr)
+            return bad("the archive has no '" + name + "', the storage of '" + view.name + "'");
+        SPLAT_TRY(check_length(view, entry->bytes));
+        SPLAT_TRY(budget_.take(entry->bytes, 1, "pth: '" + name + "'"));
+        loaded_.clear();
+        SPLAT_TRY(zip_.read(*entry, stored_));
+        loaded_ = view.key;
+        loaded_type_ = view.type;
+        return {};
+    }
+
+    static Status check_length(const View& view, std::uint64_t bytes) {
+        const auto expected = checked_mul(view.stored, type_bytes(view.type));
+        if (expected && *expected == bytes) return {};
+        return bad(format("the storage of '%s' has %llu bytes, expected %llu of %s",
+                          view.name.c_str(), static_cast<unsigned long long>(bytes),
+                          static_cast<unsigned long long>(view.stored), type_name(view.type)));
+    }
+
+    const Source& source_;
+    const ReadLimits& limits_;
+    Budget budget_;
+    Zip zip_;
+    std::string prefix_;
+    Pickle pickle_;
+    Buffer stored_;
+    std::string loaded_;  // key of stored_; empty: none
+    NumberType loaded_type_ = NumberType::kF32;
+};
+
+/// A number of any kind, also a tensor of one.
+Result<std::optional<double>> scalar(PthReader& reader, const PickleNode& dict, const char* key) {
+    const PickleNode* node = reader.pickle().find(dict, key);
+    if (node == nullptr || node->kind == Kind::kNone) return std::optional<double>();
+    if (node->kind == Kind::kFloat) return std::optional(node->real);
+    if (node->kind == Kind::kInt) return std::optional(static_cast<double>(node->integer));
+    if (node->kind == Kind::kTensor) {
+        SPLAT_ASSIGN(const NamedTensor tensor, reader.tensor(*node, key));
+        if (tensor.values.size() == 1) return std::optional(static_cast<double>(tensor.values[0]));
+    }
+    return bad(std::string("'") + key + "' is " + kind_name(node->kind) + ", expected a number");
+}
+
+Result<double> required(PthReader& reader, const PickleNode& dict, const char* key) {
+    SPLAT_ASSIGN(const std::optional<double> value, scalar(reader, dict, key));
+    if (value) return *value;
+    return bad(std::string("the optimiser's state has no '") + key + "'");
+}
+
+Status read_scalars(PthReader& reader, PthScalars& scalars) {
+    const PickleNode& root = reader.pickle().root();
+    const PickleNode* iteration = reader.pickle().find(root, "iteration");
+    if (iteration != nullptr && iteration->kind == Kind::kInt)
+        scalars.iteration = iteration->integer;
+    SPLAT_ASSIGN(scalars.loss, scalar(reader, root, "loss"));
+    SPLAT_ASSIGN(scalars.best_psnr, scalar(reader, root, "best_PSNR"));
+    return {};
+}
+
+Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
+                                  const ReadLimits& limits) {
+    const Pickle& pickle = reader.pickle();
+    if (dict.items.size() / 2 > limits.max_tensors)
+        return bad(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
+                          static_cast<unsigned long long>(limits.max_tensors)));
+    NamedTensors tensors;
+    for (std::size_t i = 0; i < dict.items.size(); i += 2) {
+        const PickleNode& key = pickle[dict.items[i]];
+        const PickleNode& value = pickle[dict.items[i + 1]];
+        if (key.kind != Kind::kText) return bad("a name in the state dict is no text");
+        const std::string name(key.text);
+        if (value.kind != Kind::kTensor)
+            return bad("'" + name + "' is " + kind_name(value.kind) +
+                       ", expected a tensor; there is no 'model_state_dict' or 'state_dict'");
+        SPLAT_ASSIGN(NamedTensor tensor, reader.tensor(value, name));
+        SPLAT_TRY(tensors.add(std::move(tensor)));
+    }
+    return tensors;
+}
+
+Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
+                                 const PickleNode& state) {
+    AdamMoments moments;
+    if (key.kind != Kind::kInt) return bad("a parameter of the optimiser has no number");
+    moments.parameter = key.integer;
+    SPLAT_ASSIGN(moments.step, required(reader, state, "step"));
+    const std::string prefix = std::to_string(key.integer) + ".";
+    for (const auto& [name, to] :
+         {std::pair("exp_avg", &moments.exp_avg), std::pair("exp_avg_sq", &moments.exp_avg_sq)}) {
+        const PickleNode* node = reader.pickle().find(state, name);
+        if (node == nullptr || node->kind != Kind::kTensor)
+            return bad("the optimiser's state has no tensor '" + prefix + name + "'");
+        SPLAT_ASSIGN(*to, reader.tensor(*node, prefix + name));
+    }
+    if (moments.exp_avg.dims == moments.exp_avg_sq.dims) return moments;
+    return bad("'" + prefix + "exp_avg' and '" + prefix + "exp_avg_sq' differ in shape");
+}
+
+Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
+    const Pickle& pickle = reader.pickle();
+    AdamGroup group;
+    SPLAT_ASSIGN(group.lr, required(reader, dict, "lr"));
+    SPLAT_ASSIGN(group.eps, required(reader, dict, "eps"));
+    SPLAT_ASSIGN(group.weight_decay, required(reader, dict, "weight_decay"));
+    const PickleNode* betas = pickle.find(dict, "betas");
+    if (betas == nullptr || betas->items.size() != 2 ||
+        pickle[betas->items[0]].kind != Kind::kFloat ||
+        pickle[betas->items[1]].kind != Kind::kFloat)
+        return bad("the optimiser has no two 'betas', so it is no Adam");
+    group.beta1 = pickle[betas->items[0]].real;
+    group.beta2 = pickle[betas->items[1]].real;
+    const PickleNode* parameters = pickle.find(dict, "params");
+    if (parameters == nullptr || parameters->kind != Kind::kList)
+        return bad("a group of the optimiser has no list 'params'");
+    for (const std::uint32_t item : parameters->items) {
+        if (pickle[item].kind != Kind::kInt) return bad("'params' holds other things than numbers");
+        group.parameters.push_back(pickle[item].integer);
+    }
+    return group;
+}
+
+}  // namespace
+
+Result<PthFile> read_pth(const Source& source, const ReadLimits& limits) {
+    PthReader reader(source, limits);
+    SPLAT_TRY(reader.open());
+    const PickleNode* dict = &reader.pickle().root();
+    if (dict->kind != Kind::kDict)
+        return bad(std::string("it holds ") + kind_name(dict->kind) + ", expected a state dict");
+    PthFile file;
+    for (const char* section : {"model_state_dict", "state_dict"}) {
+        const PickleNode* inner = reader.pickle().find(*dict, section);
+        if (inner == nullptr || inner->kind != Kind::kDict) continue;
+        SPLAT_TRY(read_scalars(reader, file.scalars));
+        file.section = section;
+        dict = inner;
+        break;
+    }
+    SPLAT_ASSIGN(file.tensors, read_tensors(reader, *dict, limits));
+    return file;
+}
+
+Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits) {
+    PthReader reader(source, limits);
+    SPLAT_TRY(reader.open());
+    const Pickle& pickle = reader.pickle();
+    const PickleNode* root = pickle.find(pickle.root(), "optimizer_state_dict");
+    const PickleNode* state = root != nullptr ? pickle.find(*root, "state") : nullptr;
+    const PickleNode* groups = root != nullptr ? pickle.find(*root, "param_groups") : nullptr;
+    if (state == nullptr || state->kind != Kind::kDict || groups == nullptr ||
+        groups->kind != Kind::kList)
+        return bad("it has no 'optimizer_state_dict' with 'state' and 'param_groups'");
+    AdamState adam;
+    for (std::size_t i = 0; i < state->items.size(); i += 2) {
+        SPLAT_ASSIGN(AdamMoments moments,
+                     read_moments(reader, pickle[state->items[i]], pickle[state->items[i + 1]]));
+        adam.moments.push_back(std::move(moments));
+    }
+    for (const std::uint32_t item : groups->items) {
+        SPLAT_ASSIGN(AdamGroup group, read_group(reader, pickle[item]));
+        adam.groups.push_back(std::move(group));
+    }
+    return adam;
+}
+
+bool is_pth_entry(const std::string& name) {
+    return name.ends_with(kPickleName) && name.find('/') == name.size() - kPickleName.size();
+}
+
+bool is_legacy_pth(Bytes head) {
+    return as_text(head).starts_with(kLegacyMagic);
+}
+
+}  // namespace splat::io

@@ -1,0 +1,231 @@
+#include "io/safetensors.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "core/checked_math.h"
+#include "core/json.h"
+
+namespace splat::io {
+namespace {
+
+constexpr const char* kMetadata = "__metadata__";
+constexpr std::size_t kSizeBytes = 8;
+
+constexpr std::pair<std::string_view, NumberType> kTypes[] = {
+    {"F32", NumberType::kF32},   {"F64", NumberType::kF64}, {"F16", NumberType::kF16},
+    {"BF16", NumberType::kBf16}, {"I64", NumberType::kI64}, {"I32", NumberType::kI32},
+    {"I16", NumberType::kI16},   {"I8", NumberType::kI8},   {"U8", NumberType::kU8},
+    {"BOOL", NumberType::kBool}};
+
+Status bad(const std::string& problem) {
+    return error(Code::kInvalidArgument, "safetensors: %s", problem.c_str());
+}
+
+/// A tensor as the header describes it.
+struct Row {
+    std::string name;
+    std::optional<NumberType> type;
+    bool has_shape = false;
+    bool has_offsets = false;
+    std::vector<std::int64_t> shape;
+    std::vector<std::int64_t> offsets;  ///< first byte and end, from the end of the header
+    std::uint64_t count = 0;
+};
+
+/// Takes the header's values one by one.
+class HeaderReader {
+  public:
+    explicit HeaderReader(std::uint64_t max_tensors) : max_tensors_(max_tensors) {}
+
+    Status operator()(const JsonEvent& event) {
+        using Kind = JsonEvent::Kind;
+        const auto path = event.path;
+        if (path.empty())
+            return event.kind == Kind::kObject ? Status() : bad("the header is no JSON object");
+        if (path.size() == 1) return start(path[0].key, event.kind == Kind::kObject);
+        const std::string& key = path[1].key;
+        if (path[0].key == kMetadata) {
+            if (path.size() != 2 || event.kind != Kind::kText)
+                return bad("'__metadata__' holds other things than texts");
+            if (!metadata_keys_.insert(key).second) return twice(key, kMetadata);
+            metadata.emplace_back(key, event.text);
+            return {};
+        }
+        Row& row = rows.back();
+        if (path.size() == 2 && key == "dtype" && event.kind == Kind::kText)
+            return set_type(row, event.text);
+        if (path.size() == 2 && event.kind == Kind::kArray &&
+            (key == "shape" || key == "data_offsets")) {
+            bool& has = key == "shape" ? row.has_shape : row.has_offsets;
+            if (has) return twice(key, row.name);
+            has = true;
+            return {};
+        }
+        if (path.size() == 3 && event.kind == Kind::kInteger && event.integer >= 0) {
+            (key == "shape" ? row.shape : row.offsets).push_back(event.integer);
+            return {};
+        }
+        return bad("'" + row.name + "': '" + key +
+                   "' is not as expected: a text 'dtype', and whole numbers 'shape' and "
+                   "'data_offsets'");
+    }
+
+    std::vector<Row> rows;
+    Metadata metadata;
+
+  private:
+    static Status twice(const std::string& key, const std::string& name) {
+        return bad("'" + key + "' is there twice in '" + name + "'");
+    }
+
+    Status start(const std::string& name, bool object) {
+        if (!object) return bad("'" + name + "' is no JSON object");
+        if (!names_.insert(name).second) return twice(name, "the header");
+        if (name == kMetadata) return {};
+        if (rows.size() == max_tensors_)
+            return bad("more than " + std::to_string(max_tensors_) + " tensors");
+        rows.emplace_back();
+        rows.back().name = name;
+        return {};
+    }
+
+    static Status set_type(Row& row, std::string_view text) {
+        if (row.type) return twice("dtype", row.name);
+        for (const auto& [name, type] : kTypes)
+            if (name == text) row.type = type;
+        if (row.type) return {};
+        return error(Code::kUnsupported, "safetensors: '%s' has the dtype '%s', which is not read",
+                     row.name.c_str(), std::string(text).c_str());
+    }
+
+    std::uint64_t max_tensors_;
+    std::set<std::string, std::less<>> names_;
+    std::set<std::string, std::less<>> metadata_keys_;
+};
+
+/// Every row is complete, and together they fill the data exactly.
+Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
+    for (Row& row : rows) {
+        if (!row.type || !row.has_shape || row.offsets.size() != 2)
+            return bad("'" + row.name + "' lacks its dtype, its shape or its two data_offsets");
+        SPLAT_ASSIGN(row.count, count_elements(row.shape, "safetensors: " + row.name));
+        const std::int64_t bytes = row.offsets[1] - row.offsets[0];
+        if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
+            return bad(format("'%s' of shape %s and type %s has %lld bytes", row.name.c_str(),
+                              dims_text(row.shape).c_str(), type_name(*row.type),
+                              static_cast<long long>(bytes)));
+    }
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
+    std::uint64_t end = 0;
+    for (const Row& row : rows) {
+        if (static_cast<std::uint64_t>(row.offsets[0]) != end)
+            return bad(
+                format("the data of '%s' starts at byte %lld, expected %llu: tensors overlap "
+                       "or leave a gap",
+                       row.name.c_str(), static_cast<long long>(row.offsets[0]),
+                       static_cast<unsigned long long>(end)));
+        end = static_cast<std::uint64_t>(row.offsets[1]);
+    }
+    if (end == data_bytes) return {};
+    return bad(format("the tensors have %llu bytes, the file %llu; it is truncated or damaged",
+                      static_cast<unsigned long long>(end),
+                      static_cast<unsigned long long>(data_bytes)));
+}
+
+Result<std::uint64_t> header_size(const Source& source) {
+    std::byte bytes[kSizeBytes];
+    if (source.size() < kSizeBytes) return bad("the file has less than 8 bytes");
+    SPLAT_TRY(source.read(0, bytes));
+    const auto size = number<std::uint64_t>(bytes);
+    if (size > kMaxJsonBytes || size > source.size() - kSizeBytes)
+        return bad(
+            format("a header of %llu bytes, expected at most %zu and no more than the file "
+                   "has; it is truncated or no safetensors file",
+                   static_cast<unsigned long long>(size), kMaxJsonBytes));
+    return size;
+}
+
+}  // namespace
+
+Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits& limits) {
+    SPLAT_ASSIGN(const std::uint64_t size, header_size(source));
+    Buffer text(size);
+    SPLAT_TRY(source.read(kSizeBytes, text));
+    HeaderReader header(limits.max_tensors);
+    SPLAT_TRY(visit_json(as_text(text), "safetensors: the header", std::ref(header)));
+    const std::uint64_t start = kSizeBytes + size;
+    SPLAT_TRY(check_rows(header.rows, source.size() - start));
+    Budget budget(limits.allowed(source.size()));
+    SafetensorsFile file;
+    file.metadata = std::move(header.metadata);
+    Buffer bytes;
+    for (Row& row : header.rows) {
+        SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + row.name));
+        NamedTensor tensor;
+        tensor.name = std::move(row.name);
+        tensor.dims = std::move(row.shape);
+        tensor.type = *row.type;
+        tensor.values.resize(row.count);
+        const std::uint64_t at = start + static_cast<std::uint64_t>(row.offsets[0]);
+        if (tensor.type == NumberType::kF32) {
+            SPLAT_TRY(source.read(at, std::as_writable_bytes(std::span(tensor.values))));
+        } else {
+            bytes.resize(row.count * type_bytes(tensor.type));
+            SPLAT_TRY(source.read(at, bytes));
+            to_floats(tensor.type, bytes, tensor.values.data());
+        }
+        SPLAT_TRY(file.tensors.add(std::move(tensor)));
+    }
+    return file;
+}
+
+Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata& metadata,
+                                     bool half) {
+    std::string header = "{";
+    const auto comma = [&header] { header += header.size() > 1 ? "," : ""; };
+    if (!metadata.empty()) {
+        std::string texts;
+        for (const auto& [key, value] : metadata)
+            texts += (texts.empty() ? "" : ",") + json_quote(key) + ":" + json_quote(value);
+        header += std::string("\"") + kMetadata + "\":{" + texts + "}";
+    }
+    std::uint64_t end = 0;
+    for (const NamedTensor& tensor : tensors) {
+        if (tensor.name == kMetadata) return bad("no tensor may be named '__metadata__'");
+        const std::uint64_t begin = end;
+        end += tensor.values.size() * (half ? 2 : 4);
+        comma();
+        header += json_quote(tensor.name) + ":{\"dtype\":\"" + (half ? "F16" : "F32") +
+                  "\",\"shape\":" + dims_text(tensor.dims) + ",\"data_offsets\":[" +
+                  std::to_string(begin) + "," + std::to_string(end) + "]}";
+    }
+    header += "}";
+    header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
+    if (header.size() > kMaxJsonBytes)
+        return bad(format("a header of %zu bytes, the limit is %zu", header.size(), kMaxJsonBytes));
+    FilePieces file;
+    Buffer start;
+    put(start, std::uint64_t{header.size()});
+    put_text(start, header);
+    file.add(std::move(start));
+    for (const NamedTensor& tensor : tensors) {
+        if (!half) {
+            file.add_view(std::as_bytes(std::span(tensor.values)));
+            continue;
+        }
+        Buffer halves;
+        SPLAT_TRY(put_halves(halves, tensor));
+        file.add(std::move(halves));
+    }
+    return file;
+}
+
+bool is_safetensors(Bytes head) {
+    return head.size() > kSizeBytes && number<std::uint64_t>(head.data()) <= kMaxJsonBytes &&
+           head[kSizeBytes] == std::byte{'{'};
+}
+
+}  // namespace splat::io

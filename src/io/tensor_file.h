@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/status.h"
+#include "io/bytes.h"
+
+namespace splat::io {
+
+/// What the numbers of a tensor are in its file. In memory all are float32: float64 and integers
+/// beyond 2^24 are rounded to the nearest, bool is 0 or 1.
+enum class NumberType : std::uint8_t { kF32, kF64, kF16, kBf16, kI64, kI32, kI16, kI8, kU8, kBool };
+
+const char* type_name(NumberType type);  ///< as PyTorch says it: "float32", "bfloat16", "bool"
+std::size_t type_bytes(NumberType type);
+
+/// Numbers of a file as float32, exact where float32 can be. `bytes` holds type_bytes() for each.
+void to_floats(NumberType type, Bytes bytes, float* values,
+               std::endian order = std::endian::little);
+
+/// The nearest number of type float16, ties to even; beyond 65519 infinity.
+std::uint16_t to_half(float value);
+
+/// A tensor of a file of weights, row-major.
+struct NamedTensor {
+    std::string name;
+    std::vector<std::int64_t> dims;      ///< outermost first; empty: one number; 0: no numbers
+    NumberType type = NumberType::kF32;  ///< in the file
+    std::vector<float> values;
+};
+
+/// The product of dims. Errors: kInvalidArgument for more than kMaxRank dimensions, a negative one,
+/// or more than kMaxElements elements; `what` names the tensor.
+Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const std::string& what);
+
+std::string dims_text(std::span<const std::int64_t> dims);  ///< "[512, 512, 3, 3]"
+
+/// Tensors in the order of their file, each with a name of its own: what all formats of weights read
+/// and write.
+class NamedTensors {
+  public:
+    /// Errors: kInvalidArgument for a name that is there, and for values that do not fit dims.
+    Status add(NamedTensor tensor);
+
+    /// nullptr if there is none. Valid until the next add().
+    [[nodiscard]] const NamedTensor* find(const std::string& name) const;
+
+    [[nodiscard]] std::size_t size() const { return tensors_.size(); }
+    [[nodiscard]] bool empty() const { return tensors_.empty(); }
+    [[nodiscard]] const NamedTensor& operator[](std::size_t i) const { return tensors_[i]; }
+    [[nodiscard]] auto begin() const { return tensors_.begin(); }
+    [[nodiscard]] auto end() const { return tensors_.end(); }
+
+    /// Of all tensors together.
+    [[nodiscard]] std::uint64_t elements() const;
+
+  private:
+    std::vector<NamedTensor> tensors_;
+    std::unordered_map<std::string, std::size_t> places_;
+};
+
+/// Errors: kInvalidArgument, naming the first tensor that holds NaN or infinity, and where.
+Status check_finite(const NamedTensors& tensors);
+
+/// Append the values as little-endian float16. Errors: kInvalidArgument for a finite value that
+/// becomes infinite; nothing is said of NaN.
+Status put_halves(Buffer& to, const NamedTensor& tensor);
+
+/// What a file of weights may ask for. A damaged or hostile file cannot make its reader take more
+/// memory, or read more, than allowed().
+struct ReadLimits {
+    std::uint64_t times_file = 64;         ///< for each byte of the file
+    std::uint64_t besides = 64ULL << 20U;  ///< bytes
+    std::uint64_t max_tensors = 1'000'000;
+
+    [[nodiscard]] std::uint64_t allowed(std::uint64_t file_bytes) const;
+};
+
+/// Bytes that may still be taken.
+class Budget {
+  public:
+    explicit Budget(std::uint64_t bytes) : left_(bytes) {}
+
+    /// Errors: kInvalidArgument, naming `what`, if so many are not left.
+    Status take(std::uint64_t count, std::uint64_t each, const std::string& what);
+
+  private:
+    std::uint64_t left_;
+};
+
+}  // namespace splat::io

@@ -1,0 +1,116 @@
+#include "io/weights_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+
+#include "io/npz.h"
+#include "io/pth.h"
+#include "io/zip.h"
+
+namespace splat::io {
+namespace {
+
+constexpr std::size_t kHeadBytes = 64;
+
+/// The shortest text that gives the number back.
+std::string number_text(double number) {
+    char text[32];
+    return {text, std::to_chars(std::begin(text), std::end(text), number).ptr};
+}
+
+Result<WeightsFile> from_pth(const Source& source, const ReadLimits& limits) {
+    SPLAT_ASSIGN(PthFile pth, read_pth(source, limits));
+    WeightsFile file;
+    file.format = WeightsFormat::kPth;
+    file.tensors = std::move(pth.tensors);
+    if (pth.scalars.iteration)
+        file.metadata.emplace_back("iteration", std::to_string(*pth.scalars.iteration));
+    if (pth.scalars.loss) file.metadata.emplace_back("loss", number_text(*pth.scalars.loss));
+    if (pth.scalars.best_psnr)
+        file.metadata.emplace_back("best_PSNR", number_text(*pth.scalars.best_psnr));
+    return file;
+}
+
+Result<WeightsFile> from_npz(const Source& source, const ReadLimits& limits) {
+    SPLAT_ASSIGN(NpzFile npz, read_npz(source, limits));
+    WeightsFile file;
+    file.format = WeightsFormat::kNpz;
+    file.tensors = std::move(npz.tensors);
+    for (const std::string& name : npz.passed_over)
+        file.warnings.push_back("'" + name + "' holds text and is passed over");
+    return file;
+}
+
+Result<WeightsFile> from_safetensors(const Source& source, const ReadLimits& limits) {
+    SPLAT_ASSIGN(SafetensorsFile read, read_safetensors(source, limits));
+    WeightsFile file;
+    file.tensors = std::move(read.tensors);
+    file.metadata = std::move(read.metadata);
+    return file;
+}
+
+Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
+    Buffer head(std::min<std::uint64_t>(source.size(), kHeadBytes));
+    SPLAT_TRY(source.read(0, head));
+    const std::string_view text = as_text(head);
+    if (text.starts_with("PK\x03\x04")) {
+        SPLAT_ASSIGN(const Zip zip, Zip::open(source, "zip", limits));
+        const bool pth = std::any_of(zip.entries().begin(), zip.entries().end(),
+                                     [](const ZipEntry& e) { return is_pth_entry(e.name); });
+        return pth ? from_pth(source, limits) : from_npz(source, limits);
+    }
+    if (is_safetensors(head)) return from_safetensors(source, limits);
+    if (is_legacy_pth(head))
+        return error(
+            Code::kUnsupported,
+            "a .pth file from before PyTorch 1.6; load it in Python and save it again with "
+            "torch.save()");
+    return error(
+        Code::kInvalidArgument,
+        "these are no weights that are read here: .safetensors, .pth of torch.save(), .npz");
+}
+
+}  // namespace
+
+const char* weights_format_name(WeightsFormat format) {
+    switch (format) {
+        case WeightsFormat::kSafetensors:
+            return "safetensors";
+        case WeightsFormat::kPth:
+            return "pth";
+        case WeightsFormat::kNpz:
+            return "npz";
+    }
+    return "";
+}
+
+Result<WeightsFile> read_weights(const Source& source, const std::string& name,
+                                 const ReadLimits& limits) {
+    auto file = from_any(source, limits);
+    if (!file.ok())
+        return Status(file.status().code(), "'" + name + "': " + file.status().message());
+    return file;
+}
+
+Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits) {
+    SPLAT_ASSIGN(const std::unique_ptr<Source> source, open_source(path));
+    return read_weights(*source, path, limits);
+}
+
+Status save_weights(const WeightsFile& weights, const std::string& path, bool half) {
+    if (path.ends_with(".safetensors")) {
+        SPLAT_ASSIGN(const FilePieces file,
+                     write_safetensors(weights.tensors, weights.metadata, half));
+        return write_file(path, file.pieces());
+    }
+    if (path.ends_with(".npz")) {
+        SPLAT_ASSIGN(const FilePieces file, write_npz(weights.tensors, half));
+        return write_file(path, file.pieces());
+    }
+    return error(Code::kUnsupported,
+                 "'%s': weights are written as .safetensors or .npz; .pth files are only read",
+                 path.c_str());
+}
+
+}  // namespace splat::io

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+
+#include "io/safetensors.h"
+
+namespace splat::io {
+
+enum class WeightsFormat { kSafetensors, kPth, kNpz };
+
+const char* weights_format_name(WeightsFormat format);  ///< "safetensors", "pth", "npz"
+
+/// Weights of any format, with what the file says besides.
+struct WeightsFile {
+    WeightsFormat format = WeightsFormat::kSafetensors;
+    NamedTensors tensors;
+    /// Of safetensors as it is; of a .pth what is there of iteration, loss and best_PSNR, as texts
+    /// that give the number back.
+    Metadata metadata;
+    std::vector<std::string> warnings;  ///< what was passed over
+};
+
+/// Weights of a .safetensors, .pth or .npz file; its contents decide, not its name. Values that are
+/// not finite are kept, see check_finite().
+///
+/// Errors       kInvalidArgument if the file cannot be read, is damaged or none of these;
+///              kUnsupported for what a format may hold and this library does not read; each with
+///              the path and the format's own sentence
+Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits = {});
+
+/// The same of bytes; `name` stands for the path in messages.
+Result<WeightsFile> read_weights(const Source& source, const std::string& name,
+                                 const ReadLimits& limits = {});
+
+/// Replace or create the file, as a whole or not at all; its extension says the format: .safetensors
+/// (with metadata) or .npz (tensors only). float32, or float16 with `half`. Errors: kUnsupported for
+/// another extension (.pth is only read); as write_safetensors(), write_npz() and write_file().
+Status save_weights(const WeightsFile& weights, const std::string& path, bool half = false);
+
+}  // namespace splat::io

@@ -1,0 +1,147 @@
+#include "io/pickle.h"
+
+#include <gtest/gtest.h>
+
+#include "io/sample_scene.h"
+#include "io/sample_weights.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+using test::bytes_of;
+using test::PickleText;
+using Kind = Pickle::Kind;
+
+Result<Pickle> read(const std::string& text) {
+    return Pickle::read(bytes_of(text));
+}
+
+void expect_refused(const std::string& text, const char* part, Code code = Code::kInvalidArgument) {
+    EXPECT_ERROR(read(text).status(), code, part);
+}
+
+TEST(Pickle, ReadsPlainValues) {
+    // {'a': (1, -2, 70000, 1.5, None, True), 'b': ['x', b'y', 2**40]} as Python writes it.
+    constexpr char kText[] =
+        "\x80\x02}q\0(X\1\0\0\0aq\1(K\1J\xfe\xff\xff\xffJp\x11\1\0G?\xf8\0\0\0\0\0\0N\x88tq\2"
+        "X\1\0\0\0bq\3]q\4(X\1\0\0\0xq\5U\1yq\6\x8a\6\0\0\0\0\0\1eu.";
+    const std::string text(kText, sizeof kText - 1);
+    const auto pickle = read(text);
+    ASSERT_OK(pickle.status());
+    const Pickle& p = pickle.value();
+    const PickleNode* a = p.find(p.root(), "a");
+    ASSERT_TRUE(a != nullptr && a->kind == Kind::kTuple && a->items.size() == 6);
+    EXPECT_EQ(p[a->items[0]].integer, 1);
+    EXPECT_EQ(p[a->items[1]].integer, -2);
+    EXPECT_EQ(p[a->items[2]].integer, 70000);
+    EXPECT_EQ(p[a->items[3]].real, 1.5);
+    EXPECT_EQ(p[a->items[4]].kind, Kind::kNone);
+    EXPECT_EQ(p[a->items[5]].kind, Kind::kBool);
+    const PickleNode* b = p.find(p.root(), "b");
+    ASSERT_TRUE(b != nullptr && b->kind == Kind::kList && b->items.size() == 3);
+    EXPECT_EQ(p[b->items[0]].text, "x");
+    EXPECT_EQ(p[b->items[1]].kind, Kind::kBytes);
+    EXPECT_EQ(p[b->items[2]].integer, 1LL << 40);
+    EXPECT_EQ(p.find(p.root(), "c"), nullptr);
+    EXPECT_EQ(p.find(*a, "c"), nullptr);
+    for (std::size_t size = 0; size < text.size(); ++size)
+        EXPECT_FALSE(read(text.substr(0, size)).ok()) << size;
+}
+
+TEST(Pickle, NumbersOfAnyLength) {
+    const auto value = [](const std::string& op) {
+        const auto pickle = read("\x80\x02" + op + ".");
+        EXPECT_OK(pickle.status());
+        return pickle.ok() ? pickle.value().root().integer : 0;
+    };
+    EXPECT_EQ(value(std::string("\x8a\0", 2)), 0);
+    EXPECT_EQ(value("\x8a\1\xff"), -1);
+    EXPECT_EQ(value(std::string("\x8a\2\xff\0", 4)), 255);
+    EXPECT_EQ(value("\x8a\x08" + std::string(7, '\0') + "\x80"), INT64_MIN);
+    expect_refused("\x80\x02\x8a\x09" + std::string(9, '\1') + ".", "more than 64 bits");
+}
+
+TEST(Pickle, RunsNothing) {
+    for (const auto& [module, name] :
+         {std::pair("os", "system"), std::pair("posix", "system"), std::pair("nt", "system"),
+          std::pair("builtins", "eval"), std::pair("__builtin__", "eval"),
+          std::pair("subprocess", "Popen"), std::pair("torch", "load"),
+          std::pair("torch.serialization", "load"), std::pair("argparse", "Namespace"),
+          std::pair("torch._utils", "_rebuild_tensor"), std::pair("torch", "_utils"),
+          std::pair("torch", "FloatStorage.__class__"), std::pair("collections", "deque")}) {
+        const std::string full = "'" + std::string(module) + "." + name + "'";
+        // The name alone is enough, whether or not it is called, and by either opcode.
+        expect_refused(PickleText().global(module, name).done(), full.c_str(), Code::kUnsupported);
+        expect_refused(PickleText().global(module, name).raw("(").text("true").raw("tR").done(),
+                       full.c_str(), Code::kUnsupported);
+        expect_refused(PickleText().text(module).text(name).raw("\x93").done(), full.c_str(),
+                       Code::kUnsupported);
+    }
+    for (const char* op :
+         {"i", "o", "\x81", "\x92", "\x82", "P", "S'x'\n", "I1\n", "\x8b", "0", "2"})
+        expect_refused(std::string("\x80\x02}") + op + "....", "opcode", Code::kUnsupported);
+    expect_refused("\x80\x05N.", "protocol 5", Code::kUnsupported);
+    expect_refused(std::string("\x80\0N.", 4), "protocol 0", Code::kUnsupported);
+}
+
+TEST(Pickle, RefusesCallsThatDoNotFit) {
+    const auto call = [](const std::string& module, const std::string& name,
+                         const std::string& arguments) {
+        return PickleText().global(module, name).raw(arguments).done();
+    };
+    expect_refused(call("collections", "OrderedDict", "(K\1tR"), "do not fit collections");
+    expect_refused(call("torch._utils", "_rebuild_tensor_v2", ")R"), "do not fit torch._utils");
+    expect_refused(call("torch._utils", "_rebuild_tensor_v2", "(K\1K\1K\1K\1tR"), "do not fit");
+    expect_refused(call("torch", "FloatStorage", ")R"), "do not fit torch.FloatStorage");
+    expect_refused(call("torch", "FloatStorage", "NR"), "what is no function");
+    expect_refused(PickleText().text("print").raw(")R").done(), "what is no function");
+    expect_refused(call("_codecs", "encode", "(X\2\0\0\0\xc4\x80X\6\0\0\0latin1tR"), "size of");
+    expect_refused(PickleText().raw("]}b").done(), "a state for a list");
+    expect_refused(PickleText().text("id").raw("Q").done(), "no storage of a tensor");
+    PickleText id;
+    id.raw("(").text("storage").global("collections", "OrderedDict").text("0").text("cpu");
+    expect_refused(id.integer(1).raw("tQ").done(), "no type of storage", Code::kUnsupported);
+}
+
+TEST(Pickle, RefusesBrokenPrograms) {
+    expect_refused("", "opcode");
+    expect_refused("\x80\x02.", "does not end with one value");
+    expect_refused("\x80\x02NN.", "does not end with one value");
+    expect_refused("\x80\x02(N.", "does not end with one value");
+    expect_refused("\x80\x02Nt.", "wants a mark");
+    expect_refused("\x80\x02s.", "more values than there are");
+    expect_refused("\x80\x02}(NNs.", "more values than there are");
+    expect_refused("\x80\x02]NNs.", "items for a list, expected a dict");
+    expect_refused("\x80\x02}Na.", "items for a dict, expected a list");
+    expect_refused("\x80\x02}(Nu.", "items for a dict");
+    expect_refused("\x80\x02h\7.", "the memo has no value");
+    expect_refused("\x80\x02q\1.", "more values than there are");
+    expect_refused("\x80\x02X\xff\xff\xff\x7f.", "'text' at byte 7 needs 2147483647");
+    expect_refused(
+        "\x80\x02"
+        "cos\nsystem",
+        "cut off");
+}
+
+TEST(Pickle, CyclesAndDepthAreHarmless) {
+    // A list that holds itself, and one of 200000 levels.
+    const auto cycle = read(std::string("\x80\x02]q\0h\0a.", 9));
+    ASSERT_OK(cycle.status());
+    EXPECT_EQ(&cycle.value()[cycle.value().root().items[0]], &cycle.value().root());
+    std::string deep = "\x80\x02";
+    for (int i = 0; i < 200000; ++i) deep += "]";
+    for (int i = 1; i < 200000; ++i) deep += "a";
+    EXPECT_OK(read(deep + ".").status());
+    expect_refused("\x80\x02" + std::string(257, '('), "deeper than 256 levels");
+}
+
+TEST(Pickle, HasLimits) {
+    expect_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
+                   "more than 4194304 values");
+    EXPECT_ERROR(Pickle::read(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kInvalidArgument,
+                 "the limit is 67108864");
+}
+
+}  // namespace
+}  // namespace splat::io

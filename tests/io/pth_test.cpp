@@ -1,0 +1,246 @@
+#include "io/pth.h"
+
+#include <gtest/gtest.h>
+
+#include "io/pickle.h"
+#include "io/sample_scene.h"
+#include "io/sample_weights.h"
+#include "support/expect_status.h"
+#include "support/golden.h"
+#include "support/npz.h"
+
+namespace splat::io {
+namespace {
+
+using test::PickleText;
+using test::raw_bytes;
+using test::sample_pth;
+
+Result<PthFile> read(Bytes file, const ReadLimits& limits = {}) {
+    return read_pth(MemorySource(file), limits);
+}
+
+/// A bare state dict of one tensor "a" over one storage of this type.
+Buffer one(const std::string& type, const std::string& storage, std::int64_t stored,
+           std::int64_t offset, const std::vector<std::int64_t>& dims,
+           const std::vector<std::int64_t>& strides) {
+    PickleText pickle;
+    pickle.raw("}").text("a").tensor(type, "0", stored, offset, dims, strides).raw("s");
+    return sample_pth(pickle.done(), {storage});
+}
+
+void expect_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
+    EXPECT_ERROR(read(file).status(), code, part);
+}
+
+/// Every tensor of the file is that of the other implementation, bit by bit.
+void expect_golden(const NamedTensors& tensors, const test::Npz& golden, bool all) {
+    std::size_t found = 0;
+    for (const std::string& name : golden.names()) {
+        if (!name.starts_with("m.")) continue;
+        const NamedTensor* tensor = tensors.find(name.substr(2));
+        if (tensor == nullptr) {
+            EXPECT_FALSE(all) << name;
+            continue;
+        }
+        ++found;
+        const test::NpyArray& array = *golden.find(name).value();
+        const std::vector<std::int64_t> dims(array.shape.begin(), array.shape.end());
+        EXPECT_EQ(tensor->dims, dims) << name;
+        EXPECT_EQ(tensor->values, array.f32().value()) << name;
+        EXPECT_EQ(tensor->type, NumberType::kF32) << name;
+    }
+    EXPECT_EQ(found, tensors.size());
+    EXPECT_GT(found, 100U);
+}
+
+double golden_number(const test::Npz& golden, const std::string& name) {
+    const test::NpyArray& array = *golden.find(name).value();
+    return array.dtype == "f8" ? array.f64().value()[0]
+                               : static_cast<double>(array.ints().value()[0]);
+}
+
+TEST(GoldenNetCheckpoint, WeightsAndScalars) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    const std::string folder = *test::golden_folder() + "/net/";
+    const auto golden = test::Npz::read(folder + "ckpt.npz");
+    ASSERT_OK(golden.status());
+    for (const char* name : {"ckpt.pth", "ckgpu.pth"}) {
+        const auto source = open_source(folder + name);
+        ASSERT_OK(source.status());
+        const auto file = read_pth(*source.value());
+        ASSERT_OK(file.status());
+        EXPECT_EQ(file.value().section, "model_state_dict");
+        const bool whole = std::string(name) == "ckpt.pth";
+        if (whole) {
+            expect_golden(file.value().tensors, golden.value(), true);
+            EXPECT_EQ(file.value().scalars.loss, golden_number(golden.value(), "loss"));
+        } else {
+            EXPECT_EQ(file.value().tensors.size(), 231U);
+        }
+        const PthScalars& scalars = file.value().scalars;
+        ASSERT_TRUE(scalars.iteration && scalars.best_psnr);
+        if (!whole) continue;
+        EXPECT_EQ(static_cast<double>(*scalars.iteration),
+                  golden_number(golden.value(), "iteration"));
+        EXPECT_EQ(*scalars.best_psnr, golden_number(golden.value(), "best_PSNR"));
+    }
+}
+
+TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    const auto golden = test::Npz::read(*test::golden_folder() + "/net/ckpt.npz");
+    ASSERT_OK(golden.status());
+    std::size_t scattered = 0;
+    for (const std::string& name : golden.value().names())
+        if (name.starts_with("stride.") && name.ends_with("conv0.weight"))
+            scattered += golden.value().find(name).value()->ints().value().back() != 1 ? 1U : 0U;
+    EXPECT_GT(scattered, 10U) << "else WeightsAndScalars does not look at strides";
+}
+
+TEST(GoldenNetCheckpoint, StateOfAdam) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    const std::string folder = *test::golden_folder() + "/net/";
+    const auto golden = test::Npz::read(folder + "ckpt.npz");
+    ASSERT_OK(golden.status());
+    const auto source = open_source(folder + "ckpt.pth");
+    ASSERT_OK(source.status());
+    const auto adam = read_pth_adam(*source.value());
+    ASSERT_OK(adam.status());
+    ASSERT_EQ(adam.value().groups.size(), 1U);
+    const AdamGroup& group = adam.value().groups[0];
+    EXPECT_EQ(group.beta1, 0.9);
+    EXPECT_EQ(group.beta2, 0.999);
+    EXPECT_EQ(group.eps, 1e-15);
+    EXPECT_EQ(group.weight_decay, 0.0);
+    EXPECT_GT(group.lr, 0.0);
+    EXPECT_GE(group.parameters.size(), adam.value().moments.size());
+    EXPECT_GT(adam.value().moments.size(), 100U);
+    for (const AdamMoments& moments : adam.value().moments) {
+        const std::string prefix = "opt." + std::to_string(moments.parameter) + ".";
+        ASSERT_TRUE(golden.value().has(prefix + "step")) << prefix;
+        EXPECT_EQ(moments.step, golden_number(golden.value(), prefix + "step"));
+        EXPECT_EQ(moments.exp_avg.values,
+                  golden.value().find(prefix + "exp_avg").value()->f32().value());
+        EXPECT_EQ(moments.exp_avg_sq.values,
+                  golden.value().find(prefix + "exp_avg_sq").value()->f32().value());
+    }
+    const auto none = open_source(folder + "ckgpu.pth");
+    ASSERT_OK(none.status());
+    EXPECT_ERROR(read_pth_adam(*none.value()).status(), Code::kInvalidArgument,
+                 "no 'optimizer_state_dict'");
+}
+
+TEST(Pth, ReadsStridesOffsetsAndTypes) {
+    const auto file = read(sample_pth());
+    ASSERT_OK(file.status());
+    const NamedTensors& tensors = file.value().tensors;
+    EXPECT_EQ(file.value().section, "");
+    ASSERT_EQ(tensors.size(), 2U);
+    EXPECT_EQ(tensors[0].name, "a");
+    EXPECT_EQ(tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
+    EXPECT_EQ(tensors[1].type, NumberType::kF16);
+    EXPECT_EQ(tensors[1].values, (std::vector<float>{1}));
+
+    const std::string ten = raw_bytes<float>({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+    const auto values = [&](std::int64_t offset, const std::vector<std::int64_t>& dims,
+                            const std::vector<std::int64_t>& strides) {
+        const auto read_one = read(one("FloatStorage", ten, 10, offset, dims, strides));
+        EXPECT_OK(read_one.status());
+        return read_one.ok() ? read_one.value().tensors[0].values : std::vector<float>();
+    };
+    EXPECT_EQ(values(9, {1, 1}, {100, 100}), (std::vector<float>{9}));
+    EXPECT_EQ(values(2, {2, 3}, {3, 1}), (std::vector<float>{2, 3, 4, 5, 6, 7}));
+    EXPECT_EQ(values(1, {2, 2, 2}, {0, 4, 2}), (std::vector<float>{1, 3, 5, 7, 1, 3, 5, 7}));
+    EXPECT_EQ(values(0, {3, 0, 2}, {9, 9, 9}), std::vector<float>());
+    EXPECT_EQ(values(3, {}, {}), (std::vector<float>{3}));
+    const auto longs = read(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1}));
+    ASSERT_OK(longs.status());
+    EXPECT_EQ(longs.value().tensors[0].values, (std::vector<float>{-4, 5}));
+}
+
+TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
+    const std::string pair = "\x86";
+    PickleText good;
+    good.raw("}(").text("iteration").integer(70000).text("loss").real(-1.25).text("best_PSNR");
+    good.global("numpy.core.multiarray", "scalar").global("numpy", "dtype");
+    good.raw("(").text("f8").raw("\x89\x88tR(").integer(3).text("<").raw("NNNtb");
+    good.global("_codecs", "encode").text(std::string("\0\0\0\0\0\0", 6) + "8@").text("latin1");
+    good.raw(pair + "R" + pair + "R").text("state_dict").raw("}").text("w");
+    good.tensor("BoolStorage", "0", 2, 0, {2}, {1}).raw("su");
+    const auto file = read(sample_pth(good.done(), {std::string("\x01\0", 2)}));
+    ASSERT_OK(file.status());
+    EXPECT_EQ(file.value().section, "state_dict");
+    EXPECT_EQ(file.value().scalars.iteration, 70000);
+    EXPECT_EQ(file.value().scalars.loss, -1.25);
+    EXPECT_EQ(file.value().scalars.best_psnr, 24.0);
+    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 0}));
+}
+
+TEST(Pth, RefusesPrefixesAndSurvivesDamage) {
+    const auto accepts = [](Bytes bytes) { return read(bytes).ok(); };
+    const Buffer file = sample_pth();
+    ASSERT_TRUE(accepts(file));
+    test::expect_prefixes_refused(file, accepts);
+    test::parse_damaged(file, accepts);
+}
+
+TEST(Pth, RefusesShapesThatLeaveTheStorage) {
+    const std::string ten = raw_bytes<float>(std::vector<float>(10));
+    const auto refused = [&](std::int64_t stored, std::int64_t offset,
+                             const std::vector<std::int64_t>& dims,
+                             const std::vector<std::int64_t>& strides, const char* part) {
+        expect_refused(one("FloatStorage", ten, stored, offset, dims, strides), part);
+    };
+    refused(10, 0, {11}, {1}, "'a' of shape [11] and stride [1] reaches beyond its storage");
+    refused(10, 1, {2, 5}, {5, 1}, "reaches beyond");
+    refused(10, 1LL << 60, {1}, {1}, "reaches beyond");
+    refused(10, INT64_MAX, {3}, {INT64_MAX}, "reaches beyond");
+    refused(10, 0, {2}, {1LL << 60}, "reaches beyond");
+    refused(10, -1, {1}, {1}, "below 0");
+    refused(10, 0, {2}, {-1}, "stride of 'a'");
+    refused(10, 0, {1LL << 60}, {0}, "more than 2147483647");
+    refused(10, 0, {1LL << 30}, {0}, "too many for the size of the file");
+    refused(10, 0, {2}, {1, 1}, "1 dimensions and 2 strides");
+    refused(9, 0, {2}, {1}, "has 40 bytes, expected 9 of float32");
+    refused(1LL << 60, 0, {2}, {1}, "has 40 bytes");
+    expect_refused(one("DoubleStorage", ten, 10, 0, {2}, {1}), "expected 10 of float64");
+}
+
+TEST(Pth, RefusesOtherFiles) {
+    expect_refused(test::sample_zip({{"x/other", "y"}}), "holds no data.pkl");
+    expect_refused(test::sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
+                   "two files data.pkl");
+    expect_refused(sample_pth(PickleText().raw("}").done(), {}, "big"), "byte order is 'big'",
+                   Code::kUnsupported);
+    expect_refused(sample_pth(PickleText().raw("]").done(), {}), "it holds a list");
+    expect_refused(sample_pth(PickleText().raw("}").text("a").integer(1).raw("s").done(), {}),
+                   "'a' is a number, expected a tensor");
+    expect_refused(sample_pth(PickleText().raw("}").integer(1).integer(1).raw("s").done(), {}),
+                   "no text");
+    PickleText twice;
+    twice.raw("}(").text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1});
+    twice.text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("u");
+    expect_refused(sample_pth(twice.done(), {raw_bytes<float>({1})}), "'a' is there twice");
+    PickleText missing;
+    missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
+    expect_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
+    EXPECT_TRUE(
+        is_legacy_pth(test::bytes_of("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.")));
+    EXPECT_FALSE(is_legacy_pth(sample_pth()));
+}
+
+TEST(Pth, ManyViewsOfOneStorageStayWithinTheLimits) {
+    PickleText pickle;
+    pickle.raw("}(");
+    for (int i = 0; i < 200; ++i)
+        pickle.text(std::to_string(i)).tensor("FloatStorage", "0", 1000, 0, {1000}, {1});
+    pickle.raw("u");
+    const Buffer file = sample_pth(pickle.done(), {std::string(4000, '\0')});
+    EXPECT_OK(read(file).status());
+    EXPECT_ERROR(read(file, {1, 0, 1000}).status(), Code::kInvalidArgument,
+                 "too many for the size");
+}
+
+}  // namespace
+}  // namespace splat::io

@@ -1,0 +1,129 @@
+#include "io/safetensors.h"
+
+#include <gtest/gtest.h>
+
+#include "io/sample_scene.h"
+#include "io/sample_weights.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+Result<SafetensorsFile> read(Bytes file, const ReadLimits& limits = {}) {
+    return read_safetensors(MemorySource(file), limits);
+}
+
+TEST(Safetensors, RoundTrip) {
+    const NamedTensors tensors = test::sample_tensors();
+    const Metadata metadata = {{"iteration", "12"}, {"a \"text\"", "line\nline \xC3\xA9"}};
+    for (const bool half : {false, true}) {
+        const auto file = write_safetensors(tensors, metadata, half);
+        ASSERT_OK(file.status());
+        const Buffer bytes = file.value().joined();
+        EXPECT_TRUE(is_safetensors(bytes));
+        EXPECT_EQ((bytes.size() - tensors.elements() * (half ? 2 : 4)) % 8, 0U);
+        const auto again = read(bytes);
+        ASSERT_OK(again.status());
+        EXPECT_EQ(again.value().metadata, metadata);
+        ASSERT_EQ(again.value().tensors.size(), tensors.size());
+        for (const NamedTensor& tensor : tensors) {
+            const NamedTensor* other = again.value().tensors.find(tensor.name);
+            ASSERT_NE(other, nullptr) << tensor.name;
+            EXPECT_EQ(other->dims, tensor.dims);
+            EXPECT_EQ(other->values, tensor.values);
+            EXPECT_EQ(other->type, half ? NumberType::kF16 : NumberType::kF32);
+        }
+    }
+}
+
+TEST(Safetensors, RefusesWhatItCannotWrite) {
+    NamedTensors large;
+    ASSERT_OK(large.add({"w", {2}, NumberType::kF32, {1, 65520}}));
+    EXPECT_OK(write_safetensors(large).status());
+    EXPECT_ERROR(write_safetensors(large, {}, true).status(), Code::kInvalidArgument,
+                 "'w' holds 65520, and float16 ends at 65504");
+    NamedTensors named;
+    ASSERT_OK(named.add({"__metadata__", {}, NumberType::kF32, {1}}));
+    EXPECT_FALSE(write_safetensors(named).ok());
+}
+
+TEST(Safetensors, ReadsWhatOthersWrite) {
+    // Keys in any order, blanks, tensors in another order than their data.
+    const auto file = read(test::sample_safetensors(
+        R"( {"b": {"shape": [2], "data_offsets": [4, 8], "dtype": "BF16"},)"
+        R"("__metadata__": {}, "a": {"dtype":"U8","shape":[2,2],"data_offsets":[0,4]}} )",
+        8));
+    ASSERT_OK(file.status());
+    ASSERT_EQ(file.value().tensors.size(), 2U);
+    EXPECT_EQ(file.value().tensors[0].name, "a");
+    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 1, 1, 1}));
+    EXPECT_EQ(file.value().tensors[1].type, NumberType::kBf16);
+    EXPECT_OK(read(test::sample_safetensors("{}", 0)).status());
+}
+
+TEST(Safetensors, RefusesPrefixesAndSurvivesDamage) {
+    const auto accepts = [](Bytes bytes) { return read(bytes).ok(); };
+    const auto file = write_safetensors(test::sample_tensors(), {{"k", "v"}});
+    ASSERT_OK(file.status());
+    test::expect_prefixes_refused(file.value().joined(), accepts);
+    test::parse_damaged(file.value().joined(), accepts);
+}
+
+TEST(Safetensors, RefusesHeadersThatLie) {
+    const auto refused = [](const std::string& header, const char* part,
+                            Code code = Code::kInvalidArgument) {
+        EXPECT_ERROR(read(test::sample_safetensors(header, 8)).status(), code, part);
+    };
+    const auto tensor = [](const std::string& name, const std::string& shape,
+                           const std::string& offsets, const std::string& type = "F32") {
+        return "\"" + name + "\":{\"dtype\":\"" + type + "\",\"shape\":[" + shape +
+               "],\"data_offsets\":[" + offsets + "]}";
+    };
+    refused("{" + tensor("a", "2", "0,4") + "}", "'a' of shape [2] and type float32 has 4 bytes");
+    refused("{" + tensor("a", "2", "8,0") + "}", "has -8 bytes");
+    refused("{" + tensor("a", "1", "0,4") + "," + tensor("b", "1", "0,4") + "}", "overlap");
+    refused("{" + tensor("a", "1", "0,4") + "," + tensor("b", "1", "5,9") + "}", "overlap");
+    refused("{" + tensor("a", "1", "4,8") + "}", "expected 0");
+    refused("{" + tensor("a", "1", "0,4") + "}", "the tensors have 4 bytes, the file 8");
+    refused("{" + tensor("a", "3", "0,12") + "}", "the tensors have 12 bytes, the file 8");
+    refused("{" + tensor("a", "1152921504606846976", "0,8") + "}", "more than 2147483647");
+    refused("{" + tensor("a", "2", "0,9223372036854775807") + "}", "bytes");
+    refused("{" + tensor("a", "2", "0,18446744073709551615") + "}", "not as expected");
+    refused("{" + tensor("a", "-2", "0,8") + "}", "not as expected");
+    refused("{" + tensor("a", "2.0", "0,8") + "}", "not as expected");
+    refused("{" + tensor("a", "[2]", "0,8") + "}", "not as expected");
+    refused("{" + tensor("a", "2", "0,8,8") + "}", "two data_offsets");
+    refused("{" + tensor("a", "2", "0,8", "F8_E4M3") + "}", "F8_E4M3", Code::kUnsupported);
+    refused("{" + tensor("a", "1", "0,4") + "," + tensor("a", "1", "4,8") + "}",
+            "'a' is there twice");
+    refused(R"({"a":{"dtype":"F32","shape":[2],"shape":[2],"data_offsets":[0,8]}})", "twice");
+    refused(R"({"a":{"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]}})", "twice");
+    refused(R"({"a":{"dtype":"F32","shape":[2]}})", "lacks");
+    refused(R"({"a":{"shape":[2],"data_offsets":[0,8]}})", "lacks");
+    refused(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", "'more' is not");
+    refused(R"({"a":3})", "no JSON object");
+    refused("[]", "no JSON object");
+    refused(R"({"__metadata__":{"a":1}})", "other things than texts");
+    refused(R"({"__metadata__":{"a":"1","a":"2"}})", "twice");
+    refused(R"({"a":)", "not valid JSON");
+    refused(std::string(1000, '['), "");
+    refused(R"({"a":)" + std::string(100, '['), "");
+}
+
+TEST(Safetensors, RefusesSizesThatLie) {
+    for (const std::uint64_t size : {1ULL, 17ULL, 1ULL << 40U, 1ULL << 63U, ~0ULL}) {
+        Buffer file;
+        put(file, size);
+        put_text(file, "{}              ");
+        EXPECT_EQ(read(file).ok(), false) << size;
+    }
+    const auto few = [](std::size_t tensors) { return ReadLimits{64, 100, tensors}; };
+    const auto file = write_safetensors(test::sample_tensors());
+    ASSERT_OK(file.status());
+    EXPECT_OK(read(file.value().joined(), few(3)).status());
+    EXPECT_ERROR(read(file.value().joined(), few(2)).status(), Code::kInvalidArgument,
+                 "more than 2 tensors");
+}
+
+}  // namespace
+}  // namespace splat::io

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/bytes.h"
+#include "io/tensor_file.h"
+
+namespace splat::test {
+
+/// A file of an archive, with what its headers say, so that they can lie.
+struct ZipPart {
+    ZipPart(std::string name, std::string data, bool deflated = false);
+
+    std::string name;
+    std::string packed;
+    std::uint16_t flags = 0;
+    std::uint16_t method = 0;
+    std::uint32_t crc = 0;
+    std::uint64_t packed_bytes = 0;
+    std::uint64_t bytes = 0;
+    std::string local_name;         ///< in front of the data
+    std::uint32_t local_bytes = 0;  ///< both sizes there
+    std::int64_t shift = 0;         ///< added to the place of the local header
+    bool zip64 = false;             ///< sizes and place in the zip64 extra field
+};
+
+/// What the end of an archive says.
+struct ZipEnd {
+    std::int64_t more_entries = 0;  ///< than there are
+    std::int64_t shift = 0;         ///< added to the place of the directory
+    std::string comment = {};
+    bool zip64 = false;
+};
+
+io::Buffer sample_zip(const std::vector<ZipPart>& parts, const ZipEnd& end = {});
+
+/// Opcodes of Python's pickle, appended one by one.
+class PickleText {
+  public:
+    PickleText() : text_("\x80\x02") {}
+
+    PickleText& raw(const std::string& bytes) {
+        text_ += bytes;
+        return *this;
+    }
+    PickleText& global(const std::string& module, const std::string& name) {
+        return raw("c" + module + "\n" + name + "\n");
+    }
+    PickleText& text(const std::string& value);
+    PickleText& integer(std::int64_t value);
+    PickleText& real(double value);
+    PickleText& tuple(const std::vector<std::int64_t>& values);
+    /// A tensor of a storage, as torch.save() writes it.
+    PickleText& tensor(const std::string& storage_type, const std::string& key, std::int64_t stored,
+                       std::int64_t offset, const std::vector<std::int64_t>& dims,
+                       const std::vector<std::int64_t>& strides);
+    [[nodiscard]] std::string done() const { return text_ + "."; }
+
+  private:
+    std::string text_;
+};
+
+/// The bytes of numbers.
+template <class T>
+std::string raw_bytes(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+/// An archive with this pickle and storages "0", "1", ...
+io::Buffer sample_pth(const std::string& pickle, const std::vector<std::string>& storages,
+                      const std::string& byte_order = "little");
+
+/// A state dict of two tensors, one of them transposed.
+io::Buffer sample_pth();
+
+/// Three tensors: [2, 3], a number, and an empty one.
+io::NamedTensors sample_tensors();
+
+/// A header of this text in front of `data_bytes` bytes.
+io::Buffer sample_safetensors(const std::string& header, std::size_t data_bytes);
+
+}  // namespace splat::test

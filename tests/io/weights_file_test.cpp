@@ -1,0 +1,153 @@
+#include "io/weights_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "io/npy.h"
+#include "io/npz.h"
+#include "io/sample_scene.h"
+#include "io/sample_weights.h"
+#include "support/expect_status.h"
+#include "support/npz.h"
+
+namespace splat::io {
+namespace {
+
+using test::sample_zip;
+
+Result<NpzFile> read(Bytes file, const ReadLimits& limits = {}) {
+    return read_npz(MemorySource(file), limits);
+}
+
+std::string npy(const std::string& dtype, const std::vector<std::uint64_t>& shape,
+                const std::string& data) {
+    return std::string(as_text(write_npy_header(dtype, shape))) + data;
+}
+
+TEST(WeightsNpz, RoundTripAndASecondReader) {
+    const NamedTensors tensors = test::sample_tensors();
+    for (const bool half : {false, true}) {
+        const auto file = write_npz(tensors, half);
+        ASSERT_OK(file.status());
+        const auto again = read(file.value().joined());
+        ASSERT_OK(again.status());
+        ASSERT_EQ(again.value().tensors.size(), tensors.size());
+        for (std::size_t i = 0; i < tensors.size(); ++i) {
+            EXPECT_EQ(again.value().tensors[i].name, tensors[i].name);
+            EXPECT_EQ(again.value().tensors[i].dims, tensors[i].dims);
+            EXPECT_EQ(again.value().tensors[i].values, tensors[i].values);
+        }
+        const auto other = test::Npz::parse(file.value().joined(), "npz");
+        ASSERT_OK(other.status());
+        if (half) continue;
+        EXPECT_EQ(other.value().find("first.weight").value()->f32().value(), tensors[0].values);
+    }
+}
+
+TEST(WeightsNpz, ReadsEveryTypeAndPassesOverText) {
+    const auto file =
+        read(sample_zip({{"half.npy", npy("<f2", {2}, std::string("\0\x3c\0\xbc", 4)), true},
+                         {"big.npy", npy(">i4", {1}, std::string("\0\0\1\0", 4))},
+                         {"bool.npy", npy("|b1", {1, 1}, "\1")},
+                         {"text.npy", npy("<U1", {1}, std::string("x\0\0\0", 4))}}));
+    ASSERT_OK(file.status());
+    const NamedTensors& tensors = file.value().tensors;
+    ASSERT_EQ(tensors.size(), 3U);
+    EXPECT_EQ(tensors[0].values, (std::vector<float>{1, -1}));
+    EXPECT_EQ(tensors[1].values, (std::vector<float>{256}));
+    EXPECT_EQ(tensors[2].type, NumberType::kBool);
+    EXPECT_EQ(file.value().passed_over, (std::vector<std::string>{"text"}));
+}
+
+TEST(WeightsNpz, RefusesPrefixesAndSurvivesDamage) {
+    const auto accepts = [](Bytes bytes) { return read(bytes).ok(); };
+    const auto file = write_npz(test::sample_tensors());
+    ASSERT_OK(file.status());
+    test::expect_prefixes_refused(file.value().joined(), accepts);
+    test::parse_damaged(file.value().joined(), accepts);
+}
+
+TEST(WeightsNpz, RefusesForeignMembers) {
+    const auto refused = [](const std::string& name, const std::string& data, const char* part,
+                            Code code = Code::kInvalidArgument) {
+        EXPECT_ERROR(read(sample_zip({{name, data}})).status(), code, part);
+    };
+    refused("x", "y", "'x' is no .npy array", Code::kUnsupported);
+    refused("x.npy", "y", "npz: 'x': npy: ");
+    refused("x.npy", npy("<c8", {1}, "12345678"), "dtype 'c8'", Code::kUnsupported);
+    refused("x.npy", npy("<f4", {2}, "1234"), "4 bytes of data, its shape [2] of float32 wants 8");
+    refused("x.npy", npy("<f4", {1ULL << 60U}, "1234"), "more than 2147483647");
+    refused("x.npy", npy("<f4", {~0ULL}, "1234"), "npz: 'x'");
+    refused("x.npy", npy("<f4", {1, 1, 1, 1, 1, 1, 1, 1, 1}, "1234"), "9 dimensions");
+    EXPECT_ERROR(read(sample_zip({{"x.npy", npy("|u1", {100000}, std::string(100000, 'x')), true}}),
+                      {64, 150000, 10})
+                     .status(),
+                 Code::kInvalidArgument, "too many for the size");
+}
+
+/// A folder of its own for each test, removed at the end.
+class WeightsFileTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = std::filesystem::temp_directory_path() /
+                  ("splat-weights-" + std::to_string(getpid()) + "-" +
+                   testing::UnitTest::GetInstance()->current_test_info()->name());
+        std::filesystem::create_directories(folder_);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
+
+    std::filesystem::path folder_;
+};
+
+TEST_F(WeightsFileTest, ContentsDecideAndExtensionsSave) {
+    WeightsFile weights;
+    weights.tensors = test::sample_tensors();
+    weights.metadata = {{"iteration", "3"}};
+    for (const char* extension : {".safetensors", ".npz"}) {
+        ASSERT_OK(save_weights(weights, path(std::string("a") + extension)));
+        std::filesystem::copy_file(path(std::string("a") + extension), path("any"),
+                                   std::filesystem::copy_options::overwrite_existing);
+        const auto again = load_weights(path("any"));
+        ASSERT_OK(again.status());
+        const bool npz = std::string(extension) == ".npz";
+        EXPECT_EQ(weights_format_name(again.value().format), std::string(extension).substr(1));
+        EXPECT_EQ(again.value().metadata.size(), npz ? 0U : 1U);
+        for (const NamedTensor& tensor : weights.tensors) {
+            ASSERT_NE(again.value().tensors.find(tensor.name), nullptr);
+            EXPECT_EQ(again.value().tensors.find(tensor.name)->values, tensor.values);
+        }
+    }
+    EXPECT_ERROR(save_weights(weights, path("a.pth")), Code::kUnsupported, "only read");
+    EXPECT_FALSE(save_weights(weights, path("none/a.npz")).ok());
+}
+
+TEST_F(WeightsFileTest, KnowsCheckpoints) {
+    test::PickleText pickle;
+    pickle.raw("}(").text("iteration").integer(9).text("loss").real(0.1).text("model_state_dict");
+    pickle.raw("}").text("w").tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("su");
+    const Buffer file = test::sample_pth(pickle.done(), {test::raw_bytes<float>({4})});
+    const auto weights = read_weights(MemorySource(file), "x");
+    ASSERT_OK(weights.status());
+    EXPECT_EQ(weights.value().format, WeightsFormat::kPth);
+    EXPECT_EQ(weights.value().metadata, (Metadata{{"iteration", "9"}, {"loss", "0.1"}}));
+    EXPECT_EQ(weights.value().tensors[0].values, (std::vector<float>{4}));
+}
+
+TEST_F(WeightsFileTest, SaysWhatItIsNot) {
+    const auto refused = [](const std::string& text, const char* part, Code code) {
+        const Buffer bytes = test::bytes_of(text);
+        EXPECT_ERROR(read_weights(MemorySource(bytes), "x.pth").status(), code, part);
+    };
+    refused("", "'x.pth': these are no weights", Code::kInvalidArgument);
+    refused("ply\n", "no weights that are read here", Code::kInvalidArgument);
+    refused("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", "before PyTorch 1.6",
+            Code::kUnsupported);
+    EXPECT_ERROR(load_weights(path("none")).status(), Code::kInvalidArgument, "No such file");
+    EXPECT_ERROR(load_weights(path("")).status(), Code::kInvalidArgument, "regular file");
+}
+
+}  // namespace
+}  // namespace splat::io
