@@ -80,9 +80,14 @@ struct OpRow {
     std::span<const Attribute> attributes;
     Result<OpPlan> (*plan)(const vk::Recorder&, const Attributes& attributes,
                            std::span<const Shape> inputs);
-    Status (*prepare)(vk::Recorder&, const Attributes& attributes, const OpViews&, Pass pass);
+    Status (*prepare)(vk::Recorder&, const Attributes& attributes, const OpViews&,
+                      Pass pass) = nullptr;
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
+
+    /// Whether backward reads input i when gradients of the inputs marked in `wanted` are asked for;
+    /// nullptr: it may read every input. Outputs are never read: what backward needs is saved.
+    bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
 };
 
 /// All operators, by name.

@@ -85,7 +85,6 @@ const OpRow kGroupNormRow = {
     .saved = kGroupNormSaved,
     .attributes = kGroupNormAttributes,
     .plan = group_norm_plan,
-    .prepare = nullptr,
     .forward = group_norm_forward,
     .backward = group_norm_backward};
 

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "nn/graph.h"
+#include "nn/memory_plan.h"
+#include "nn/parameters.h"
+#include "vk/context.h"
+
+namespace splat::nn {
+
+struct ExecutorDesc {
+    std::vector<ValueId> outputs;       ///< stay readable after forward and backward
+    bool backward = false;              ///< plan and record the backward pass
+    std::vector<ValueId> grad_outputs;  ///< outputs whose gradient the caller writes
+    std::vector<ValueId> grad_inputs;   ///< inputs whose gradient is wanted
+    /// Keep the prepared form of parameters that do not change, instead of preparing them anew in
+    /// every run: faster, for up to four times the weights' memory.
+    bool keep_prepared = true;
+};
+
+struct ExecutorMemory {
+    std::uint64_t arenas = 0;    ///< bytes of activations, gradients and workspaces
+    std::uint64_t bound = 0;     ///< the least that any placement of them could take
+    std::uint64_t prepared = 0;  ///< bytes of prepared parameters that are kept
+};
+
+/// Runs a graph: forward, and backward by the chain rule over its nodes in reverse.
+///
+/// Everything is planned once: which gradients are wanted (of trainable parameters, of grad_inputs,
+/// and of what lies between those and grad_outputs; the rest costs nothing), when each tensor lives
+/// and where; then two command lists are recorded and re-submitted. A value that several nodes read
+/// gets the sum of their gradients in the order of the backward pass. Gradients of parameters are
+/// added to what is there (Parameters::zero_gradients starts a step), so batches can be split.
+///
+/// The graph and the parameters must outlive it.
+class Executor {
+  public:
+    /// Errors: the graph's status(); kInvalidArgument for a grad_output that is no output or that
+    /// nothing trainable leads to; kOutOfDeviceMemory.
+    static Result<std::unique_ptr<Executor>> create(vk::Context& context, const Graph& graph,
+                                                    Parameters& parameters,
+                                                    const ExecutorDesc& desc);
+
+    /// The row-major tensor of an input (to be written before forward) or of an output.
+    [[nodiscard]] const vk::BufferView& tensor(ValueId id) const { return ports_.at(id); }
+
+    /// The row-major gradient of a grad_output (to be written before backward) or of a grad_input.
+    [[nodiscard]] const vk::BufferView& gradient(ValueId id) const { return grad_ports_.at(id); }
+
+    Status forward();
+
+    /// kInvalidState before the first forward, or if made without.
+    Status backward();
+
+    [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }
+
+  private:
+    friend class ExecutorPlan;
+    Executor(vk::Context& context, const Graph& graph, Parameters& parameters)
+        : context_(context), graph_(graph), parameters_(parameters) {}
+    Status prepare();
+
+    vk::Context& context_;
+    const Graph& graph_;
+    Parameters& parameters_;
+    std::map<ValueId, vk::BufferView> ports_;
+    std::map<ValueId, vk::BufferView> grad_ports_;
+    std::vector<vk::Buffer> buffers_;
+    vk::CommandList prepare_;
+    vk::CommandList forward_;
+    vk::CommandList backward_;
+    std::uint64_t prepared_revision_ = 0;
+    ExecutorMemory memory_;
+    bool ran_ = false;
+};
+
+}  // namespace splat::nn

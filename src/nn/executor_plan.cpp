@@ -1,0 +1,376 @@
+#include "nn/executor_plan.h"
+
+#include <algorithm>
+
+#include "nn/op_rows.h"
+#include "ops/quads.h"
+
+namespace splat::nn {
+namespace {
+
+/// Arenas stay well below what drivers let one allocation take (2 GiB on lavapipe).
+constexpr std::uint64_t kArenaBytes = std::uint64_t{512} << 20;
+
+constexpr std::uint32_t kForever = ~std::uint32_t{0};
+
+vk::BufferView shaped(vk::BufferView view, const Shape& shape) {
+    view.shape = shape;
+    return view;
+}
+
+}  // namespace
+
+std::size_t ExecutorPlan::tensor(std::string name, std::uint64_t bytes, std::uint32_t first) {
+    tensors_.push_back({{first, clock_, bytes}, std::move(name), {}, true});
+    return tensors_.size() - 1;
+}
+
+/// From the first command to the last.
+void ExecutorPlan::keep(std::size_t tensor) {
+    tensors_[tensor].life.first = 0;
+    tensors_[tensor].life.last = kForever;
+}
+
+Result<std::uint64_t> ExecutorPlan::bytes_of(ValueId id) const {
+    const Value& value = graph_.value(id);
+    if (value.layout == Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
+    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(value.shape));
+    return dims.bytes();
+}
+
+Status ExecutorPlan::make() {
+    const std::size_t count = graph_.values().size();
+    values_.assign(count, kNone);
+    grads_.assign(count, kNone);
+    saved_.resize(graph_.nodes().size());
+    kept_forward.assign(graph_.nodes().size(), kNone);
+    kept_backward.assign(graph_.nodes().size(), kNone);
+    SPLAT_TRY(find_wanted());
+    if (desc_.backward) SPLAT_TRY(find_reached());
+    SPLAT_TRY(plan_inputs());
+    SPLAT_TRY(plan_forward());
+    SPLAT_TRY(plan_outputs());
+    if (desc_.backward) SPLAT_TRY(plan_backward());
+    ++clock_;
+    for (Tensor& tensor : tensors_) tensor.life.last = std::min(tensor.life.last, clock_);
+    return {};
+}
+
+Status ExecutorPlan::find_wanted() {
+    wanted_.assign(graph_.values().size(), false);
+    reached_.assign(graph_.values().size(), false);
+    if (!desc_.backward) return {};
+    for (std::size_t id = 0; id < wanted_.size(); ++id)
+        wanted_[graph_.root(static_cast<ValueId>(id))] =
+            wanted_[graph_.root(static_cast<ValueId>(id))] || graph_.values()[id].trainable;
+    for (const ValueId id : desc_.grad_inputs) wanted_[graph_.root(id)] = true;
+    for (const Node& node : graph_.nodes())
+        for (std::size_t i = 0; i < node.inputs.size(); ++i) {
+            if (node.inputs[i] == kNoValue || node.row->inputs[i].constant) continue;
+            if (!wanted_[graph_.root(node.inputs[i])]) continue;
+            for (const ValueId output : node.outputs) wanted_[graph_.root(output)] = true;
+        }
+    return {};
+}
+
+Status ExecutorPlan::find_reached() {
+    for (const ValueId id : desc_.grad_outputs) {
+        if (std::find(desc_.outputs.begin(), desc_.outputs.end(), id) == desc_.outputs.end() ||
+            !wanted_[graph_.root(id)])
+            return error(Code::kInvalidArgument,
+                         "the gradient of '%s' is given, but it is no output or depends on nothing "
+                         "that is trained",
+                         graph_.value(id).name.c_str());
+        reached_[graph_.root(id)] = true;
+    }
+    for (std::size_t node = graph_.nodes().size(); node-- > 0;) {
+        const Node& n = graph_.nodes()[node];
+        const bool reached = std::any_of(n.outputs.begin(), n.outputs.end(), [&](ValueId output) {
+            return reached_[graph_.root(output)];
+        });
+        if (!reached) continue;
+        const std::vector<bool> wanted = wanted_inputs(node);
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            if (wanted[i]) reached_[graph_.root(n.inputs[i])] = true;
+    }
+    return {};
+}
+
+std::vector<bool> ExecutorPlan::wanted_inputs(std::size_t node) const {
+    const Node& n = graph_.nodes()[node];
+    std::vector<bool> wanted(n.inputs.size(), false);
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        wanted[i] = n.inputs[i] != kNoValue && !n.row->inputs[i].constant &&
+                    wanted_[graph_.root(n.inputs[i])];
+    return wanted;
+}
+
+bool ExecutorPlan::keeps_prepared(const Node& node) const {
+    if (!desc_.keep_prepared) return false;
+    for (std::size_t i = 0; i < node.inputs.size(); ++i) {
+        if (node.inputs[i] == kNoValue || node.row->inputs[i].layout != Layout::kRowMajor) continue;
+        const Value& value = graph_.value(graph_.root(node.inputs[i]));
+        if (value.kind != ValueKind::kParameter || (desc_.backward && value.trainable))
+            return false;
+    }
+    return true;
+}
+
+Status ExecutorPlan::plan_inputs() {
+    for (std::size_t i = 0; i < graph_.values().size(); ++i) {
+        const auto id = static_cast<ValueId>(i);
+        const Value& value = graph_.value(id);
+        if (value.base != kNoValue || value.kind != ValueKind::kInput) continue;
+        SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(id));
+        values_[id] = tensor(value.name, bytes, clock_);
+        if (value.layout == Layout::kQuads) {
+            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
+        } else {
+            ports[id] = values_[id];
+        }
+        keep(ports[id]);
+    }
+    return {};
+}
+
+Status ExecutorPlan::plan_forward() {
+    for (std::size_t node = 0; node < graph_.nodes().size(); ++node) {
+        ++clock_;
+        const Node& n = graph_.nodes()[node];
+        Call call;
+        call.node = node;
+        for (const ValueId input : n.inputs)
+            if (input != kNoValue && values_[graph_.root(input)] != kNone)
+                touch(values_[graph_.root(input)]);
+        for (const ValueId output : n.outputs) {
+            SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
+            values_[output] = tensor(graph_.value(output).name, bytes, clock_);
+        }
+        for (std::size_t i = 0; i < n.plan.saved.size(); ++i)
+            saved_[node].push_back(
+                tensor(n.row->saved[i], vk::quad_bytes(n.plan.saved[i].elements()), clock_));
+        if (n.plan.forward_workspace > 0)
+            call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
+        if (n.plan.forward_prepared > 0) {
+            std::size_t prepared = tensor(n.row->name, n.plan.forward_prepared, clock_);
+            if (keeps_prepared(n)) {
+                keep(prepared);
+                kept_forward[node] = prepared;
+            } else {
+                call.prepared = prepared;
+            }
+        }
+        forward.push_back(std::move(call));
+    }
+    return {};
+}
+
+Status ExecutorPlan::plan_outputs() {
+    ++clock_;
+    for (const ValueId id : desc_.outputs) {
+        const Value& value = graph_.value(id);
+        touch(values_[graph_.root(id)]);
+        if (value.layout == Layout::kQuads) {
+            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
+        } else {
+            ports[id] = values_[graph_.root(id)];
+        }
+        keep(ports[id]);
+    }
+    return {};
+}
+
+Status ExecutorPlan::plan_backward() {
+    ++clock_;
+    for (const ValueId id : desc_.grad_outputs) {
+        const Value& value = graph_.value(id);
+        const ValueId root = graph_.root(id);
+        if (grads_[root] != kNone)
+            return error(Code::kInvalidArgument, "the gradient of '%s' is given twice",
+                         value.name.c_str());
+        SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
+        grads_[root] = tensor(value.name, bytes, clock_);
+        if (value.layout == Layout::kQuads) {
+            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
+        } else {
+            grad_ports[id] = grads_[root];
+        }
+        keep(grad_ports[id]);
+    }
+    for (std::size_t node = graph_.nodes().size(); node-- > 0;) {
+        ++clock_;
+        SPLAT_TRY(plan_backward_node(node));
+    }
+    ++clock_;
+    for (const ValueId id : desc_.grad_inputs) {
+        const Value& value = graph_.value(id);
+        const ValueId root = graph_.root(id);
+        if (grads_[root] == kNone)
+            return error(Code::kInvalidArgument,
+                         "the gradient of '%s' is wanted, but no output depends on it",
+                         value.name.c_str());
+        touch(grads_[root]);
+        if (value.layout == Layout::kQuads) {
+            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
+        } else {
+            grad_ports[id] = grads_[root];
+        }
+        keep(grad_ports[id]);
+    }
+    return {};
+}
+
+Status ExecutorPlan::plan_backward_node(std::size_t node) {
+    const Node& n = graph_.nodes()[node];
+    const std::vector<bool> wanted = wanted_inputs(node);
+    const auto is_reached = [&](ValueId id) { return reached_[graph_.root(id)]; };
+    if (std::none_of(n.outputs.begin(), n.outputs.end(), is_reached) ||
+        std::find(wanted.begin(), wanted.end(), true) == wanted.end())
+        return {};
+    Call call;
+    call.node = node;
+    for (const ValueId output : n.outputs) {
+        std::size_t& grad = grads_[output];
+        if (grad == kNone) {  // no gradient came this way
+            SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
+            grad = tensor(graph_.value(output).name, bytes, clock_);
+            call.zeros.push_back(grad);
+        }
+        touch(grad);
+        call.grad_outputs.push_back(grad);
+    }
+    bool activation = false;
+    for (std::size_t i = 0; i < n.inputs.size(); ++i) {
+        if (n.inputs[i] == kNoValue) {
+            call.grad_inputs.push_back(kNone);
+            continue;
+        }
+        const std::size_t value = values_[graph_.root(n.inputs[i])];
+        if (value != kNone &&
+            (n.row->backward_reads == nullptr || n.row->backward_reads(i, wanted)))
+            touch(value);
+        if (wanted[i]) {
+            SPLAT_TRY(plan_grad_input(call, i));
+            activation = activation || n.row->inputs[i].layout == Layout::kQuads;
+        } else {
+            call.grad_inputs.push_back(kNone);
+        }
+    }
+    for (const std::size_t saved : saved_[node]) touch(saved);
+    if (n.plan.backward_workspace > 0)
+        call.workspace = tensor(n.row->name, n.plan.backward_workspace, clock_);
+    if (n.plan.backward_prepared > 0 && activation) {
+        const std::size_t prepared = tensor(n.row->name, n.plan.backward_prepared, clock_);
+        if (keeps_prepared(n)) {
+            keep(prepared);
+            kept_backward[node] = prepared;
+        } else {
+            call.prepared = prepared;
+        }
+    }
+    backward.push_back(std::move(call));
+    return {};
+}
+
+Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
+    const ValueId id = graph_.nodes()[call.node].inputs[input];
+    const ValueId root = graph_.root(id);
+    const Value& value = graph_.value(root);
+    SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
+    const bool first = grads_[root] == kNone;
+    if (first) {
+        grads_[root] = tensor(value.name, bytes, clock_);
+        if (value.kind == ValueKind::kParameter) {
+            tensors_[grads_[root]].placed = false;
+            tensors_[grads_[root]].view = parameters_.of(root).grad;
+        } else if (value.layout == Layout::kRowMajor) {
+            call.zeros.push_back(grads_[root]);  // row-major gradients are summed in place
+        }
+    }
+    touch(grads_[root]);
+    if (first || value.layout == Layout::kRowMajor) {
+        call.grad_inputs.push_back(grads_[root]);
+        return {};
+    }
+    const std::size_t part = tensor(value.name, bytes, clock_);
+    call.grad_inputs.push_back(part);
+    call.sums.emplace_back(part, grads_[root]);
+    return {};
+}
+
+Status ExecutorPlan::place(vk::Context& context, std::vector<vk::Buffer>& buffers,
+                           ExecutorMemory& memory) {
+    std::vector<Lifetime> lifetimes;
+    for (const Tensor& tensor : tensors_)
+        lifetimes.push_back(tensor.placed ? tensor.life : Lifetime{0, 0, 0});
+    const MemoryPlan plan =
+        plan_memory(lifetimes, recorder_.device().limits.offset_alignment, kArenaBytes);
+    memory.bound = peak_bytes(lifetimes);
+    const std::size_t first = buffers.size();
+    for (const std::uint64_t bytes : plan.arena_bytes) {
+        SPLAT_ASSIGN(vk::Buffer buffer,
+                     context.memory().allocate(std::max<std::uint64_t>(bytes, 16),
+                                               vk::MemoryKind::kDevice, "activations"));
+        buffers.push_back(std::move(buffer));
+        memory.arenas += bytes;
+    }
+    for (std::size_t i = 0; i < tensors_.size(); ++i) {
+        Tensor& tensor = tensors_[i];
+        if (!tensor.placed) continue;
+        tensor.view = buffers[first + plan.placements[i].arena].range();
+        tensor.view.offset += plan.placements[i].offset;
+        tensor.view.bytes = vk::quad_bytes((tensor.life.bytes + 3) / 4);
+    }
+    for (const auto* kept : {&kept_forward, &kept_backward})
+        for (const std::size_t tensor : *kept)
+            if (tensor != kNone) memory.prepared += tensors_[tensor].life.bytes;
+    return {};
+}
+
+vk::BufferView ExecutorPlan::value_view(ValueId id) const {
+    const Value& value = graph_.value(id);
+    if (value.kind == ValueKind::kParameter) return shaped(parameters_.of(id).value, value.shape);
+    return shaped(tensors_[values_[graph_.root(id)]].view, value.shape);
+}
+
+vk::BufferView ExecutorPlan::grad_view(ValueId id) const {
+    return shaped(tensors_[grads_[graph_.root(id)]].view, graph_.value(id).shape);
+}
+
+OpViews ExecutorPlan::views(const Call& call) const {
+    const Node& node = graph_.nodes()[call.node];
+    OpViews v;
+    for (const ValueId input : node.inputs)
+        v.inputs.push_back(input == kNoValue ? vk::BufferView{} : value_view(input));
+    for (const ValueId output : node.outputs) v.outputs.push_back(value_view(output));
+    for (std::size_t i = 0; i < saved_[call.node].size(); ++i)
+        v.saved.push_back(shaped(tensors_[saved_[call.node][i]].view, node.plan.saved[i]));
+    if (call.workspace != kNone) v.workspace = tensors_[call.workspace].view;
+    v.accumulate = true;
+    return v;
+}
+
+OpViews ExecutorPlan::forward_views(const Call& call) const {
+    OpViews v = views(call);
+    const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_forward[call.node];
+    if (prepared != kNone) v.forward_prepared = tensors_[prepared].view;
+    return v;
+}
+
+OpViews ExecutorPlan::backward_views(const Call& call) const {
+    const Node& node = graph_.nodes()[call.node];
+    OpViews v = views(call);
+    const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_backward[call.node];
+    if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;
+    for (std::size_t i = 0; i < node.outputs.size(); ++i)
+        v.grad_outputs.push_back(
+            shaped(tensors_[call.grad_outputs[i]].view, graph_.value(node.outputs[i]).shape));
+    for (std::size_t i = 0; i < node.inputs.size(); ++i)
+        v.grad_inputs.push_back(
+            call.grad_inputs[i] == kNone
+                ? vk::BufferView{}
+                : shaped(tensors_[call.grad_inputs[i]].view, graph_.value(node.inputs[i]).shape));
+    return v;
+}
+
+}  // namespace splat::nn

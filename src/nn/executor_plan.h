@@ -1,0 +1,91 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "nn/executor.h"
+
+namespace splat::nn {
+
+/// What Executor::create works out before anything is recorded: which gradients are wanted, and all
+/// tensors of a step with their lifetimes on a clock that ticks once per node and pass.
+class ExecutorPlan {
+  public:
+    /// One operator in one pass, by tensor.
+    struct Call {
+        std::size_t node = 0;
+        std::vector<std::size_t> grad_outputs;  ///< backward: tensors
+        std::vector<std::size_t> zeros;  ///< tensors to be filled with zero before: gradients that
+            ///< nothing reached, and row-major ones before the first sum
+        std::vector<std::size_t> grad_inputs;  ///< tensor, or kNone where not wanted
+        /// Contributions to gradients that others have written: {contribution, sum}.
+        std::vector<std::pair<std::size_t, std::size_t>> sums;
+        std::size_t workspace = kNone;
+        std::size_t prepared = kNone;  ///< prepared in this call
+    };
+    static constexpr std::size_t kNone = ~std::size_t{0};
+
+    struct Tensor {
+        Lifetime life;
+        std::string name;
+        vk::BufferView view;  ///< after place()
+        bool placed = true;   ///< false: a parameter's view, not of the arenas
+    };
+
+    ExecutorPlan(const vk::Recorder& recorder, const Graph& graph, const Parameters& parameters,
+                 const ExecutorDesc& desc)
+        : recorder_(recorder), graph_(graph), parameters_(parameters), desc_(desc) {}
+
+    Status make();
+
+    /// Allocate the arenas and give every tensor its view.
+    Status place(vk::Context& context, std::vector<vk::Buffer>& buffers, ExecutorMemory& memory);
+
+    /// The tensors of a node's forward pass, in the shapes that the node sees.
+    [[nodiscard]] OpViews forward_views(const Call& call) const;
+    [[nodiscard]] OpViews backward_views(const Call& call) const;
+
+    [[nodiscard]] vk::BufferView value_view(ValueId id) const;
+    [[nodiscard]] vk::BufferView grad_view(ValueId id) const;
+    [[nodiscard]] const vk::BufferView& view(std::size_t tensor) const {
+        return tensors_[tensor].view;
+    }
+
+    std::vector<Call> forward;
+    std::vector<Call> backward;            ///< in the order of execution
+    std::map<ValueId, std::size_t> ports;  ///< row-major tensors of inputs and outputs
+    std::map<ValueId, std::size_t> grad_ports;
+    std::vector<std::size_t> kept_forward;   ///< by node: kept prepared parameters, or kNone
+    std::vector<std::size_t> kept_backward;  ///< the same for the backward pass
+
+  private:
+    std::size_t tensor(std::string name, std::uint64_t bytes, std::uint32_t first);
+    void touch(std::size_t tensor) { tensors_[tensor].life.last = clock_; }
+    void keep(std::size_t tensor);
+    Result<std::uint64_t> bytes_of(ValueId id) const;
+    Status find_wanted();
+    Status find_reached();
+    Status plan_inputs();
+    Status plan_forward();
+    Status plan_outputs();
+    Status plan_backward();
+    Status plan_backward_node(std::size_t node);
+    Status plan_grad_input(Call& call, std::size_t input);
+    [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
+    [[nodiscard]] bool keeps_prepared(const Node& node) const;
+    OpViews views(const Call& call) const;
+
+    const vk::Recorder& recorder_;
+    const Graph& graph_;
+    const Parameters& parameters_;
+    const ExecutorDesc& desc_;
+    std::uint32_t clock_ = 0;
+    std::vector<Tensor> tensors_;
+    std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
+    std::vector<bool> reached_;  ///< by root value: some grad_output depends on it
+    std::vector<std::size_t> values_;              ///< tensor of a root value
+    std::vector<std::size_t> grads_;               ///< tensor of its gradient
+    std::vector<std::vector<std::size_t>> saved_;  ///< by node
+};
+
+}  // namespace splat::nn

@@ -1,0 +1,102 @@
+#include "nn/graph.h"
+
+#include "ops/quads.h"
+
+namespace splat::nn {
+
+ValueId Graph::add(Value value) {
+    values_.push_back(std::move(value));
+    return static_cast<ValueId>(values_.size() - 1);
+}
+
+void Graph::fail(Status status) {
+    if (status_.ok()) status_ = std::move(status);
+}
+
+ValueId Graph::input(std::string name, const Shape& shape, Layout layout) {
+    return add({std::move(name), ValueKind::kInput, shape, layout, false, kNoValue});
+}
+
+ValueId Graph::parameter(std::string name, const Shape& shape, bool trainable) {
+    if (find(name) != kNoValue)
+        fail(error(Code::kInvalidArgument, "the network has two parameters named '%s'",
+                   name.c_str()));
+    return add(
+        {std::move(name), ValueKind::kParameter, shape, Layout::kRowMajor, trainable, kNoValue});
+}
+
+Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
+                              std::span<const JsonScalar> attributes) {
+    SPLAT_ASSIGN(const OpRow* row, find_op(op));
+    SPLAT_ASSIGN(Attributes complete, complete_attributes(*row, attributes));
+    inputs.resize(row->inputs.size(), kNoValue);
+    std::vector<Shape> shapes;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const Port& port = row->inputs[i];
+        if (inputs[i] == kNoValue) {
+            if (!port.optional)
+                return error(Code::kShape, "%s: tensor '%s' is absent", op, port.name);
+            shapes.emplace_back();
+            continue;
+        }
+        const Value& value = values_[inputs[i]];
+        if (value.layout != port.layout)
+            return error(Code::kShape, "%s: tensor '%s' is %s, expected %s", op, port.name,
+                         value.layout == Layout::kQuads ? "an activation" : "row-major",
+                         port.layout == Layout::kQuads ? "an activation" : "row-major");
+        shapes.push_back(value.shape);
+    }
+    SPLAT_ASSIGN(OpPlan plan, row->plan(recorder_, complete, shapes));
+    return Node{row, std::move(complete), std::move(inputs), {}, std::move(plan)};
+}
+
+std::vector<ValueId> Graph::node(const char* op, std::vector<ValueId> inputs,
+                                 std::vector<JsonScalar> attributes) {
+    const Result<const OpRow*> row = find_op(op);
+    const std::vector<ValueId> none(row.ok() ? row.value()->outputs.size() : 1, kNoValue);
+    if (!status_.ok()) return none;
+    Result<Node> made = make_node(op, std::move(inputs), attributes);
+    if (!made.ok()) {
+        fail(made.status());
+        return none;
+    }
+    Node node = std::move(made.value());
+    for (std::size_t i = 0; i < node.plan.outputs.size(); ++i)
+        node.outputs.push_back(
+            add({std::string(op) + "." + node.row->outputs[i].name, ValueKind::kActivation,
+                 node.plan.outputs[i], node.row->outputs[i].layout, false, kNoValue}));
+    nodes_.push_back(std::move(node));
+    return nodes_.back().outputs;
+}
+
+ValueId Graph::op(const char* op, std::vector<ValueId> inputs, std::vector<JsonScalar> attributes) {
+    return node(op, std::move(inputs), std::move(attributes))[0];
+}
+
+ValueId Graph::reshape(ValueId value, const Shape& shape) {
+    if (!status_.ok()) return kNoValue;
+    const Value from = values_[value];
+    bool same = from.shape.elements() == shape.elements();
+    if (from.layout == Layout::kQuads)
+        same = same && shape.rank() >= 2 && from.shape[1] == shape[1];
+    if (!same) {
+        fail(error(Code::kShape, "reshape: '%s' has shape %s, which does not fit %s",
+                   from.name.c_str(), from.shape.text().c_str(), shape.text().c_str()));
+        return kNoValue;
+    }
+    return add({from.name, from.kind, shape, from.layout, false, root(value)});
+}
+
+ValueId Graph::root(ValueId id) const {
+    return values_[id].base == kNoValue ? id : values_[id].base;
+}
+
+ValueId Graph::find(std::string_view name) const {
+    for (std::size_t i = 0; i < values_.size(); ++i)
+        if (values_[i].kind != ValueKind::kActivation && values_[i].base == kNoValue &&
+            values_[i].name == name)
+            return static_cast<ValueId>(i);
+    return kNoValue;
+}
+
+}  // namespace splat::nn

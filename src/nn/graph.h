@@ -1,0 +1,89 @@
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "nn/op_table.h"
+
+namespace splat::nn {
+
+using ValueId = std::uint32_t;
+inline constexpr ValueId kNoValue = ~ValueId{0};
+
+enum class ValueKind : int {
+    kInput,      ///< written by the caller before each forward pass
+    kParameter,  ///< trained and saved, see parameters.h
+    kActivation,
+};
+
+struct Value {
+    std::string name;
+    ValueKind kind = ValueKind::kActivation;
+    Shape shape;
+    Layout layout = Layout::kQuads;
+    bool trainable = false;   ///< parameters: gets a gradient
+    ValueId base = kNoValue;  ///< the value whose memory this one shows in another shape
+};
+
+struct Node {
+    const OpRow* row = nullptr;
+    Attributes attributes;
+    std::vector<ValueId> inputs;  ///< kNoValue where an optional one is absent
+    std::vector<ValueId> outputs;
+    OpPlan plan;
+};
+
+/// Operators in the order of their execution, and the values between them. Built once per model and
+/// shapes; executor.h runs it.
+///
+/// The first error sticks: building code reads like the formula and asks status() at its end.
+class Graph {
+  public:
+    explicit Graph(vk::Context& context) : recorder_(context) {}
+
+    ValueId input(std::string name, const Shape& shape, Layout layout = Layout::kQuads);
+
+    /// Row-major. The name is that of the state dict. Errors: kInvalidArgument for a second one of
+    /// that name.
+    ValueId parameter(std::string name, const Shape& shape, bool trainable = true);
+
+    /// One operator of the table. Errors: those of find_op, complete_attributes and the row's plan;
+    /// kShape, naming operator and tensor, for a required input that is absent or has another layout.
+    std::vector<ValueId> node(const char* op, std::vector<ValueId> inputs,
+                              std::vector<JsonScalar> attributes = {});
+
+    /// The same for operators of one output.
+    ValueId op(const char* op, std::vector<ValueId> inputs,
+               std::vector<JsonScalar> attributes = {});
+
+    /// The same memory in another shape: quads keep their channels and the product of the rest,
+    /// row-major values their number of elements. Errors: kShape.
+    ValueId reshape(ValueId value, const Shape& shape);
+
+    /// kInvalidArgument if `ok` is false: what building code finds wrong by itself.
+    void fail(Status status);
+
+    [[nodiscard]] const Status& status() const { return status_; }
+    [[nodiscard]] const std::vector<Value>& values() const { return values_; }
+    [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+    [[nodiscard]] const Value& value(ValueId id) const { return values_[id]; }
+
+    /// The value that owns the memory of `id`.
+    [[nodiscard]] ValueId root(ValueId id) const;
+
+    /// The parameter or input of this name, or kNoValue.
+    [[nodiscard]] ValueId find(std::string_view name) const;
+
+  private:
+    ValueId add(Value value);
+    Result<Node> make_node(const char* op, std::vector<ValueId> inputs,
+                           std::span<const JsonScalar> attributes);
+
+    vk::Recorder recorder_;  ///< tells plans the device and its kernels; records nothing
+    Status status_;
+    std::vector<Value> values_;
+    std::vector<Node> nodes_;
+};
+
+}  // namespace splat::nn

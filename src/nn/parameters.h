@@ -1,0 +1,67 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nn/graph.h"
+#include "vk/context.h"
+
+namespace splat::nn {
+
+struct Parameter {
+    std::string name;
+    Shape shape;
+    bool trainable = false;
+    vk::BufferView value;
+    vk::BufferView grad;  ///< without a buffer if frozen
+};
+
+/// A stretch of device memory that holds the values of several trainable parameters, and one of the
+/// same layout for their gradients: what an optimiser updates in one dispatch. What lies between
+/// parameters is zero.
+struct ParameterBlock {
+    vk::BufferView values;
+    vk::BufferView grads;
+};
+
+/// The parameters of a graph on the device. Trainable ones lie in blocks together with their
+/// gradients; frozen ones have no gradient.
+class Parameters {
+  public:
+    /// All zero. Errors: kOutOfDeviceMemory.
+    static Result<Parameters> create(vk::Context& context, const Graph& graph);
+
+    [[nodiscard]] const std::vector<Parameter>& all() const { return parameters_; }
+    [[nodiscard]] std::span<const ParameterBlock> blocks() const { return blocks_; }
+
+    /// The parameter of a graph's value.
+    [[nodiscard]] const Parameter& of(ValueId value) const { return parameters_[index_[value]]; }
+
+    /// nullptr if there is none of this name.
+    [[nodiscard]] const Parameter* find(std::string_view name) const;
+
+    /// Row-major elements, as many as the shape has. Errors: those of Context::write and read.
+    Status write(const Parameter& parameter, std::span<const float> values);
+    Status read(const vk::BufferView& view, std::vector<float>& values);
+
+    Status zero_gradients();
+
+    /// Grows whenever values change; what was prepared from older values is stale.
+    [[nodiscard]] std::uint64_t revision() const { return revision_; }
+    void changed() { ++revision_; }
+
+    [[nodiscard]] std::uint64_t elements() const;
+
+  private:
+    explicit Parameters(vk::Context& context) : context_(&context) {}
+
+    vk::Context* context_;
+    std::vector<Parameter> parameters_;
+    std::vector<std::size_t> index_;  ///< by ValueId
+    std::vector<vk::Buffer> buffers_;
+    std::vector<ParameterBlock> blocks_;
+    std::uint64_t revision_ = 1;
+};
+
+}  // namespace splat::nn
