@@ -1,0 +1,60 @@
+#include <cmath>
+#include <numbers>
+
+#include "model/predictor.h"
+
+namespace splat::model {
+namespace {
+
+/// Cosines, then sines, of s at dim / 2 frequencies from 1 down to almost 1/10000.
+void encode(double s, std::uint32_t dim, std::vector<float>& out) {
+    const std::uint32_t half_dim = dim / 2;
+    const auto angle = [&](std::uint32_t j) {
+        return s * std::pow(10000.0, -static_cast<double>(j) / half_dim);
+    };
+    for (std::uint32_t j = 0; j < half_dim; ++j)
+        out.push_back(static_cast<float>(std::cos(angle(j))));
+    for (std::uint32_t j = 0; j < half_dim; ++j)
+        out.push_back(static_cast<float>(std::sin(angle(j))));
+}
+
+}  // namespace
+
+std::vector<float> pixel_rays(const PredictorConfig& config) {
+    const std::uint32_t r = config.resolution;
+    const double half_side = r / 2.0;
+    const double tangent =
+        std::tan(static_cast<double>(config.fov_degrees) * std::numbers::pi / 360.0);
+    const double focal = config.fov_degrees > 0 ? half_side / tangent : 1.0;
+    std::vector<float> rays(std::size_t{3} * r * r);
+    for (std::uint32_t i = 0; i < r; ++i)
+        for (std::uint32_t j = 0; j < r; ++j) {
+            const double x = (j + 0.5 - half_side) * (config.inverted_x ? -1 : 1);
+            const double y = (i + 0.5 - half_side) * (config.inverted_y ? 1 : -1);
+            const std::size_t at = std::size_t{i} * r + j;
+            rays[at] = static_cast<float>(x / focal);
+            rays[at + std::size_t{r} * r] = static_cast<float>(y / focal);
+            rays[at + std::size_t{2} * r * r] = 1;
+        }
+    return rays;
+}
+
+std::vector<float> pose_embedding(const PredictorConfig& config,
+                                  std::span<const float> view_to_world) {
+    std::vector<float> embedding;
+    for (std::size_t view = 0; view + 16 <= view_to_world.size(); view += 16)
+        for (const std::size_t row : {std::size_t{3}, std::size_t{2}})  // position, viewing axis
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                encode(static_cast<double>(view_to_world[view + 4 * row + axis]),
+                       config.embedding_dim, embedding);
+    return embedding;
+}
+
+std::vector<float> index_embedding(const PredictorConfig& config, std::uint32_t images) {
+    std::vector<float> embedding;
+    for (std::uint32_t image = 0; image < images; ++image)
+        encode(image % config.views, config.embedding_dim, embedding);
+    return embedding;
+}
+
+}  // namespace splat::model

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/predictor_config.h"
+#include "nn/parameters.h"
+
+namespace splat::model {
+
+/// How a parameter starts.
+struct Init {
+    enum class Kind : int {
+        kConstant,
+        kXavierUniform,  ///< U(-b, b) with b = scale * sqrt(6 / (fan_in + fan_out))
+        kUniformColumns,  ///< U(-b, b) with b = 1 / sqrt(columns): PyTorch's kaiming_uniform(a = sqrt 5)
+        kHeadWeight,  ///< the last convolution: Xavier per group of output channels, with its scale
+        kHeadBias,    ///< its constants per group
+        kFilmBias,    ///< 1 for gamma, the first half, and 0 for beta
+    };
+    Kind kind = Kind::kConstant;
+    float scale = 0;  ///< the constant, or the gain
+};
+
+/// The start of one parameter. Every parameter has a stream of random numbers of its own, from the
+/// seed and its name, so that a layer more or less changes no other.
+std::vector<float> initial_values(const PredictorConfig& config, const Init& init,
+                                  const std::string& name, const Shape& shape, std::uint64_t seed);
+
+}  // namespace splat::model

@@ -1,0 +1,182 @@
+#include "model/predictor.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splat::model {
+namespace {
+
+using nn::kNoValue;
+using nn::Layout;
+using nn::ValueId;
+
+Status expect_count(const char* name, std::size_t got, std::size_t expected) {
+    if (got == expected) return {};
+    return error(Code::kShape, "predictor: '%s' has %zu numbers, expected %zu", name, got,
+                 expected);
+}
+
+Status expect_finite(const char* name, std::span<const float> values) {
+    const auto bad = std::find_if(values.begin(), values.end(),
+                                  [](float value) { return !std::isfinite(value); });
+    if (bad == values.end()) return {};
+    return error(Code::kInvalidArgument, "predictor: '%s' holds %g at %td, expected finite numbers",
+                 name, static_cast<double>(*bad), bad - values.begin());
+}
+
+/// The published network gets each vector with its halves exchanged.
+std::vector<float> exchange_halves(std::span<const float> vectors, std::size_t length) {
+    std::vector<float> result(vectors.begin(), vectors.end());
+    for (std::size_t at = 0; at + length <= result.size(); at += length)
+        std::rotate(result.begin() + static_cast<std::ptrdiff_t>(at),
+                    result.begin() + static_cast<std::ptrdiff_t>(at + length / 2),
+                    result.begin() + static_cast<std::ptrdiff_t>(at + length));
+    return result;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
+                                                     const PredictorConfig& config,
+                                                     const PredictorOptions& options) {
+    SPLAT_TRY(check(config));
+    std::unique_ptr<Predictor> made(new Predictor(context, config, options));
+    SPLAT_TRY(made->build());
+    SPLAT_ASSIGN(nn::Parameters parameters, nn::Parameters::create(context, made->graph_));
+    made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
+    nn::ExecutorDesc desc;
+    desc.outputs = made->outputs_;
+    desc.outputs.push_back(made->raw_);
+    desc.keep_prepared = options.keep_prepared;
+    desc.backward = options.gradients;
+    if (options.gradients) {
+        desc.grad_outputs = made->outputs_;
+        if (options.input_gradient) desc.grad_inputs.push_back(made->image_);
+        if (options.input_gradient && made->embedding_ != kNoValue)
+            desc.grad_inputs.push_back(made->embedding_);
+    }
+    SPLAT_ASSIGN(made->executor_,
+                 nn::Executor::create(context, made->graph_, *made->parameters_, desc));
+    SPLAT_TRY(made->set_rays(pixel_rays(config)));
+    return made;
+}
+
+Status Predictor::build() {
+    const std::uint32_t r = config_.resolution;
+    const std::uint32_t n = images();
+    image_ = graph_.input("images", {n, config_.image_channels(), r, r});
+    rays_value_ = graph_.input("rays", {3, r, r}, Layout::kRowMajor);
+    view_to_world_ = graph_.input("view_to_world", {n, 4, 4}, Layout::kRowMajor);
+    quaternion_ = graph_.input("quaternions", {n, 4}, Layout::kRowMajor);
+    if (config_.fov_degrees == 0) focal_ = graph_.input("focals", {n, 2}, Layout::kRowMajor);
+    if (config_.origin_distance)
+        origin_ = graph_.input("origin_distance", {n, r, r}, Layout::kRowMajor);
+    if (config_.embedding != Embedding::kNone)
+        embedding_ = graph_.input("embedding", {n, config_.embedding_length()});
+    if (config_.tokens > 0)
+        tokens_ = graph_.input("tokens", {n, config_.token_dim, config_.tokens, 1});
+    const bool random =
+        options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
+    if (random) counter_ = graph_.input("random_counter", {4}, Layout::kRowMajor);
+
+    SongUnet unet(graph_, config_, options_.build);
+    raw_ = unet.build(image_, embedding_, tokens_, counter_);
+    outputs_ = graph_.node("gaussian_head",
+                           {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
+                           {{"views", std::int64_t{config_.views}},
+                            {"znear", static_cast<double>(config_.znear)},
+                            {"zfar", static_cast<double>(config_.zfar)},
+                            {"sh_degree", std::int64_t{config_.sh_degree}},
+                            {"offset", config_.offset},
+                            {"isotropic", config_.isotropic}});
+    inits_ = unet.inits();
+    return graph_.status();
+}
+
+Status Predictor::init(std::uint64_t seed) {
+    for (const nn::Parameter& parameter : parameters_->all())
+        SPLAT_TRY(
+            parameters_->write(parameter, initial_values(config_, inits_.at(parameter.name),
+                                                         parameter.name, parameter.shape, seed)));
+    return {};
+}
+
+Status Predictor::put(ValueId id, std::span<const float> values, const char* name) {
+    const vk::BufferView& view = executor_->tensor(id);
+    SPLAT_TRY(expect_count(name, values.size(), view.shape.elements()));
+    SPLAT_TRY(expect_finite(name, values));
+    return context_.write(view, values.data(), values.size_bytes());
+}
+
+Status Predictor::set_rays(std::vector<float> rays) {
+    SPLAT_TRY(put(rays_value_, rays, "ray_dirs"));
+    rays_ = std::move(rays);
+    return {};
+}
+
+Status Predictor::set_input(const PredictorInput& input) {
+    const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
+    const std::size_t seen = config_.image_channels() * pixels;
+    const std::size_t given = config_.input_channels() * pixels;
+    SPLAT_TRY(expect_count("images", input.images.size(), images() * given));
+    if (config_.origin_distance) {  // the last plane of each image; the network sees the others
+        std::vector<float> shown;
+        std::vector<float> distance;
+        for (std::size_t image = 0; image < images(); ++image) {
+            const auto planes = input.images.subspan(image * given, given);
+            shown.insert(shown.end(), planes.begin(),
+                         planes.begin() + static_cast<std::ptrdiff_t>(seen));
+            distance.insert(distance.end(), planes.begin() + static_cast<std::ptrdiff_t>(seen),
+                            planes.end());
+        }
+        SPLAT_TRY(put(image_, shown, "images"));
+        SPLAT_TRY(put(origin_, distance, "origin_distance"));
+    } else {
+        SPLAT_TRY(put(image_, input.images, "images"));
+    }
+    SPLAT_TRY(put(view_to_world_, input.view_to_world, "view_to_world"));
+    SPLAT_TRY(put(quaternion_, input.quaternions, "quaternions"));
+    if (focal_ != kNoValue) SPLAT_TRY(put(focal_, input.focals, "focals"));
+    if (tokens_ != kNoValue) SPLAT_TRY(put(tokens_, input.tokens, "tokens"));
+    if (counter_ != kNoValue) {
+        const std::uint32_t counter[4] = {static_cast<std::uint32_t>(input.seed),
+                                          static_cast<std::uint32_t>(input.seed >> 32), input.step,
+                                          0};
+        SPLAT_TRY(context_.write(executor_->tensor(counter_), counter, sizeof counter));
+    }
+    if (embedding_ == kNoValue) return {};
+    std::vector<float> embedding(input.embedding.begin(), input.embedding.end());
+    if (config_.embedding == Embedding::kPose)
+        embedding = pose_embedding(config_, input.view_to_world);
+    if (config_.embedding == Embedding::kIndex) embedding = index_embedding(config_, images());
+    return put(embedding_, exchange_halves(embedding, config_.embedding_length()), "embedding");
+}
+
+namespace {
+
+Predictor::Outputs five(const std::vector<ValueId>& ids,
+                        const vk::BufferView& (nn::Executor::*view)(ValueId) const,
+                        const nn::Executor& executor) {
+    const auto get = [&](std::size_t i) { return (executor.*view)(ids[i]); };
+    return {get(0), get(1), get(2), get(3), get(4)};
+}
+
+}  // namespace
+
+Predictor::Outputs Predictor::outputs() const {
+    return five(outputs_, &nn::Executor::tensor, *executor_);
+}
+
+Predictor::Outputs Predictor::output_gradients() const {
+    return five(outputs_, &nn::Executor::gradient, *executor_);
+}
+
+Status Predictor::embedding_gradient(std::vector<float>& gradient) const {
+    const vk::BufferView& view = executor_->gradient(embedding_);
+    std::vector<float> values(view.shape.elements());
+    SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));
+    gradient = exchange_halves(values, config_.embedding_length());
+    return {};
+}
+
+}  // namespace splat::model

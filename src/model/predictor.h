@@ -1,0 +1,126 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/song_unet.h"
+#include "nn/executor.h"
+
+namespace splat::model {
+
+/// How a predictor is run.
+struct PredictorOptions {
+    std::uint32_t objects = 1;  ///< per pass, each with the configuration's number of views
+    bool gradients = false;     ///< plan and record the backward pass
+    bool input_gradient = false;
+    bool keep_prepared = true;  ///< see nn::ExecutorDesc
+    BuildOptions build;
+};
+
+/// The images and cameras of the objects of one pass, in host memory, views of an object one after the
+/// other; N = objects * views images of R x R pixels.
+struct PredictorInput {
+    std::span<const float> images;         ///< [N, input_channels, R, R]
+    std::span<const float> view_to_world;  ///< [N, 4, 4], row vectors: p_world = p_view M
+    std::span<const float> quaternions;    ///< [N, 4] w x y z of the view-to-world rotation
+    std::span<const float> focals;         ///< [N, 2] pixels, where fov_degrees is 0; else empty
+    std::span<const float> embedding;  ///< [N, embedding_length] of Embedding::kCustom; else empty
+    std::span<const float> tokens;     ///< [N, token_dim, tokens]; empty without
+    std::uint64_t seed = 0;            ///< of dropout
+    std::uint32_t step = 0;            ///< of dropout
+};
+
+/// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
+///
+/// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,
+///         modulation and adapters of PredictorConfig
+class Predictor {
+  public:
+    /// Parameters are zero until init() or weights are loaded (weights.h). Errors: those of check();
+    /// kOutOfDeviceMemory.
+    static Result<std::unique_ptr<Predictor>> create(vk::Context& context,
+                                                     const PredictorConfig& config,
+                                                     const PredictorOptions& options);
+
+    /// Start the parameters as the paper's code does, from a seed.
+    Status init(std::uint64_t seed);
+
+    /// Errors: kShape, naming the field, its size and the expected one; kInvalidArgument for numbers
+    /// that are not finite.
+    Status set_input(const PredictorInput& input);
+
+    Status forward() { return executor_->forward(); }
+
+    /// Fill the gradients of parameters, from those of outputs that were written before.
+    Status backward() { return executor_->backward(); }
+
+    /// Row-major results of forward, and where backward reads their gradients.
+    ///
+    /// means [objects,M,3]  opacities [objects,M,1]  scales [objects,M,3]  rotations [objects,M,4] (w x
+    /// y z)  sh [objects,M,K,3], K = (sh_degree + 1)^2, the first coefficient first
+    struct Outputs {
+        vk::BufferView means, opacities, scales, rotations, sh;
+    };
+    [[nodiscard]] Outputs outputs() const;
+    [[nodiscard]] Outputs output_gradients() const;
+
+    /// What the network gives to the head: [N, output_channels, R, R], row-major.
+    [[nodiscard]] const vk::BufferView& raw_output() const { return executor_->tensor(raw_); }
+
+    /// Gradient of the images [N, image_channels, R, R]; only with input_gradient.
+    [[nodiscard]] const vk::BufferView& image_gradient() const {
+        return executor_->gradient(image_);
+    }
+
+    /// Gradient of the embedding [N, embedding_length]; only with input_gradient, and in the order of
+    /// the caller's vector. Errors: those of reading.
+    Status embedding_gradient(std::vector<float>& gradient) const;
+
+    [[nodiscard]] const PredictorConfig& config() const { return config_; }
+    [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
+    [[nodiscard]] const nn::Executor& executor() const { return *executor_; }
+
+    /// The direction of each pixel's ray at depth 1, [3,R,R]: what the state dict calls ray_dirs.
+    [[nodiscard]] const std::vector<float>& rays() const { return rays_; }
+    Status set_rays(std::vector<float> rays);
+
+  private:
+    Predictor(vk::Context& context, const PredictorConfig& config, const PredictorOptions& options)
+        : context_(context), config_(config), options_(options), graph_(context) {}
+    Status build();
+    Status put(nn::ValueId id, std::span<const float> values, const char* name);
+    [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
+
+    vk::Context& context_;
+    PredictorConfig config_;
+    PredictorOptions options_;
+    nn::Graph graph_;
+    std::map<std::string, Init> inits_;
+    std::unique_ptr<nn::Parameters> parameters_;
+    std::unique_ptr<nn::Executor> executor_;
+    std::vector<float> rays_;
+    nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,
+                quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
+                embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
+                raw_ = nn::kNoValue;
+    std::vector<nn::ValueId> outputs_;
+};
+
+/// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y; not divided by
+/// a focal length where that comes with each view.
+std::vector<float> pixel_rays(const PredictorConfig& config);
+
+/// The embedding of poses as the published weights take it: per view the camera's position and viewing
+/// axis, each scalar s as embedding_dim / 2 cosines, then sines, of s * 10000^(-2j/embedding_dim).
+///
+/// view_to_world  [views,4,4];  Returns  [views, 6 * embedding_dim]
+std::vector<float> pose_embedding(const PredictorConfig& config,
+                                  std::span<const float> view_to_world);
+
+/// The same of the index of each view within its object: [images, embedding_dim].
+std::vector<float> index_embedding(const PredictorConfig& config, std::uint32_t images);
+
+}  // namespace splat::model

@@ -1,0 +1,292 @@
+#include "model/weights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace splat::model {
+namespace {
+
+using io::NamedTensor;
+using io::NamedTensors;
+
+constexpr const char* kRays = "ray_dirs";
+
+bool ends_with(const std::string& name, const char* end) {
+    return name.ends_with(end);
+}
+
+/// Tensors of a state dict that are no parameters: constants that the configuration implies.
+bool is_buffer(const std::string& name) {
+    return name == kRays || name == "sh_to_v_transform" || name == "v_to_sh_transform" ||
+           ends_with(name, ".resample_filter");
+}
+
+/// Parameters that may be absent from a file: without effect until they are trained.
+bool may_be_fresh(const std::string& name) {
+    for (const char* part : {".lora_A", ".lora_B", ".affine.", ".map_layer", ".cross_attention."})
+        if (name.find(part) != std::string::npos) return true;
+    return false;
+}
+
+std::string first_conv_name(const PredictorConfig& c) {
+    const std::string r = std::to_string(c.resolution);
+    return "network_with_offset.encoder.enc." + r + "x" + r + "_conv.weight";
+}
+
+bool same_dims(const NamedTensor& tensor, const Shape& shape) {
+    if (tensor.dims.size() != shape.rank()) return false;
+    for (std::uint32_t i = 0; i < shape.rank(); ++i)
+        if (tensor.dims[i] != shape[i]) return false;
+    return true;
+}
+
+/// For each channel of a network of `from`, its place in one of `to`.
+std::vector<std::uint32_t> places(const ImageChannels& from, const ImageChannels& to) {
+    std::vector<std::uint32_t> result = {0, 1, 2};
+    std::uint32_t at = 3;
+    const auto take = [&](bool has, bool wants, std::uint32_t count) {
+        for (std::uint32_t i = 0; has && i < count; ++i) result.push_back(at + i);
+        if (wants) at += count;
+    };
+    take(from.depth, to.depth, 1);
+    take(from.normal, to.normal, 3);
+    take(from.mask, to.mask, 1);
+    return result;
+}
+
+bool has_all(const ImageChannels& to, const ImageChannels& from) {
+    return (to.depth || !from.depth) && (to.normal || !from.normal) && (to.mask || !from.mask);
+}
+
+/// The first convolution's weight with its columns where their meaning is in the wider network.
+Result<std::vector<float>> widened(const NamedTensor& tensor, const Shape& shape,
+                                   const ImageChannels& from, const ImageChannels& to) {
+    const bool plausible = tensor.dims.size() == 4 && tensor.dims[0] == shape[0] &&
+                           tensor.dims[1] == from.count() && tensor.dims[2] == shape[2] &&
+                           tensor.dims[3] == shape[3];
+    if (!plausible || !has_all(to, from))
+        return error(Code::kShape,
+                     "grafting: tensor '%s' has shape %s, expected [%u, %u, %u, %u] or fewer input "
+                     "channels, all of which the new network has, too; name the file's channels",
+                     tensor.name.c_str(), io::dims_text(tensor.dims).c_str(), shape[0], shape[1],
+                     shape[2], shape[3]);
+    const std::vector<std::uint32_t> where = places(from, to);
+    const std::size_t taps = std::size_t{shape[2]} * shape[3];
+    std::vector<float> wide(shape.elements(), 0.0F);
+    for (std::size_t out = 0; out < shape[0]; ++out)
+        for (std::size_t in = 0; in < where.size(); ++in)
+            std::copy_n(
+                tensor.values.begin() +
+                    static_cast<std::ptrdiff_t>((out * where.size() + in) * taps),
+                taps,
+                wide.begin() + static_cast<std::ptrdiff_t>((out * shape[1] + where[in]) * taps));
+    return wide;
+}
+
+Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
+                  const LoadOptions& options, LoadReport& report) {
+    const NamedTensor* rays = tensors.find(kRays);
+    if (rays == nullptr) return {};
+    if (rays->values.size() != predictor.rays().size()) {
+        report.rays_differ = true;
+        if (options.graft) return {};
+        return error(Code::kShape,
+                     "tensor 'ray_dirs' has shape %s, expected [1, 3, %u, %u]: the file is for "
+                     "another resolution",
+                     io::dims_text(rays->dims).c_str(), predictor.config().resolution,
+                     predictor.config().resolution);
+    }
+    for (std::size_t i = 0; i < rays->values.size(); ++i)  // float32 of the reference's own formula
+        if (std::abs(rays->values[i] - predictor.rays()[i]) > 1e-5F) report.rays_differ = true;
+    if (!report.rays_differ || options.graft || options.take_rays) return {};
+    return error(Code::kInvalidArgument,
+                 "the file's ray_dirs are those of another field of view than the configuration's "
+                 "%g degrees; set the field of view, or ask to take over the file's rays",
+                 static_cast<double>(predictor.config().fov_degrees));
+}
+
+Status check_finite(const NamedTensor& tensor) {
+    const auto bad = std::find_if(tensor.values.begin(), tensor.values.end(),
+                                  [](float value) { return !std::isfinite(value); });
+    if (bad == tensor.values.end()) return {};
+    return error(Code::kInvalidArgument, "tensor '%s' holds %g at %td, expected finite numbers",
+                 tensor.name.c_str(), static_cast<double>(*bad), bad - tensor.values.begin());
+}
+
+}  // namespace
+
+std::uint32_t ImageChannels::count() const {
+    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
+}
+
+ImageChannels channels_of(const PredictorConfig& config) {
+    return {config.depth, config.normal, config.mask};
+}
+
+Status load_state(Predictor& predictor, const NamedTensors& tensors, const LoadOptions& options,
+                  LoadReport& report) {
+    const std::string first_conv = first_conv_name(predictor.config());
+    LoadReport made;
+    std::vector<float> first_weight;
+    std::set<std::string> used;
+    // Check everything before anything is written.
+    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+        const NamedTensor* tensor = tensors.find(parameter.name);
+        if (tensor == nullptr) {
+            if (!may_be_fresh(parameter.name))
+                return error(Code::kInvalidArgument,
+                             "the file has no tensor '%s' %s: it is of another network",
+                             parameter.name.c_str(), parameter.shape.text().c_str());
+            made.fresh.push_back(parameter.name);
+            continue;
+        }
+        used.insert(parameter.name);
+        SPLAT_TRY(check_finite(*tensor));
+        if (same_dims(*tensor, parameter.shape) &&
+            (parameter.name != first_conv || !options.graft ||
+             options.source == channels_of(predictor.config()))) {
+            made.copied.push_back(parameter.name);
+        } else if (options.graft && parameter.name == first_conv) {
+            SPLAT_ASSIGN(first_weight, widened(*tensor, parameter.shape, options.source,
+                                               channels_of(predictor.config())));
+            made.widened.push_back(parameter.name);
+        } else {
+            return error(Code::kShape, "tensor '%s' has shape %s, expected %s; %s",
+                         parameter.name.c_str(), io::dims_text(tensor->dims).c_str(),
+                         parameter.shape.text().c_str(),
+                         parameter.name == first_conv
+                             ? "graft the file to take it over for other input channels"
+                             : "the file is for another configuration");
+        }
+    }
+    for (const NamedTensor& tensor : tensors)
+        if (!used.contains(tensor.name) && !is_buffer(tensor.name))
+            made.left_out.push_back(tensor.name);
+    if (!options.graft && !made.left_out.empty())
+        return error(Code::kInvalidArgument,
+                     "the file has %zu tensors that this network lacks, the first is '%s'",
+                     made.left_out.size(), made.left_out[0].c_str());
+    SPLAT_TRY(check_rays(predictor, tensors, options, made));
+
+    for (const std::string& name : made.copied)
+        SPLAT_TRY(predictor.parameters().write(*predictor.parameters().find(name),
+                                               tensors.find(name)->values));
+    if (!made.widened.empty())
+        SPLAT_TRY(
+            predictor.parameters().write(*predictor.parameters().find(first_conv), first_weight));
+    if (made.rays_differ && options.take_rays) {
+        SPLAT_TRY(predictor.set_rays(tensors.find(kRays)->values));
+        made.rays_taken = true;
+    }
+    report = std::move(made);
+    return {};
+}
+
+namespace {
+
+Status add(NamedTensors& to, const std::string& name, const Shape& shape,
+           std::vector<float> values) {
+    std::vector<std::int64_t> dims;
+    for (std::uint32_t i = 0; i < shape.rank(); ++i) dims.push_back(shape[i]);
+    return to.add({name, std::move(dims), io::NumberType::kF32, std::move(values)});
+}
+
+Status add_parameters(Predictor& predictor, NamedTensors& to, bool adapters_only) {
+    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+        const bool adapter =
+            ends_with(parameter.name, ".lora_A") || ends_with(parameter.name, ".lora_B");
+        if (adapters_only && !adapter) continue;
+        std::vector<float> values;
+        SPLAT_TRY(predictor.parameters().read(parameter.value, values));
+        SPLAT_TRY(add(to, parameter.name, parameter.shape, std::move(values)));
+    }
+    return {};
+}
+
+/// "…conv0" and "…skip" of the blocks that resample.
+std::vector<std::string> resampling_layers(const PredictorConfig& c) {
+    std::vector<std::string> layers;
+    for (std::uint32_t level = 1; level < c.levels(); ++level)
+        for (const bool down : {true, false}) {
+            const std::string r = std::to_string(c.resolution >> (down ? level : level - 1));
+            const std::string block = std::string("network_with_offset.encoder.") +
+                                      (down ? "enc." : "dec.") + r + "x" + r +
+                                      (down ? "_down" : "_up");
+            layers.push_back(block + ".conv0");
+            layers.push_back(block + ".skip");
+        }
+    return layers;
+}
+
+}  // namespace
+
+Result<NamedTensors> save_state(Predictor& predictor) {
+    const PredictorConfig& c = predictor.config();
+    NamedTensors state;
+    SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, predictor.rays()));
+    if (c.sh_degree > 0) {
+        // Degree-1 coefficients are in the order y, z, x with signs - + - of the axes.
+        SPLAT_TRY(add(state, "sh_to_v_transform", {1, 3, 3}, {0, 0, -1, -1, 0, 0, 0, 1, 0}));
+        SPLAT_TRY(add(state, "v_to_sh_transform", {1, 3, 3}, {0, -1, 0, 0, 0, 1, -1, 0, 0}));
+    }
+    SPLAT_TRY(add_parameters(predictor, state, false));
+    for (const std::string& layer : resampling_layers(c))
+        SPLAT_TRY(
+            add(state, layer + ".resample_filter", {1, 1, 2, 2}, std::vector<float>(4, 0.25F)));
+    return state;
+}
+
+Result<NamedTensors> save_adapters(Predictor& predictor) {
+    NamedTensors adapters;
+    SPLAT_TRY(add_parameters(predictor, adapters, true));
+    return adapters;
+}
+
+Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& adapters,
+                                    float alpha, int sign) {
+    NamedTensors merged;
+    std::size_t pairs = 0;
+    for (const NamedTensor& tensor : tensors) {
+        if (ends_with(tensor.name, ".lora_A") || ends_with(tensor.name, ".lora_B")) continue;
+        NamedTensor result = tensor;
+        const std::string layer = ends_with(tensor.name, ".weight")
+                                      ? tensor.name.substr(0, tensor.name.size() - 7)
+                                      : "no layer";
+        const NamedTensor* a = adapters.find(layer + ".lora_A");
+        const NamedTensor* b = adapters.find(layer + ".lora_B");
+        if ((a == nullptr) != (b == nullptr))
+            return error(Code::kInvalidArgument, "layer '%s' has only one half of an adapter",
+                         layer.c_str());
+        if (a != nullptr) {
+            ++pairs;
+            if (a->dims.size() != 2 || b->dims.size() != 2 || a->dims[0] != b->dims[1] ||
+                static_cast<std::uint64_t>(b->dims[0]) * static_cast<std::uint64_t>(a->dims[1]) !=
+                    tensor.values.size())
+                return error(Code::kShape,
+                             "layer '%s': adapters %s and %s do not multiply to the weight's %s",
+                             layer.c_str(), io::dims_text(b->dims).c_str(),
+                             io::dims_text(a->dims).c_str(), io::dims_text(tensor.dims).c_str());
+            const auto rank = static_cast<std::size_t>(a->dims[0]);
+            const auto columns = static_cast<std::size_t>(a->dims[1]);
+            const double scale = sign * static_cast<double>(alpha) / static_cast<double>(rank);
+            for (std::size_t i = 0; i < result.values.size(); ++i) {
+                double sum = 0;
+                for (std::size_t r = 0; r < rank; ++r)
+                    sum += static_cast<double>(b->values[i / columns * rank + r]) *
+                           static_cast<double>(a->values[r * columns + i % columns]);
+                result.values[i] = static_cast<float>(result.values[i] + scale * sum);
+            }
+        }
+        SPLAT_TRY(merged.add(std::move(result)));
+    }
+    std::size_t halves = 0;
+    for (const NamedTensor& tensor : adapters)
+        if (ends_with(tensor.name, ".lora_A")) ++halves;
+    if (pairs != halves)
+        return error(Code::kInvalidArgument, "%zu of %zu adapters belong to no weight of the file",
+                     halves - pairs, halves);
+    return merged;
+}
+
+}  // namespace splat::model

@@ -1,0 +1,265 @@
+// Whole predictors of golden/net/net_*.npz, computed once with PyTorch in float64; see INDEX.md there
+// for the keys.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "model/predictor.h"
+#include "ops/op_harness.h"
+#include "support/golden.h"
+#include "support/npz.h"
+
+namespace splat::test {
+namespace {
+
+using model::Predictor;
+using model::PredictorConfig;
+using model::PredictorInput;
+using model::PredictorOptions;
+
+/// Figures of golden/net/INDEX.md for whole networks; the reference's own float32 run stays within
+/// them, too (grad_rel_err32: 2e-6 to 3e-5).
+constexpr double kOutput = 2e-4;    // absolute
+constexpr double kGradient = 1e-4;  // relative L2 per tensor
+
+struct Golden {
+    Npz npz;
+    std::string name;
+
+    [[nodiscard]] const NpyArray& array(const std::string& key) const {
+        static const NpyArray none;
+        const auto found = npz.find(key);
+        EXPECT_TRUE(found.ok()) << name << ": " << found.status().message();
+        return found.ok() ? *found.value() : none;
+    }
+    [[nodiscard]] std::vector<float> floats(const std::string& key) const {
+        return array(key).f32().value();
+    }
+    [[nodiscard]] std::vector<double> doubles(const std::string& key) const {
+        return array(key).f64().value();
+    }
+};
+
+PredictorConfig config_of(const Golden& golden) {
+    const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
+    const std::vector<double> cfgf = golden.doubles("cfgf");
+    const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cfg.at(i)); };
+    PredictorConfig c;
+    c.resolution = at(0);
+    c.depth = c.normal = at(1) == 7;
+    c.origin_distance = at(1) == 4;
+    c.base_dim = at(2);
+    c.num_blocks = at(3);
+    c.sh_degree = at(4);
+    c.views = at(5);
+    c.cross_view_attention = at(6) != 0;
+    c.isotropic = at(7) != 0;
+    if (at(8) > 0) {
+        c.embedding = golden.npz.has("emb") ? model::Embedding::kCustom : model::Embedding::kPose;
+        c.embedding_dim = at(8) / 6;
+    }
+    c.attention_resolutions = {at(9)};
+    c.znear = static_cast<float>(cfgf.at(0));
+    c.zfar = static_cast<float>(cfgf.at(1));
+    c.fov_degrees = static_cast<float>(cfgf.at(2));
+    if (golden.npz.has("lora_rank")) {
+        c.lora.rank = static_cast<std::uint32_t>(golden.array("lora_rank").ints().value()[0]);
+        c.lora.alpha = static_cast<float>(golden.doubles("lora_alpha")[0]);
+    }
+    return c;
+}
+
+/// A predictor with the parameters and inputs of a file.
+class Session {
+  public:
+    Session(vk::Context& context, const Golden& golden, const PredictorOptions& options)
+        : context_(context), golden_(golden), options_(options) {}
+
+    Status open() {
+        SPLAT_ASSIGN(predictor, Predictor::create(context_, config_of(golden_), options_));
+        for (const nn::Parameter& parameter : predictor->parameters().all())
+            SPLAT_TRY(
+                predictor->parameters().write(parameter, golden_.floats("p." + parameter.name)));
+        SPLAT_TRY(predictor->parameters().zero_gradients());
+        SPLAT_TRY(predictor->set_rays(golden_.floats("ray_dirs")));
+        const std::vector<float> images = golden_.floats("x");
+        const std::vector<float> poses = golden_.floats("v2w");
+        const std::vector<float> quaternions = golden_.floats("quat");
+        std::vector<float> focals, embedding;
+        if (golden_.npz.has("focal")) focals = golden_.floats("focal");
+        if (golden_.npz.has("emb")) embedding = golden_.floats("emb");
+        SPLAT_TRY(predictor->set_input({.images = images,
+                                        .view_to_world = poses,
+                                        .quaternions = quaternions,
+                                        .focals = focals,
+                                        .embedding = embedding,
+                                        .tokens = {}}));
+        return predictor->forward();
+    }
+
+    Status backward() {
+        const auto gradients = predictor->output_gradients();
+        SPLAT_TRY(put(gradients.means, golden_.floats("g.xyz")));
+        SPLAT_TRY(put(gradients.opacities, golden_.floats("g.opacity")));
+        SPLAT_TRY(put(gradients.scales, golden_.floats("g.scaling")));
+        SPLAT_TRY(put(gradients.rotations, golden_.floats("g.rotation")));
+        SPLAT_TRY(put(gradients.sh,
+                      sh(golden_.floats("g.features_dc"), golden_.floats("g.features_rest"))));
+        return predictor->backward();
+    }
+
+    std::vector<float> get(const vk::BufferView& view) const {
+        std::vector<float> values(view.shape.elements());
+        EXPECT_OK(context_.read(view, values.data(), values.size() * 4));
+        return values;
+    }
+
+    /// One list of coefficients per Gaussian, from the first and the others.
+    template <class Real>
+    static std::vector<Real> sh(const std::vector<Real>& dc, const std::vector<Real>& rest) {
+        const std::size_t gaussians = dc.size() / 3;
+        const std::size_t others = rest.size() / gaussians;
+        std::vector<Real> all;
+        for (std::size_t i = 0; i < gaussians; ++i) {
+            for (std::size_t k = 0; k < 3; ++k) all.push_back(dc[3 * i + k]);
+            for (std::size_t k = 0; k < others; ++k) all.push_back(rest[others * i + k]);
+        }
+        return all;
+    }
+
+    std::unique_ptr<Predictor> predictor;
+
+  private:
+    Status put(const vk::BufferView& view, const std::vector<float>& values) {
+        EXPECT_EQ(view.shape.elements(), values.size());
+        return context_.write(view, values.data(), values.size() * 4);
+    }
+
+    vk::Context& context_;
+    const Golden& golden_;
+    PredictorOptions options_;
+};
+
+void expect_output(const std::string& what, const std::vector<float>& got,
+                   const std::vector<double>& expected) {
+    ASSERT_EQ(got.size(), expected.size()) << what;
+    double worst = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        const double difference = std::abs(static_cast<double>(got[i]) - expected[i]);
+        worst = std::isfinite(difference) ? std::max(worst, difference) : INFINITY;
+    }
+    EXPECT_LE(worst, kOutput) << what;
+}
+
+void expect_gradient(const std::string& what, const std::vector<float>& got,
+                     const std::vector<double>& expected) {
+    ASSERT_EQ(got.size(), expected.size()) << what;
+    double difference = 0, norm = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        difference += std::pow(static_cast<double>(got[i]) - expected[i], 2);
+        norm += expected[i] * expected[i];
+    }
+    EXPECT_LE(std::sqrt(difference), kGradient * std::sqrt(norm)) << what;
+}
+
+/// [norm, sum, sum_i g_i cos(0.37 i)] of every gradient. An error of relative norm e moves the norm by
+/// at most e, each sum by at most e * norm * sqrt(elements) (Cauchy and Schwarz).
+void expect_digests(const Session& session, const Golden& golden) {
+    const NpyArray& text = golden.array("digest_names");
+    std::istringstream names(
+        std::string(reinterpret_cast<const char*>(text.bytes.data()), text.bytes.size()));
+    const std::vector<double> digest = golden.doubles("digest");
+    std::size_t row = 0;
+    for (std::string name; std::getline(names, name); ++row) {
+        const nn::Parameter* parameter = session.predictor->parameters().find(name);
+        ASSERT_NE(parameter, nullptr) << name;
+        ASSERT_NE(parameter->grad.block, nullptr) << name << " gets no gradient";
+        double norm = 0, sum = 0, wave = 0;
+        const std::vector<float> gradient = session.get(parameter->grad);
+        for (std::size_t i = 0; i < gradient.size(); ++i) {
+            const auto g = static_cast<double>(gradient[i]);
+            norm += g * g;
+            sum += g;
+            wave += g * std::cos(0.37 * static_cast<double>(i));
+        }
+        const double expected = digest[3 * row];
+        const double spread =
+            kGradient * expected * std::sqrt(static_cast<double>(gradient.size()));
+        EXPECT_NEAR(std::sqrt(norm), expected, kGradient * expected) << name;
+        EXPECT_NEAR(sum, digest[3 * row + 1], spread) << name;
+        EXPECT_NEAR(wave, digest[3 * row + 2], spread) << name;
+    }
+    EXPECT_EQ(3 * row, digest.size());
+}
+
+void expect_outputs(const Session& session, const Golden& golden) {
+    const auto outputs = session.predictor->outputs();
+    const auto at = [&](const char* key) { return golden.doubles("o64." + std::string(key)); };
+    expect_output(golden.name + " xyz", session.get(outputs.means), at("xyz"));
+    expect_output(golden.name + " opacity", session.get(outputs.opacities), at("opacity"));
+    expect_output(golden.name + " scaling", session.get(outputs.scales), at("scaling"));
+    expect_output(golden.name + " rotation", session.get(outputs.rotations), at("rotation"));
+    expect_output(golden.name + " sh", session.get(outputs.sh),
+                  Session::sh(at("features_dc"), at("features_rest")));
+}
+
+/// d_x of the channels that the network sees.
+std::vector<double> image_gradient(const Golden& golden, const PredictorConfig& config) {
+    const std::vector<double> all = golden.doubles("d_x64");
+    const std::size_t pixels = std::size_t{config.resolution} * config.resolution;
+    const std::size_t given = config.input_channels() * pixels;
+    std::vector<double> seen;
+    for (std::size_t at = 0; at < all.size(); at += given)
+        seen.insert(
+            seen.end(), all.begin() + static_cast<std::ptrdiff_t>(at),
+            all.begin() + static_cast<std::ptrdiff_t>(at + config.image_channels() * pixels));
+    return seen;
+}
+
+void expect_gradients(const Session& session, const Golden& golden) {
+    for (const nn::Parameter& parameter : session.predictor->parameters().all())
+        if (golden.npz.has("d." + parameter.name))
+            expect_gradient(golden.name + " " + parameter.name, session.get(parameter.grad),
+                            to_double(golden.floats("d." + parameter.name)));
+    if (golden.npz.has("d_x64"))
+        expect_gradient(golden.name + " x", session.get(session.predictor->image_gradient()),
+                        image_gradient(golden, session.predictor->config()));
+    if (golden.npz.has("d_emb")) {
+        std::vector<float> gradient;
+        ASSERT_OK(session.predictor->embedding_gradient(gradient));
+        expect_gradient(golden.name + " emb", gradient, to_double(golden.floats("d_emb")));
+    }
+}
+
+class GoldenNet : public KernelsTest {
+  protected:
+    void SetUp() override {
+        SPLAT_NEEDS_GOLDEN_FOLDER();
+        KernelsTest::SetUp();
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(GoldenNet);
+
+TEST_P(GoldenNet, OutputsAndGradients) {
+    for (const std::string& path : golden_files("net", "net_")) {
+        const std::string name = std::filesystem::path(path).stem().string();
+        auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        const Golden golden{std::move(npz.value()), name};
+        PredictorOptions options;
+        options.objects = static_cast<std::uint32_t>(golden.array("x").shape.at(0));
+        options.gradients = options.input_gradient = true;
+        Session session(context(), golden, options);
+        ASSERT_OK(session.open()) << name;
+        expect_outputs(session, golden);
+        ASSERT_OK(session.backward()) << name;
+        expect_digests(session, golden);
+        expect_gradients(session, golden);
+        if (HasFatalFailure()) return;
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,265 @@
+#include "model/predictor.h"
+
+#include <gtest/gtest.h>
+
+#include "model/weights.h"
+#include "ops/op_harness.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using model::Predictor;
+using model::PredictorConfig;
+using model::PredictorOptions;
+
+/// Small, with every kind of block: 2 levels of 16 and 8 pixels, attention at 8.
+PredictorConfig small_config() {
+    PredictorConfig c;
+    c.resolution = 16;
+    c.base_dim = 8;
+    c.num_blocks = 1;
+    c.channel_mult = {1, 2};
+    c.attention_resolutions = {8};
+    c.dropout = 0;
+    return c;
+}
+
+struct Inputs {
+    explicit Inputs(const PredictorConfig& c, std::uint32_t objects = 1, std::uint64_t seed = 5) {
+        const std::uint32_t n = objects * c.views;
+        images =
+            normal_fill(std::size_t{n} * c.input_channels() * c.resolution * c.resolution, seed);
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+            poses.insert(poses.end(), pose, pose + 16);
+            const float rotation[4] = {1, 0, 0, 0};
+            quaternions.insert(quaternions.end(), rotation, rotation + 4);
+        }
+        tokens = normal_fill(std::size_t{n} * c.token_dim * c.tokens, seed + 1);
+    }
+    [[nodiscard]] model::PredictorInput view() const {
+        return {.images = images,
+                .view_to_world = poses,
+                .quaternions = quaternions,
+                .focals = {},
+                .embedding = {},
+                .tokens = tokens};
+    }
+    std::vector<float> images, poses, quaternions, tokens;
+};
+
+class PredictorRules : public KernelsTest {
+  protected:
+    std::unique_ptr<Predictor> make(const PredictorConfig& config,
+                                    const PredictorOptions& options = {}) {
+        auto made = Predictor::create(context(), config, options);
+        EXPECT_OK(made.status());
+        if (!made.ok()) return nullptr;
+        EXPECT_OK(made.value()->init(7));
+        EXPECT_OK(made.value()->parameters().zero_gradients());
+        return std::move(made.value());
+    }
+    std::vector<float> read(const vk::BufferView& view) {
+        std::vector<float> values(view.shape.elements());
+        EXPECT_OK(context().read(view, values.data(), values.size() * 4));
+        return values;
+    }
+    /// What the network gives to the head.
+    std::vector<float> run(Predictor& predictor, const Inputs& inputs) {
+        EXPECT_OK(predictor.set_input(inputs.view()));
+        EXPECT_OK(predictor.forward());
+        return read(predictor.raw_output());
+    }
+    void randomise(Predictor& predictor, std::uint64_t seed) {
+        for (const nn::Parameter& parameter : predictor.parameters().all())
+            EXPECT_OK(predictor.parameters().write(
+                parameter, normal_fill(parameter.shape.elements(), seed++, 0, 0.1)));
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(PredictorRules);
+
+double relative_l2(const std::vector<float>& a, const std::vector<float>& b) {
+    EXPECT_EQ(a.size(), b.size());
+    double difference = 0, norm = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        difference += std::pow(static_cast<double>(a[i]) - static_cast<double>(b[i]), 2);
+        norm += std::pow(static_cast<double>(b[i]), 2);
+    }
+    return std::sqrt(difference / norm);
+}
+
+TEST_P(PredictorRules, StartsTheSameFromASeed) {
+    const auto first = make(small_config());
+    const auto second = make(small_config());
+    ASSERT_TRUE(first && second);
+    const Inputs inputs(small_config());
+    EXPECT_EQ(run(*first, inputs), run(*second, inputs));
+    ASSERT_OK(second->init(8));
+    EXPECT_NE(run(*first, inputs), run(*second, inputs));
+}
+
+TEST_P(PredictorRules, ObjectsOfABatchDoNotMeet) {
+    PredictorOptions two;
+    two.objects = 2;
+    const auto pair = make(small_config(), two);
+    const auto single = make(small_config());
+    ASSERT_TRUE(pair && single);
+    randomise(*pair, 40);
+    randomise(*single, 40);
+    const Inputs both(small_config(), 2, 60);
+    Inputs first(small_config(), 1, 60);
+    first.images.assign(both.images.begin(),
+                        both.images.begin() + static_cast<std::ptrdiff_t>(both.images.size() / 2));
+    const std::vector<float> together = run(*pair, both);
+    const std::vector<float> alone = run(*single, first);
+    const std::vector<float> head(together.begin(),
+                                  together.begin() + static_cast<std::ptrdiff_t>(alone.size()));
+    EXPECT_LE(relative_l2(head, alone), 1e-6)
+        << "the sums of a larger batch may be tiled otherwise";
+}
+
+/// Adapters and attention to tokens start without effect.
+TEST_P(PredictorRules, AdditionsChangeNothingAtFirst) {
+    const auto plain = make(small_config());
+    PredictorConfig more = small_config();
+    more.lora.rank = 3;
+    const auto adapted = make(more);
+    more = small_config();
+    more.tokens = 5;
+    more.token_dim = 7;
+    const auto attending = make(more);
+    ASSERT_TRUE(plain && adapted && attending);
+    const Inputs inputs(small_config());
+    const std::vector<float> expected = run(*plain, inputs);
+    EXPECT_EQ(run(*adapted, inputs), expected);
+    EXPECT_EQ(run(*attending, Inputs(more)), expected);
+}
+
+TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
+    PredictorConfig config = small_config();
+    config.lora.rank = 3;
+    config.lora.alpha = 6;
+    const auto adapted = make(config);
+    const auto merged = make(small_config());
+    ASSERT_TRUE(adapted && merged);
+    randomise(*adapted, 80);
+    auto state = model::save_state(*adapted);
+    ASSERT_OK(state.status());
+    auto adapters = model::save_adapters(*adapted);
+    ASSERT_OK(adapters.status());
+    auto folded = model::merge_adapters(state.value(), adapters.value(), 6, 1);
+    ASSERT_OK(folded.status());
+    model::LoadReport report;
+    ASSERT_OK(model::load_state(*merged, folded.value(), {}, report));
+    const Inputs inputs(config);
+    // Both are float32 sums of the same numbers in another order.
+    EXPECT_LE(relative_l2(run(*merged, inputs), run(*adapted, inputs)), 1e-5);
+
+    auto unfolded = model::merge_adapters(folded.value(), adapters.value(), 6, -1);
+    ASSERT_OK(unfolded.status());
+    for (const io::NamedTensor& tensor : unfolded.value())
+        for (std::size_t i = 0; i < tensor.values.size(); ++i)  // one rounding each way
+            ASSERT_NEAR(tensor.values[i], state.value().find(tensor.name)->values[i], 1e-6F)
+                << tensor.name;
+}
+
+TEST_P(PredictorRules, SavesWhatItLoads) {
+    const auto first = make(small_config());
+    const auto second = make(small_config());
+    ASSERT_TRUE(first && second);
+    randomise(*first, 90);
+    auto state = model::save_state(*first);
+    ASSERT_OK(state.status());
+    model::LoadReport report;
+    ASSERT_OK(model::load_state(*second, state.value(), {}, report));
+    EXPECT_TRUE(report.fresh.empty() && report.left_out.empty() && report.widened.empty());
+    const Inputs inputs(small_config());
+    EXPECT_EQ(run(*second, inputs), run(*first, inputs));
+}
+
+/// Widened to more channels, a network does not see them until it is trained, whatever they hold.
+TEST_P(PredictorRules, GraftsByMeaning) {
+    PredictorConfig narrow = small_config();
+    narrow.normal = true;
+    PredictorConfig wide = narrow;
+    wide.depth = wide.mask = true;
+    const auto from = make(narrow);
+    const auto to = make(wide);
+    ASSERT_TRUE(from && to);
+    randomise(*from, 100);
+    auto state = model::save_state(*from);
+    ASSERT_OK(state.status());
+    model::LoadOptions options;
+    model::LoadReport report;
+    EXPECT_ERROR(model::load_state(*to, state.value(), options, report), Code::kShape, "graft");
+    options.graft = true;
+    EXPECT_ERROR(model::load_state(*to, state.value(), options, report), Code::kShape,
+                 "name the file's channels");
+    options.source = model::channels_of(narrow);
+    ASSERT_OK(model::load_state(*to, state.value(), options, report));
+    ASSERT_EQ(report.widened.size(), 1U);
+
+    const Inputs seven(wide);
+    Inputs six(narrow);
+    const std::size_t plane = std::size_t{wide.resolution} * wide.resolution;
+    const auto put = [&](std::size_t to_plane, std::size_t from_plane) {
+        std::copy_n(seven.images.begin() + static_cast<std::ptrdiff_t>(from_plane * plane), plane,
+                    six.images.begin() + static_cast<std::ptrdiff_t>(to_plane * plane));
+    };
+    for (std::size_t c = 0; c < 3; ++c) put(c, c);          // RGB
+    for (std::size_t c = 0; c < 3; ++c) put(3 + c, 4 + c);  // normals behind the depth
+    EXPECT_LE(relative_l2(run(*to, seven), run(*from, six)), 1e-6);
+}
+
+TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
+    const auto predictor = make(small_config());
+    ASSERT_TRUE(predictor);
+    auto state = model::save_state(*predictor);
+    ASSERT_OK(state.status());
+    const auto without = [&](const char* name) {
+        io::NamedTensors rest;
+        for (const io::NamedTensor& tensor : state.value())
+            if (tensor.name != name) EXPECT_OK(rest.add(tensor));
+        return rest;
+    };
+    const char* out = "network_with_offset.out.weight";
+    model::LoadReport report;
+    EXPECT_ERROR(model::load_state(*predictor, without(out), {}, report), Code::kInvalidArgument,
+                 "no tensor 'network_with_offset.out.weight' [24, 24, 1, 1]");
+    io::NamedTensors changed = without(out);
+    ASSERT_OK(changed.add({out, {24, 23, 1, 1}, io::NumberType::kF32, std::vector<float>(552)}));
+    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kShape,
+                 "has shape [24, 23, 1, 1], expected [24, 24, 1, 1]");
+    changed = without(out);
+    ASSERT_OK(
+        changed.add({out, {24, 24, 1, 1}, io::NumberType::kF32, std::vector<float>(576, NAN)}));
+    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
+                 "holds nan at 0");
+    changed = without("nothing");
+    ASSERT_OK(changed.add({"extra", {1}, io::NumberType::kF32, {1}}));
+    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
+                 "the first is 'extra'");
+    PredictorConfig other = small_config();
+    other.fov_degrees = 30;
+    const auto narrow = make(other);
+    ASSERT_TRUE(narrow);
+    EXPECT_ERROR(model::load_state(*narrow, state.value(), {}, report), Code::kInvalidArgument,
+                 "another field of view");
+}
+
+TEST_P(PredictorRules, RefusesInputsThatDoNotFit) {
+    const auto predictor = make(small_config());
+    ASSERT_TRUE(predictor);
+    const Inputs good(small_config());
+    Inputs bad = good;
+    bad.images.pop_back();
+    EXPECT_ERROR(predictor->set_input(bad.view()), Code::kShape, "'images' has 767 numbers");
+    bad = good;
+    bad.poses[3] = INFINITY;
+    EXPECT_ERROR(predictor->set_input(bad.view()), Code::kInvalidArgument,
+                 "'view_to_world' holds inf at 3");
+}
+
+}  // namespace
+}  // namespace splat::test
