@@ -7,8 +7,9 @@
 namespace splat::nn {
 namespace {
 
-constexpr const OpRow* kOps[] = {&kAddRow,    &kFilmRow,       &kGroupNormRow,
-                                 &kLinearRow, &kResample2dRow, &kSiluRow};
+constexpr const OpRow* kOps[] = {&kAddRow,        &kAttentionRow, &kConcatRow,
+                                 &kFilmRow,       &kGroupNormRow, &kLinearRow,
+                                 &kResample2dRow, &kSiluRow,      &kSplit3Row};
 
 }  // namespace
 
