@@ -7,11 +7,14 @@ namespace splat::nn {
 
 extern const OpRow kAddRow;
 extern const OpRow kConv2dRow;
+extern const OpRow kAttentionRow;
+extern const OpRow kConcatRow;
 extern const OpRow kFilmRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
 extern const OpRow kResample2dRow;
 extern const OpRow kSiluRow;
+extern const OpRow kSplit3Row;
 
 inline constexpr Port kOutputY[] = {{"y"}};
 

@@ -16,6 +16,9 @@ constexpr const OpRow* kOps[] = {
     &kResample2dRow,  //
     &kSiluRow,        //
 };
+constexpr const OpRow* kOps[] = {&kAddRow,        &kAttentionRow, &kConcatRow,
+                                 &kFilmRow,       &kGroupNormRow, &kLinearRow,
+                                 &kResample2dRow, &kSiluRow,      &kSplit3Row};
 
 }  // namespace
 

@@ -39,6 +39,21 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
     calls.push_back(sample("film", Json::object(), {x, normal_tensor({2, 6}, 4)}, {image}));
 }
 
+inline void add_attention_samples(std::vector<OpCall>& calls) {
+    const Shape q{2, 8, 5, 7};
+    const Shape k{2, 8, 33};
+    calls.push_back(sample("attention", {{"heads", 2}},
+                           {normal_tensor(q, 11), normal_tensor(k, 12), normal_tensor(k, 13)},
+                           {q}));
+    const Shape part{2, 5, 6};
+    calls.push_back(
+        sample("split3", Json::object(), {normal_tensor({2, 15, 6}, 14)}, {part, part, part}));
+    for (const std::uint32_t channels : {4U, 5U})  // copies, and kernels
+        calls.push_back(sample("concat", Json::object(),
+                               {normal_tensor({2, channels, 6}, 15), normal_tensor({2, 6, 6}, 16)},
+                               {Shape{2, channels + 6, 6}}));
+}
+
 inline std::vector<OpCall> op_samples() {
     std::vector<OpCall> calls;
     for (const std::uint32_t channels : {8U, 6U})  // whole quads per group, and not
@@ -57,6 +72,7 @@ inline std::vector<OpCall> op_samples() {
                     normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
                    {Shape{2, 6, 3, 7}}));
     add_elementwise_samples(calls);
+    add_attention_samples(calls);
     return calls;
 }
 

@@ -1,0 +1,33 @@
+#ifndef SPLAT_ATTENTION_PARAMS_H
+#define SPLAT_ATTENTION_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+// One batched stage; quads of the operands lie at image * *_image + head * *_head + quad * *_stride.
+struct AttentionParams {
+    uint m;  // rows of the result, in its quads
+    uint n;  // columns
+    uint k;  // inner dimension; of a softmax, the keys
+    uint heads;
+    uint s_stride;
+    uint s_head;
+    uint s_image;
+    uint v_stride;
+    uint v_head;
+    uint v_image;
+    uint y_stride;
+    uint y_head;
+    uint y_image;
+    float scale;  // multiplies the result
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(AttentionParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,35 @@
+#version 460
+// Softmax over the keys, stable by the greatest score: weights[k][n] = exp(s[k][n] - max) / sum, for
+// each query n; zero for the missing keys of the last quad.
+// One invocation computes one query. Bindings: scores quads [k/4][n], weights likewise (may be the same
+// memory: an element is written after it was read last).
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/attention_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, scores);
+layout(set = 0, binding = 1, std430) writeonly buffer Weights { vec4 weights[]; };
+layout(push_constant) uniform Push { AttentionParams params; };
+
+const float kLowest = -3.402823466e38;
+
+bvec4 keys_of(uint quad) { return lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(params.k)); }
+
+void main() {
+    const uint query = gl_GlobalInvocationID.x;
+    if (query >= params.n) return;
+    const uint quads = (params.k + 3) / 4;
+    const uint at = gl_WorkGroupID.z * quads * params.n + query;
+    vec4 greatest = vec4(kLowest);
+    for (uint q = 0; q < quads; ++q)
+        greatest = max(greatest, mix(vec4(kLowest), LD4(scores, at + q * params.n), keys_of(q)));
+    const float top = max(max(greatest.x, greatest.y), max(greatest.z, greatest.w));
+    vec4 sums = vec4(0);
+    for (uint q = 0; q < quads; ++q)
+        sums += mix(vec4(0), exp(LD4(scores, at + q * params.n) - top), keys_of(q));
+    const float factor = 1.0 / ((sums.x + sums.y) + (sums.z + sums.w));
+    for (uint q = 0; q < quads; ++q)
+        weights[at + q * params.n] =
+            mix(vec4(0), exp(LD4(scores, at + q * params.n) - top) * factor, keys_of(q));
+}

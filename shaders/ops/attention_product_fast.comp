@@ -1,0 +1,86 @@
+#version 460
+// As attention_product.comp, in the register tiles of linear_forward_fast.comp: the lanes run along the
+// columns, and lane l of every 8 also fetches row l of a block of 8 rows, from where constant shuffles
+// broadcast it. Both operands lie as the tile wants them, so nothing is packed.
+// One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.
+// Bindings: s, v, y.
+// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "params/attention_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kColumns = 8;
+layout(constant_id = 11) const uint kBlocks = 2;
+QUADS(0, s);
+QUADS(1, v);
+layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };
+layout(push_constant) uniform Push { AttentionParams params; };
+
+#include "channels.glsl"
+
+const uint kDepth = 2;  // quads of k per loop turn
+
+void main() {
+    const uint quads = (params.k + 3) / 4;
+    const uint first_column = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
+    const uint first_block = gl_WorkGroupID.y * kBlocks;
+    const uint lane = gl_SubgroupInvocationID & 7u;
+    const uint image = gl_WorkGroupID.z / params.heads;
+    const uint head = gl_WorkGroupID.z % params.heads;
+    const uint from_s = image * params.s_image + head * params.s_head;
+    const uint from_v = image * params.v_image + head * params.v_head;
+
+    float sums[kBlocks * 8 * kColumns];  // [block][row of 8][column]
+    [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
+    // Lanes beyond the edges compute the last row or column again and store nothing: all must take
+    // part in the shuffles.
+    uint column[kColumns];
+    [[unroll]] for (uint a = 0; a < kColumns; ++a)
+        column[a] = from_v + min(first_column + a * gl_WorkGroupSize.x, params.n - 1);
+    uint row[kBlocks];
+    [[unroll]] for (uint b = 0; b < kBlocks; ++b)
+        row[b] = from_s + min((first_block + b) * 8 + lane, params.m - 1);
+
+    for (uint q = 0; q < quads; q += kDepth) {
+        vec4 vs[kDepth * kColumns];
+        [[unroll]] for (uint u = 0; u < kDepth; ++u)
+            [[unroll]] for (uint a = 0; a < kColumns; ++a)  // a quad too many is multiplied by zero
+                vs[u * kColumns + a] = LD4(v, min(q + u, quads - 1) * params.v_stride + column[a]);
+        [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
+            vec4 w[kDepth];
+            [[unroll]] for (uint u = 0; u < kDepth; ++u) {
+                const vec4 value = LD4(s, min(q + u, quads - 1) * params.s_stride + row[b]);
+                w[u] = q + u < quads ? value : vec4(0);
+            }
+            [[unroll]] for (uint m = 0; m < 8; ++m)
+                [[unroll]] for (uint u = 0; u < kDepth; ++u) {
+                    const float w0 = subgroupShuffle(w[u].x, m);
+                    const float w1 = subgroupShuffle(w[u].y, m);
+                    const float w2 = subgroupShuffle(w[u].z, m);
+                    const float w3 = subgroupShuffle(w[u].w, m);
+                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                        const vec4 k = vs[u * kColumns + a];
+                        sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
+                    }
+                }
+        }
+    }
+
+    const uint to = image * params.y_image + head * params.y_head;
+    [[unroll]] for (uint half_block = 0; half_block < 2 * kBlocks; ++half_block) {
+        const uint quad = 2 * first_block + half_block;
+        if (4 * quad >= params.m) break;
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+            const uint r = first_column + a * gl_WorkGroupSize.x;
+            const uint at = half_block * 4 * kColumns + a;
+            const vec4 value =
+                vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]);
+            if (r < params.n)
+                y[to + quad * params.y_stride + r] = params.scale * channels_below(value, 4 * quad, params.m);
+        }
+    }
+}

@@ -1,0 +1,30 @@
+#version 460
+// y[n][m] = s[m][n] for each image and head: s as quads [m/4][n], y as quads [n/4][m], zero beyond n.
+// One invocation transposes a block of 4 by 4. Bindings: s, y.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "params/attention_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, s);
+layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
+layout(push_constant) uniform Push { AttentionParams params; };
+
+void main() {
+    const uint block = gl_GlobalInvocationID.x;  // of rows
+    const uint quad = gl_WorkGroupID.y;          // of columns
+    if (4 * block >= params.m) return;
+    const uint image = gl_WorkGroupID.z / params.heads;
+    const uint head = gl_WorkGroupID.z % params.heads;
+    const uint from = image * params.s_image + head * params.s_head + block * params.s_stride;
+    mat4 values;
+    [[unroll]] for (uint j = 0; j < 4; ++j) {
+        const vec4 value = LD4(s, from + min(4 * quad + j, params.n - 1));
+        values[j] = 4 * quad + j < params.n ? value : vec4(0);
+    }
+    values = transpose(values);
+    const uint to = image * params.y_image + head * params.y_head + quad * params.y_stride + 4 * block;
+    [[unroll]] for (uint i = 0; i < 4; ++i)
+        if (4 * block + i < params.m) y[to + i] = values[i];
+}

@@ -1,0 +1,34 @@
+#version 460
+// Three interleaved tensors: part_j[n][c] = x[n][3c + j].
+// One invocation computes one quad of each part. Bindings: x quads of 3c channels; a, b, c quads.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/split3_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+layout(set = 0, binding = 1, std430) writeonly buffer A { vec4 a[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer B { vec4 b[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer C { vec4 c[]; };
+layout(push_constant) uniform Push { Split3Params params; };
+
+#include "launch.glsl"
+
+vec4 quad_of(uint quad, uint column) {
+    const uint last = (3 * params.c - 1) / 4;
+    const vec4 value = LD4(x, min(quad, last) * params.columns + column);
+    return quad <= last ? value : vec4(0);
+}
+
+void main() {
+    const uint i = invocation_index(params.groups_x);
+    if (i >= (params.c + 3) / 4 * params.columns) return;
+    const uint first = 3 * (i / params.columns);
+    const uint column = i % params.columns;
+    const vec4 u = quad_of(first, column);
+    const vec4 v = quad_of(first + 1, column);
+    const vec4 w = quad_of(first + 2, column);
+    a[i] = vec4(u.x, u.w, v.z, w.y);
+    b[i] = vec4(u.y, v.x, v.w, w.z);
+    c[i] = vec4(u.z, v.y, w.x, w.w);
+}

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "ops/quads.h"
+
+namespace splat::ops {
+
+/// Take three interleaved tensors apart:  part_j[n,c] = x[n, 3c + j]
+///
+/// dims         of each part
+/// x            [N,3C,...] float32 as quads; a, b, c [N,C,...] as quads; no aliasing
+/// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
+/// Precision    exact
+/// Determinism  bit-exact for any thread count
+/// Source       the order of channels of the U-Net's qkv projection (Karras et al. 2022,
+///              arXiv:2206.00364)
+Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
+                      const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c);
+
+/// Its gradient:  grad_x[n, 3c + j] = grad_part_j[n,c]; the rest as in the forward pass.
+Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
+                       const vk::BufferView& grad_b, const vk::BufferView& grad_c,
+                       const vk::BufferView& grad_x);
+
+}  // namespace splat::ops

@@ -1,0 +1,184 @@
+#include "ops/attention.h"
+
+#include <gtest/gtest.h>
+
+#include "op_samples.h"
+#include "ref/attention_ref.h"
+#include "support/golden.h"
+
+namespace splat::test {
+namespace {
+
+class Attention : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(Attention);
+
+struct AttentionShape {
+    std::uint32_t n;
+    std::uint32_t c;
+    std::uint32_t heads;
+    std::uint32_t queries;
+    std::uint32_t keys;
+
+    [[nodiscard]] OpCall call(std::uint64_t seed, double spread = 1) const {
+        return sample(
+            "attention", {{"heads", heads}},
+            {normal_tensor({n, c, queries}, seed, 0, spread), normal_tensor({n, c, keys}, seed + 1),
+             normal_tensor({n, c, keys}, seed + 2)},
+            {Shape{n, c, queries}});
+    }
+    [[nodiscard]] ref::AttentionInput<double> reference(const OpCall& call) const {
+        return {n,
+                c,
+                heads,
+                queries,
+                keys,
+                to_double(call.inputs[0].values),
+                to_double(call.inputs[1].values),
+                to_double(call.inputs[2].values)};
+    }
+    [[nodiscard]] std::string text() const {
+        return "n=" + std::to_string(n) + " c=" + std::to_string(c) +
+               " heads=" + std::to_string(heads) + " queries=" + std::to_string(queries) +
+               " keys=" + std::to_string(keys);
+    }
+};
+
+constexpr AttentionShape kShapes[] = {
+    {1, 1, 1, 1, 1},    {2, 3, 1, 5, 7},    {1, 8, 2, 9, 9},     {2, 16, 1, 20, 20},
+    {1, 6, 1, 17, 33},  {2, 12, 3, 65, 31}, {1, 32, 1, 130, 70}, {1, 17, 1, 64, 1},
+    {1, 64, 1, 16, 64}, {1, 4, 1, 1, 257},  {3, 20, 1, 3, 2},
+};
+
+void expect_matches(vk::Context& context, const AttentionShape& shape, const OpCall& call) {
+    const auto input = shape.reference(call);
+    const auto grad = ref::attention_backward(input, to_double(call.grad_outputs[0].values));
+    // A single key has weight 1: the gradients of its score are zero.
+    const ref::Summed<double> none;
+    const bool single = shape.keys == 1;
+    expect_matches(context, call, {ref::attention_forward(input)},
+                   {single ? none : grad.grad_q, single ? none : grad.grad_k, grad.grad_v},
+                   shape.text());
+}
+
+TEST_P(Attention, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const AttentionShape& shape : kShapes)
+        expect_matches(context(), shape, shape.call(seed += 5));
+}
+
+/// Scores of some hundreds, where exp without the greatest score taken off would overflow.
+TEST_P(Attention, LargeScoresStayFinite) {
+    const AttentionShape shape{1, 16, 1, 33, 40};
+    const OpResult gpu = run_op(context(), shape.call(200, 300));
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(all_finite(gpu.outputs[0], {"y", reproduce("large")}));
+    for (const auto& grad : gpu.grad_inputs)
+        EXPECT_TRUE(all_finite(grad, {"gradients", reproduce("large")}));
+    expect_matches(context(), shape, shape.call(210, 20));
+}
+
+TEST_P(Attention, EqualKeysGiveTheMean) {
+    OpCall call = AttentionShape{1, 8, 1, 5, 16}.call(300);
+    for (std::size_t i = 0; i < call.inputs[1].values.size(); ++i)
+        call.inputs[1].values[i] = call.inputs[1].values[i / 16 * 16];
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    for (std::size_t c = 0; c < 8; ++c) {
+        double mean = 0;
+        for (std::size_t j = 0; j < 16; ++j)
+            mean += static_cast<double>(call.inputs[2].values[c * 16 + j]) / 16;
+        for (std::size_t l = 0; l < 5; ++l)
+            EXPECT_NEAR(static_cast<double>(gpu.outputs[0][c * 5 + l]), mean, 1e-6);
+    }
+}
+
+TEST_P(Attention, ImagesAreRowsOfPixels) {
+    const AttentionShape shape{2, 8, 1, 12, 12};
+    OpCall call = shape.call(310);
+    const OpResult flat = run_op(context(), call);
+    for (auto* tensors : {&call.inputs, &call.grad_outputs})
+        for (HostTensor& tensor : *tensors) tensor.shape = {2, 8, 3, 4};
+    const OpResult image = run_op(context(), call);
+    ASSERT_OK(image.status);
+    EXPECT_TRUE(bit_equal(flat.outputs[0], image.outputs[0], {"y", reproduce("4-d")}));
+    EXPECT_TRUE(bit_equal(flat.grad_inputs[1], image.grad_inputs[1], {"grad_k", reproduce("4-d")}));
+}
+
+TEST_P(Attention, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "norm")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        OpCall call;
+        call.op = "attention";
+        for (const char* name : {"att.q", "att.k", "att.v"})
+            call.inputs.push_back(golden_tensor(npz.value(), name));
+        call.grad_outputs = {golden_tensor(npz.value(), "att.g")};
+        const OpResult gpu = run_op(context(), call);
+        ASSERT_OK(gpu.status);
+        const auto check = [&](const std::vector<float>& got, const char* name, bool gradient) {
+            EXPECT_TRUE(close(got, golden_values(npz.value(), name), kGoldenLayer, kGoldenLayer,
+                              {name, reproduce(path), gradient}));
+        };
+        check(gpu.outputs[0], "att.y64", false);
+        check(gpu.grad_inputs[0], "att.d_q64", true);
+        check(gpu.grad_inputs[1], "att.d_k64", true);
+        check(gpu.grad_inputs[2], "att.d_v64", true);
+    }
+}
+
+TEST_P(Attention, RejectsBadShapes) {
+    const auto status = [&](const auto& change) {
+        OpCall call = AttentionShape{2, 6, 1, 4, 5}.call(400);
+        change(call);
+        return run_op(context(), call).status;
+    };
+    EXPECT_OK(status([](OpCall&) {}));
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[0] = normal_tensor({2, 6}, 1);
+                 }),
+                 Code::kShape, "'q'");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[1] = normal_tensor({2, 5, 6}, 1);
+                 }),
+                 Code::kShape, "'k'");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[2] = normal_tensor({2, 6, 4}, 1);
+                 }),
+                 Code::kShape, "'v'");
+    EXPECT_ERROR(status([](OpCall& c) { c.attributes["heads"] = 0; }), Code::kInvalidArgument,
+                 "heads");
+    EXPECT_ERROR(status([](OpCall& c) { c.attributes["heads"] = 2; }), Code::kShape, "2 heads");
+    EXPECT_ERROR(status([](OpCall& c) { c.attributes["heads"] = 4; }), Code::kShape, "4 heads");
+}
+
+TEST(AttentionReference, GradcheckFloat64) {
+    for (const AttentionShape& shape :
+         {AttentionShape{1, 3, 1, 4, 5}, AttentionShape{2, 8, 2, 3, 2}}) {
+        const OpCall call = shape.call(500);
+        const auto input = shape.reference(call);
+        const std::vector<double> grad_y = to_double(call.grad_outputs[0].values);
+        const auto grad = ref::attention_backward(input, grad_y);
+        expect_gradcheck({input.q, input.k, input.v},
+                         [&](const Arrays& in) {
+                             auto changed = input;
+                             changed.q = in[0];
+                             changed.k = in[1];
+                             changed.v = in[2];
+                             return Arrays{ref::attention_forward(changed).value};
+                         },
+                         {grad_y}, {grad.grad_q.value, grad.grad_k.value, grad.grad_v.value});
+    }
+}
+
+TEST(AttentionCheck, RefusesWhatIsTooLarge) {
+    const vk::DeviceInfo& device = vk::Recorder(*shared_context()).device();
+    EXPECT_OK(ops::attention_check(device, {8, 256, 1, 4096, 4096}));
+    EXPECT_ERROR(ops::attention_check(device, {1, 4, 1, 70000, 4}), Code::kUnsupported, "65536");
+    EXPECT_ERROR(ops::attention_check(device, {1, 4, 1, 65536, 65536}), Code::kUnsupported, "2^31");
+    EXPECT_ERROR(ops::attention_check(device, {~0U, 4, 1, 65536, 65536}), Code::kUnsupported,
+                 "2^31");
+}
+
+}  // namespace
+}  // namespace splat::test
