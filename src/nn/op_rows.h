@@ -6,9 +6,9 @@
 namespace splat::nn {
 
 extern const OpRow kAddRow;
-extern const OpRow kConv2dRow;
 extern const OpRow kAttentionRow;
 extern const OpRow kConcatRow;
+extern const OpRow kConv2dRow;
 extern const OpRow kFilmRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;

@@ -9,16 +9,16 @@ namespace {
 
 constexpr const OpRow* kOps[] = {
     &kAddRow,         //
+    &kAttentionRow,   //
+    &kConcatRow,      //
     &kConv2dRow,      //
     &kFilmRow,        //
     &kGroupNormRow,   //
     &kLinearRow,      //
     &kResample2dRow,  //
     &kSiluRow,        //
+    &kSplit3Row,      //
 };
-constexpr const OpRow* kOps[] = {&kAddRow,        &kAttentionRow, &kConcatRow,
-                                 &kFilmRow,       &kGroupNormRow, &kLinearRow,
-                                 &kResample2dRow, &kSiluRow,      &kSplit3Row};
 
 }  // namespace
 
