@@ -1,0 +1,274 @@
+#include "model/config_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/json.h"
+
+namespace splat::model {
+namespace {
+
+/// Keys of the sections that describe the network. Of the section data, those that the readers of
+/// datasets take are known, too.
+const std::vector<std::string> kKnown = {"data.training_resolution",
+                                         "data.fov",
+                                         "data.znear",
+                                         "data.zfar",
+                                         "data.input_images",
+                                         "data.category",
+                                         "data.origin_distances",
+                                         "data.use_pred_depth",
+                                         "data.use_pred_normal",
+                                         "data.use_mask",
+                                         "data.custom_embedding",
+                                         "data.white_background",
+                                         "data.subset",
+                                         "data.root",
+                                         "data.name",
+                                         "data.split",
+                                         "cam_embd.embedding",
+                                         "cam_embd.dimension",
+                                         "cam_embd.method",
+                                         "cam_embd.encode_embedding",
+                                         "cam_embd.film",
+                                         "model.name",
+                                         "model.base_dim",
+                                         "model.num_blocks",
+                                         "model.channel_mult",
+                                         "model.attention_resolutions",
+                                         "model.cross_view_attention",
+                                         "model.dropout",
+                                         "model.max_sh_degree",
+                                         "model.isotropic",
+                                         "model.network_with_offset",
+                                         "model.network_without_offset",
+                                         "model.inverted_x",
+                                         "model.inverted_y",
+                                         "model.depth_scale",
+                                         "model.depth_bias",
+                                         "model.xyz_scale",
+                                         "model.xyz_bias",
+                                         "model.opacity_scale",
+                                         "model.opacity_bias",
+                                         "model.scale_scale",
+                                         "model.scale_bias",
+                                         "model.token_dim",
+                                         "model.tokens"};
+
+bool describes_network(const std::string& key) {
+    return key.starts_with("data.") || key.starts_with("cam_embd.") || key.starts_with("model.");
+}
+
+/// Reads values into fields; the first error sticks.
+class Reader {
+  public:
+    explicit Reader(const Config& config) : config_(config) {}
+
+    void count(const char* key, std::uint32_t& field) {
+        const auto value = config_.get<std::int64_t>(key, field);
+        if (!take(value.status())) return;
+        if (value.value() < 0 || value.value() > 1'000'000) {
+            fail(key, static_cast<double>(value.value()), "0 to 1000000");
+            return;
+        }
+        field = static_cast<std::uint32_t>(value.value());
+    }
+    void number(const char* key, float& field) {
+        const auto value = config_.get<double>(key, static_cast<double>(field));
+        if (!take(value.status())) return;
+        if (!std::isfinite(value.value())) fail(key, value.value(), "a finite number");
+        field = static_cast<float>(value.value());
+    }
+    void flag(const char* key, bool& field) {
+        const auto value = config_.get<bool>(key, field);
+        if (take(value.status())) field = value.value();
+    }
+    std::string text(const char* key, const char* otherwise,
+                     const std::vector<std::string>& allowed) {
+        const auto value = config_.get<std::string>(key, otherwise);
+        if (!take(value.status())) return otherwise;
+        if (std::find(allowed.begin(), allowed.end(), value.value()) == allowed.end()) {
+            std::string list;
+            for (const std::string& name : allowed) list += (list.empty() ? "" : ", ") + name;
+            take(error(Code::kInvalidArgument, "%s: '%s' is '%s', expected one of %s",
+                       config_.what().c_str(), key, value.value().c_str(), list.c_str()));
+        }
+        return value.value();
+    }
+    void counts(const char* key, std::vector<std::uint32_t>& field) {
+        const auto values = config_.get_list<std::int64_t>(
+            key, std::vector<std::int64_t>(field.begin(), field.end()));
+        if (!take(values.status())) return;
+        field.clear();
+        for (const std::int64_t value : values.value()) {
+            if (value < 1 || value > 1'000'000) fail(key, static_cast<double>(value), "at least 1");
+            field.push_back(static_cast<std::uint32_t>(value));
+        }
+    }
+    void texts(const char* key, std::vector<std::string>& field) {
+        const auto values = config_.get_list<std::string>(key, field);
+        if (take(values.status())) field = values.value();
+    }
+
+    [[nodiscard]] const Status& status() const { return status_; }
+
+  private:
+    bool take(Status status) {
+        if (status_.ok()) status_ = std::move(status);
+        return status_.ok();
+    }
+    void fail(const char* key, double value, const char* expected) {
+        take(error(Code::kInvalidArgument, "%s: '%s' is %g, expected %s", config_.what().c_str(),
+                   key, value, expected));
+    }
+
+    const Config& config_;
+    Status status_;
+};
+
+void read_data(Reader& read, PredictorConfig& c) {
+    read.count("data.training_resolution", c.resolution);
+    read.number("data.fov", c.fov_degrees);
+    read.number("data.znear", c.znear);
+    read.number("data.zfar", c.zfar);
+    read.count("data.input_images", c.views);
+    read.flag("data.origin_distances", c.origin_distance);
+    read.flag("data.use_pred_depth", c.depth);
+    read.flag("data.use_pred_normal", c.normal);
+    read.flag("data.use_mask", c.mask);
+}
+
+void read_embedding(Reader& read, PredictorConfig& c) {
+    const std::string kind = read.text("cam_embd.embedding", "none", {"none", "pose", "index"});
+    bool custom = false;
+    read.flag("data.custom_embedding", custom);
+    if (kind != "none")
+        c.embedding = custom            ? Embedding::kCustom
+                      : kind == "index" ? Embedding::kIndex
+                                        : Embedding::kPose;
+    read.count("cam_embd.dimension", c.embedding_dim);
+    if (c.embedding == Embedding::kNone) c.embedding_dim = PredictorConfig().embedding_dim;
+    c.film = read.text("cam_embd.film", "reference", {"reference", "affine"}) == "affine"
+                 ? Film::kAffine
+                 : Film::kReference;
+}
+
+void read_network(Reader& read, PredictorConfig& c) {
+    read.count("model.base_dim", c.base_dim);
+    read.count("model.num_blocks", c.num_blocks);
+    read.counts("model.channel_mult", c.channel_mult);
+    read.counts("model.attention_resolutions", c.attention_resolutions);
+    read.flag("model.cross_view_attention", c.cross_view_attention);
+    read.number("model.dropout", c.dropout);
+    read.count("model.max_sh_degree", c.sh_degree);
+    read.flag("model.isotropic", c.isotropic);
+    bool without = false;
+    read.flag("model.network_without_offset", without);
+    c.offset = !without;
+    read.flag("model.inverted_x", c.inverted_x);
+    read.flag("model.inverted_y", c.inverted_y);
+    read.number("model.depth_scale", c.init_depth.scale);
+    read.number("model.depth_bias", c.init_depth.bias);
+    read.number("model.xyz_scale", c.init_offset.scale);
+    read.number("model.xyz_bias", c.init_offset.bias);
+    read.number("model.opacity_scale", c.init_opacity.scale);
+    read.number("model.opacity_bias", c.init_opacity.bias);
+    read.number("model.scale_scale", c.init_scale.scale);
+    read.number("model.scale_bias", c.init_scale.bias);
+    read.count("model.token_dim", c.token_dim);
+    read.count("model.tokens", c.tokens);
+}
+
+void read_lora(Reader& read, PredictorConfig& c) {
+    bool finetune = false;
+    read.flag("opt.lora_finetune", finetune);
+    if (!finetune) return;
+    c.lora.rank = 4;  // what the published code always takes
+    read.count("opt.lora_rank", c.lora.rank);
+    read.number("opt.lora_alpha", c.lora.alpha);
+    read.number("opt.lora_dropout", c.lora.dropout);
+    read.texts("opt.lora_targets", c.lora.targets);
+}
+
+}  // namespace
+
+Result<PredictorConfig> predictor_config(const Config& config) {
+    for (const ConfigEntry& entry : config.entries()) {
+        if (!describes_network(entry.key) ||
+            std::find(kKnown.begin(), kKnown.end(), entry.key) != kKnown.end())
+            continue;
+        const std::string nearest = nearest_name(entry.key, kKnown);
+        return error(Code::kInvalidArgument, "%s: there is no key '%s'%s%s%s",
+                     config.what().c_str(), entry.key.c_str(),
+                     nearest.empty() ? "" : "; did you mean '", nearest.c_str(),
+                     nearest.empty() ? "" : "'?");
+    }
+    PredictorConfig c;
+    Reader read(config);
+    read_data(read, c);
+    read_embedding(read, c);
+    read_network(read, c);
+    read_lora(read, c);
+    SPLAT_TRY(read.status());
+    SPLAT_TRY(check(c));
+    return c;
+}
+
+std::string config_text(const PredictorConfig& c) {
+    const auto number = [](float value) { return format("%.9g", static_cast<double>(value)); };
+    const auto flag = [](bool value) { return std::string(value ? "true" : "false"); };
+    const auto list = [](const std::vector<std::uint32_t>& values) {
+        std::string text;
+        for (const std::uint32_t value : values)
+            text += (text.empty() ? "" : ", ") + std::to_string(value);
+        return "[" + text + "]";
+    };
+    const bool embeds = c.embedding != Embedding::kNone;
+    std::string text =
+        "{\"data\": {\"training_resolution\": " + std::to_string(c.resolution) +
+        ", \"fov\": " + number(c.fov_degrees) + ", \"znear\": " + number(c.znear) +
+        ", \"zfar\": " + number(c.zfar) + ", \"input_images\": " + std::to_string(c.views) +
+        ", \"origin_distances\": " + flag(c.origin_distance) +
+        ", \"use_pred_depth\": " + flag(c.depth) + ", \"use_pred_normal\": " + flag(c.normal) +
+        ", \"use_mask\": " + flag(c.mask) +
+        ", \"custom_embedding\": " + flag(c.embedding == Embedding::kCustom) + "},\n";
+    text += std::string(" \"cam_embd\": {\"embedding\": \"") +
+            (!embeds                            ? "none"
+             : c.embedding == Embedding::kIndex ? "index"
+                                                : "pose") +
+            "\", \"dimension\": " + std::to_string(c.embedding_dim) + ", \"film\": \"" +
+            (c.film == Film::kAffine ? "affine" : "reference") + "\"},\n";
+    text += " \"model\": {\"base_dim\": " + std::to_string(c.base_dim) +
+            ", \"num_blocks\": " + std::to_string(c.num_blocks) +
+            ", \"channel_mult\": " + list(c.channel_mult) +
+            ", \"attention_resolutions\": " + list(c.attention_resolutions) +
+            ", \"cross_view_attention\": " + flag(c.cross_view_attention) +
+            ", \"dropout\": " + number(c.dropout) +
+            ", \"max_sh_degree\": " + std::to_string(c.sh_degree) +
+            ", \"isotropic\": " + flag(c.isotropic) +
+            ", \"network_without_offset\": " + flag(!c.offset) +
+            ", \"inverted_x\": " + flag(c.inverted_x) + ", \"inverted_y\": " + flag(c.inverted_y) +
+            ",\n  \"depth_scale\": " + number(c.init_depth.scale) +
+            ", \"depth_bias\": " + number(c.init_depth.bias) +
+            ", \"xyz_scale\": " + number(c.init_offset.scale) +
+            ", \"xyz_bias\": " + number(c.init_offset.bias) +
+            ", \"opacity_scale\": " + number(c.init_opacity.scale) +
+            ", \"opacity_bias\": " + number(c.init_opacity.bias) +
+            ", \"scale_scale\": " + number(c.init_scale.scale) +
+            ", \"scale_bias\": " + number(c.init_scale.bias) +
+            ", \"token_dim\": " + std::to_string(c.token_dim) +
+            ", \"tokens\": " + std::to_string(c.tokens) + "}";
+    if (c.lora.rank > 0) {
+        std::string targets;
+        for (const std::string& target : c.lora.targets)
+            targets += (targets.empty() ? "" : ", ") + json_quote(target);
+        text +=
+            ",\n \"opt\": {\"lora_finetune\": true, \"lora_rank\": " + std::to_string(c.lora.rank) +
+            ", \"lora_alpha\": " + number(c.lora.alpha) +
+            ", \"lora_dropout\": " + number(c.lora.dropout) + ", \"lora_targets\": [" + targets +
+            "]}";
+    }
+    return text + "}\n";
+}
+
+}  // namespace splat::model
