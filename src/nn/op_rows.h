@@ -5,9 +5,13 @@
 /// The rows of the operator table, one file rows_<group>.cpp per group, and what they share.
 namespace splat::nn {
 
+extern const OpRow kAddRow;
 extern const OpRow kConv2dRow;
+extern const OpRow kFilmRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
+extern const OpRow kResample2dRow;
+extern const OpRow kSiluRow;
 
 inline constexpr Port kOutputY[] = {{"y"}};
 

@@ -7,7 +7,15 @@
 namespace splat::nn {
 namespace {
 
-constexpr const OpRow* kOps[] = {&kConv2dRow, &kGroupNormRow, &kLinearRow};
+constexpr const OpRow* kOps[] = {
+    &kAddRow,         //
+    &kConv2dRow,      //
+    &kFilmRow,        //
+    &kGroupNormRow,   //
+    &kLinearRow,      //
+    &kResample2dRow,  //
+    &kSiluRow,        //
+};
 
 }  // namespace
 

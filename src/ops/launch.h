@@ -10,6 +10,11 @@ inline constexpr std::uint32_t kWorkgroupSizeId = 0;
 /// The name of the shader for the kernels in use.
 const char* pick(vk::Kernels kernels, const char* plain, const char* cpu, const char* gpu);
 
+/// The same for a kernel of two modules that differ in how they read: LOADS in shaders/README.md.
+inline const char* pick(vk::Kernels kernels, const char* plain, const char* cpu) {
+    return pick(kernels, plain, cpu, plain);
+}
+
 /// `wanted` invocations, or the greatest power of two below it that the device takes. `wanted` is a
 /// power of two.
 std::uint32_t workgroup_size(const vk::DeviceInfo& device, std::uint32_t wanted);

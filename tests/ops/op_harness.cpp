@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/gpu_buffers.h"
+#include "support/gradcheck.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -123,6 +124,64 @@ void expect_each_gradient_alone(Context& context, const OpCall& call) {
             EXPECT_TRUE(bit_equal(expected, result.grad_inputs[i], {what, reproduce(call.op)}));
         }
     }
+}
+
+void expect_matches(vk::Context& context, const OpCall& call,
+                    const std::vector<ref::Summed<double>>& outputs,
+                    const std::vector<ref::Summed<double>>& gradients, const std::string& what) {
+    const auto row = nn::find_op(call.op);
+    ASSERT_OK(row.status());
+    OpCall asked = call;
+    if (gradients.empty()) asked.grad_outputs.clear();
+    const OpResult gpu = run_op(context, asked);
+    ASSERT_OK(gpu.status) << what;
+    const auto compare = [&](const std::vector<float>& got, const ref::Summed<double>& expected,
+                             const std::string& name, bool gradient) {
+        if (expected.value.empty()) return;
+        EXPECT_TRUE(
+            matches(got, expected, tolerance(call.op, name), {name, reproduce(what), gradient}));
+    };
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+        compare(gpu.outputs[i], outputs[i], row.value()->outputs[i].name, false);
+    for (std::size_t i = 0; i < gradients.size(); ++i)
+        compare(gpu.grad_inputs[i], gradients[i],
+                std::string("grad_") + row.value()->inputs[i].name, true);
+}
+
+void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,
+                      const Arrays& grad_outputs, const Arrays& gradients) {
+    ASSERT_EQ(inputs.size(), gradients.size());
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        if (gradients[i].empty()) continue;
+        const auto loss = [&](const std::vector<double>& values) {
+            Arrays changed = inputs;
+            changed[i] = values;
+            const Arrays outputs = forward(changed);
+            double sum = 0;
+            for (std::size_t k = 0; k < outputs.size(); ++k)
+                sum += dot(outputs[k], grad_outputs[k]);
+            return sum;
+        };
+        EXPECT_TRUE(gradcheck("input " + std::to_string(i), loss, inputs[i], gradients[i]));
+    }
+}
+
+HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean, double std) {
+    return {shape, normal_fill(shape.elements(), seed, mean, std)};
+}
+
+HostTensor golden_tensor(const Npz& npz, const std::string& name) {
+    const auto found = npz.find(name);
+    EXPECT_OK(found.status());
+    if (!found.ok()) return {};
+    const std::vector<std::int64_t> dims(found.value()->shape.begin(), found.value()->shape.end());
+    return {Shape::create(dims, name).value(), found.value()->f32().value()};
+}
+
+std::vector<double> golden_values(const Npz& npz, const std::string& name) {
+    const auto found = npz.find(name);
+    EXPECT_OK(found.status());
+    return found.ok() ? found.value()->f64().value() : std::vector<double>{};
 }
 
 void KernelsTest::SetUp() {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "support/compare.h"
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
+#include "support/npz.h"
 
 namespace splat::test {
 
@@ -43,6 +45,27 @@ OpResult run_op(vk::Context& context, const OpCall& call);
 
 /// Each gradient of `call` alone, the others not asked for, equals bit by bit that of the whole call.
 void expect_each_gradient_alone(vk::Context& context, const OpCall& call);
+
+/// Runs the call and compares its outputs and gradients, in the order of the row's ports, with their
+/// references, by the tolerances of (op, port) and (op, grad_port). References without elements are
+/// passed over; no gradients: forward only.
+void expect_matches(vk::Context& context, const OpCall& call,
+                    const std::vector<ref::Summed<double>>& outputs,
+                    const std::vector<ref::Summed<double>>& gradients, const std::string& what);
+
+using Arrays = std::vector<std::vector<double>>;
+
+/// Each of `gradients` that is not empty is the central difference of the sum of grad_outputs *
+/// forward(inputs).
+void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,
+                      const Arrays& grad_outputs, const Arrays& gradients);
+
+/// A tensor of normal numbers.
+HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0, double std = 1);
+
+/// Member `name` of a golden file; records a failure if it is not there.
+HostTensor golden_tensor(const Npz& npz, const std::string& name);
+std::vector<double> golden_values(const Npz& npz, const std::string& name);
 
 /// Test suites run once per set of kernels: TEST_P(GroupNorm, ...) with context() of those kernels.
 class KernelsTest : public testing::TestWithParam<vk::Kernels> {

@@ -4,6 +4,7 @@
 
 #include "conv2d_case.h"
 #include "group_norm_case.h"
+#include "op_samples.h"
 
 namespace splat::test {
 namespace {
@@ -43,6 +44,9 @@ int print_all() {
         failed |= print_hashes(GroupNormCase(shape, true, 1).call(), "group_norm " + shape.text());
     failed |= print_hashes(linear_call(257, 129, 65), "linear 257 129 65");
     failed |= print_hashes(linear_call(8192, 5, 7), "linear 8192 5 7");
+    int number = 0;
+    for (const OpCall& call : op_samples())
+        failed |= print_hashes(call, call.op + " sample " + std::to_string(number++));
     return failed;
 }
 

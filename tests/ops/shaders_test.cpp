@@ -5,9 +5,8 @@
 
 #include <set>
 
-#include "ops/conv2d.h"
-#include "ops/group_norm.h"
-#include "ops/linear.h"
+#include "op_samples.h"
+#include "ops/quads.h"
 #include "ops/strided_copy.h"
 #include "ops/tensor_stats.h"
 #include "support/expect_status.h"
@@ -66,46 +65,44 @@ class Uses {
     }
     vk::BufferView row(std::uint32_t n) { return view({n}, n); }
 
-    void group_norm(std::uint32_t channels) {
-        const ops::GroupNormDesc desc{{1, channels, 6}, 2, 1e-5F, true};
-        const Shape shape{1, channels, 6};
-        const auto quads = [&] { return view(shape, desc.x.bytes() / 4); };
-        const vk::BufferView x = quads();
-        const vk::BufferView gamma = row(channels);
-        const vk::BufferView mean = row(2);
-        const vk::BufferView rstd = row(2);
-        EXPECT_OK(ops::group_norm_forward(recorder_, desc, x, gamma, gamma, quads(), mean, rstd));
-        EXPECT_OK(ops::group_norm_backward(recorder_, desc, x, gamma, gamma, mean, rstd, quads(),
-                                           quads(), row(channels), row(channels), row(2 * channels),
-                                           false));
+    vk::BufferView tensor(const Shape& shape, const nn::Port& port) {
+        if (shape.rank() == 0) return {};
+        const bool quads = port.layout == nn::Layout::kQuads;
+        return view(shape, quads ? ops::quad_dims(shape).value().bytes() / 4 : shape.elements());
     }
 
-    void conv2d() {
-        const ops::Conv2dDesc desc{
-            .n = 2, .in_channels = 5, .height = 3, .width = 3, .out_channels = 6};
-        const vk::BufferView weight = row(270);
-        const vk::BufferView bias = row(6);
-        const auto x = [&] { return view({2, 5, 3, 3}, 144); };
-        const auto y = [&] { return view({2, 6, 3, 3}, 144); };
-        EXPECT_OK(ops::conv2d_forward(recorder_, desc, x(), weight, bias, y(), y()));
-        EXPECT_OK(ops::conv2d_backward_input(recorder_, desc, weight, y(), x()));
-        EXPECT_OK(
-            ops::conv2d_backward_weight(recorder_, desc, x(), y(), row(270), row(432), false));
-        EXPECT_OK(ops::conv2d_backward_residual(recorder_, desc, y(), y()));
-    }
-
-    void linear() {
-        const ops::LinearDesc desc{8, 8, 8, true};
-        const vk::BufferView weight = row(1024);
-        const vk::BufferView packed = row(1024);
-        const auto rows = [&] { return view({8, 8}, 64); };
-        EXPECT_OK(ops::linear_pack_weight(recorder_, desc, weight, packed, false));
-        EXPECT_OK(ops::linear_pack_weight(recorder_, desc, weight, packed, true));
-        EXPECT_OK(ops::linear_forward(recorder_, desc, rows(), packed, row(8), rows()));
-        EXPECT_OK(ops::linear_backward_input(recorder_, desc, packed, rows(), rows()));
-        EXPECT_OK(ops::linear_backward_weight(recorder_, desc, rows(), rows(), row(64), row(1024),
-                                              false));
-        EXPECT_OK(ops::linear_backward_bias(recorder_, desc, rows(), row(8), false));
+    /// Both passes of a call as the op table's row records them, on tensors without content.
+    void row(const OpCall& call) {
+        const nn::OpRow& row = *nn::find_op(call.op).value();
+        const auto attributes = nn::complete_attributes(
+            row, parse_flat_json(call.attributes.dump(), "attributes").value());
+        std::vector<Shape> shapes;
+        for (const HostTensor& input : call.inputs)
+            shapes.push_back(input.values.empty() ? Shape{} : input.shape);
+        const nn::OpPlan plan = row.plan(recorder_, attributes.value(), shapes).value();
+        nn::OpViews v;
+        for (std::size_t i = 0; i < shapes.size(); ++i) {
+            v.inputs.push_back(tensor(shapes[i], row.inputs[i]));
+            v.grad_inputs.push_back(row.inputs[i].constant ? vk::BufferView{}
+                                                           : tensor(shapes[i], row.inputs[i]));
+        }
+        for (std::size_t i = 0; i < plan.outputs.size(); ++i) {
+            v.outputs.push_back(tensor(plan.outputs[i], row.outputs[i]));
+            v.grad_outputs.push_back(tensor(plan.outputs[i], row.outputs[i]));
+        }
+        for (const Shape& shape : plan.saved) v.saved.push_back(view(shape, shape.elements()));
+        const auto reserve = [&](std::uint64_t bytes) {
+            return bytes == 0 ? vk::BufferView{} : view({}, bytes / 4);
+        };
+        v.workspace = reserve(std::max(plan.forward_workspace, plan.backward_workspace));
+        v.forward_prepared = reserve(plan.forward_prepared);
+        v.backward_prepared = reserve(plan.backward_prepared);
+        if (row.prepare != nullptr) {
+            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, nn::Pass::kForward));
+            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, nn::Pass::kBackward));
+        }
+        EXPECT_OK(row.forward(recorder_, attributes.value(), v)) << call.op;
+        EXPECT_OK(row.backward(recorder_, attributes.value(), v)) << call.op;
     }
 
     void rest() {
@@ -136,10 +133,7 @@ TEST(Shaders, EveryModuleIsUsedAsDeclared) {
         vk::Context* context = shared_context(kernels);
         ASSERT_NE(context, nullptr);
         Uses uses(*context);
-        uses.conv2d();
-        uses.group_norm(8);
-        uses.group_norm(6);
-        uses.linear();
+        for (const OpCall& call : op_samples()) uses.row(call);
         uses.rest();
         used.merge(uses.shaders());
     }

@@ -19,6 +19,12 @@ struct Tolerance {
 /// sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and other devices order
 /// their sums otherwise. The L2 figures are the project's goals; after each reason the worst seen.
 inline constexpr Tolerance kTolerances[] = {
+    {"add", "y", 4, 1e-6, "a sum and a product"},
+    {"add", "grad_a", 4, 1e-6, "one product"},
+    {"add", "grad_b", 4, 1e-6, "one product"},
+    {"film", "y", 4, 1e-6, "a product and a sum"},
+    {"film", "grad_x", 4, 1e-6, "one product"},
+    {"film", "grad_modulation", 4, 2e-6, "sums over the pixels: per lane, then a tree"},
     {"group_norm", "y", 4, 1e-6,
      "one rounding each of x - mean, rstd, gamma and beta; sigmoid is 3.3 ulp off; seen 1.4e-7"},
     {"group_norm", "mean", 4, 1e-6, "a tree sum of M terms; seen 1.8e-7"},
@@ -38,9 +44,17 @@ inline constexpr Tolerance kTolerances[] = {
     {"conv2d", "grad_weight", 4, 2e-6, "a row of pixels, then the rows"},
     {"conv2d", "grad_bias", 4, 2e-6, "the kernels of linear"},
     {"conv2d", "grad_residual", 4, 1e-7, "one product"},
+    {"resample2d", "y", 4, 1e-6, "up to taps^2 products, divided by the filter's sum"},
+    {"resample2d", "grad_x", 4, 1e-6, "as y"},
+    {"silu", "y", 4, 1e-6, "exp, a division and a product"},
+    {"silu", "grad_x", 4, 1e-6, "as y, and a sum of two terms"},
     {"tensor_stats", "mean", 4, 1e-6, "a sum in chunks; min, max and counts are exact"},
     {"quads", "y", 0, 0, "pack and unpack move bits: exact"},
 };
+
+/// Figure of tests/golden/net/INDEX.md for layers, absolute and relative: the other implementation's
+/// own float32 run stays within it, too.
+inline constexpr double kGoldenLayer = 1e-5;
 
 /// The row of an op's result. Missing rows are a compile error when used as a constant.
 constexpr const Tolerance& tolerance(std::string_view op, std::string_view result) {

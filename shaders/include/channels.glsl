@@ -1,0 +1,20 @@
+// Quads of channels that do not start at a multiple of four.
+
+#ifndef SPLAT_CHANNELS_GLSL
+#define SPLAT_CHANNELS_GLSL
+
+// Components by, ..., by + 3 of the eight of low and high; by < 4.
+vec4 shifted(vec4 low, vec4 high, uint by) {
+    vec4 value = low;
+    value = by == 1 ? vec4(low.yzw, high.x) : value;
+    value = by == 2 ? vec4(low.zw, high.xy) : value;
+    value = by == 3 ? vec4(low.w, high.xyz) : value;
+    return value;
+}
+
+// The quad without the channels from `count` on, its first being channel `first`.
+vec4 channels_below(vec4 value, uint first, uint count) {
+    return mix(vec4(0), value, lessThan(first + uvec4(0, 1, 2, 3), uvec4(count)));
+}
+
+#endif

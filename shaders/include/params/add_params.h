@@ -1,0 +1,21 @@
+#ifndef SPLAT_ADD_PARAMS_H
+#define SPLAT_ADD_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct AddParams {
+    uint quads;
+    float scale;
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(AddParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,30 @@
+#version 460
+// y = gamma * x + beta per image and channel; modulation [n, 2c] is gamma, then beta, or [n, c] a
+// shift alone: y = x + beta. One invocation computes one quad.
+// Bindings: x quads, modulation quads, y quads.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/film_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+QUADS(1, modulation);
+layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };
+layout(push_constant) uniform Push { FilmParams params; };
+
+#include "film.glsl"
+#include "launch.glsl"
+
+void main() {
+    const uint columns = params.n * params.p;
+    const uint i = invocation_index(params.groups_x);
+    if (i >= (params.c + 3) / 4 * columns) return;
+    const uint n = i % columns / params.p;
+    const uint first = 4 * (i / columns);
+    vec4 value = LD4(x, i);
+    if (params.shift != 0)
+        value += modulation_quad(first, n);
+    else
+        value = modulation_quad(first, n) * value + modulation_quad(params.c + first, n);
+    y[i] = channels_below(value, first, params.c);
+}

@@ -1,0 +1,21 @@
+#version 460
+// grad_x = grad_y resampled the other way, with the same filter; the equations are in resample2d.glsl.
+// One invocation computes one quad. Bindings: grad_y (named x, as in the include) quads, filter [taps], grad_x quads.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/resample2d_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+layout(set = 0, binding = 1, std430) readonly buffer Filter { float filter_taps[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+layout(push_constant) uniform Push { Resample2dParams params; };
+
+#include "launch.glsl"
+#include "resample2d.glsl"
+
+void main() {
+    const uint i = invocation_index(params.groups_x);
+    uint plane, row, column;
+    if (resample_place(i, plane, row, column)) grad_x[i] = resample(plane, row, column);
+}

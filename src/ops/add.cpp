@@ -1,0 +1,44 @@
+#include "ops/add.h"
+
+#include "ops/launch.h"
+#include "params/add_params.h"
+
+namespace splat::ops {
+namespace {
+
+Status record(vk::Recorder& recorder, const char* op, const char* shader, const AddDesc& desc,
+              std::vector<vk::Access> accesses) {
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = groups_for(recorder.device(), desc.x.quads(), size);
+    const double bytes = static_cast<double>(desc.x.bytes());
+    const double tensors = static_cast<double>(accesses.size());
+    return recorder.dispatch({
+        .op = op,
+        .shader = shader,
+        .constants = {{kWorkgroupSizeId, size}},
+        .push =
+            params::AddParams{static_cast<std::uint32_t>(desc.x.quads()), desc.scale, groups[0]},
+        .accesses = std::move(accesses),
+        .groups = groups,
+        .work = {.flops = bytes / 2, .bytes = tensors * bytes},
+        .may_alias = true,
+    });
+}
+
+}  // namespace
+
+Status add_forward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& a,
+                   const vk::BufferView& b, const vk::BufferView& y) {
+    return record(recorder, "add_forward",
+                  pick(recorder.kernels(), "add_forward", "add_forward_cpu"), desc,
+                  {vk::read(a), vk::read(b), vk::write(y)});
+}
+
+Status add_backward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& grad_y,
+                    const vk::BufferView& grad_x) {
+    return record(recorder, "add_backward",
+                  pick(recorder.kernels(), "add_backward", "add_backward_cpu"), desc,
+                  {vk::read(grad_y), vk::write(grad_x)});
+}
+
+}  // namespace splat::ops

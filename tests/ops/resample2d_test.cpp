@@ -1,0 +1,125 @@
+#include "ops/resample2d.h"
+
+#include <gtest/gtest.h>
+
+#include "op_samples.h"
+#include "ref/resample2d_ref.h"
+#include "support/golden.h"
+
+namespace splat::test {
+namespace {
+
+class Resample2d : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(Resample2d);
+
+/// `small` is the shape of the smaller image; a filter of no taps is the default, the box.
+struct ResampleCase {
+    Shape small;
+    bool up;
+    std::vector<float> filter;
+
+    [[nodiscard]] Shape large() const { return {small[0], small[1], 2 * small[2], 2 * small[3]}; }
+    [[nodiscard]] OpCall call(std::uint64_t seed) const {
+        return sample("resample2d", {{up ? "up" : "down", true}},
+                      {normal_tensor(up ? small : large(), seed),
+                       {Shape{static_cast<std::uint32_t>(filter.size())}, filter}},
+                      {up ? large() : small});
+    }
+    [[nodiscard]] std::string text() const {
+        return small.text() + (up ? " up" : " down") + " taps " + std::to_string(filter.size());
+    }
+};
+
+TEST_P(Resample2d, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const bool up : {false, true})
+        for (const ResampleCase& c :
+             {ResampleCase{{1, 1, 1, 1}, up, {}}, ResampleCase{{2, 3, 5, 7}, up, {}},
+              ResampleCase{{1, 16, 8, 8}, up, {}}, ResampleCase{{1, 6, 4, 3}, up, {1, 1}},
+              ResampleCase{{2, 5, 3, 6}, up, {1, 3, 3, 1}},
+              ResampleCase{{1, 4, 2, 2}, up, {0.5F, -1, 2, 4, -1, 0.25F}}}) {
+            const OpCall call = c.call(++seed);
+            const ref::ResampleShape shape{c.small[0] * c.small[1], c.small[2], c.small[3]};
+            const std::vector<double> filter =
+                c.filter.empty() ? std::vector<double>{1, 1} : to_double(c.filter);
+            const double gain = up ? 4 : 1;
+            const std::vector<double> x = to_double(call.inputs[0].values);
+            const std::vector<double> grad = to_double(call.grad_outputs[0].values);
+            if (up)
+                expect_matches(context(), call, {ref::resample2d_up(shape, filter, gain, x)},
+                               {ref::resample2d_down(shape, filter, gain, grad)}, c.text());
+            else
+                expect_matches(context(), call, {ref::resample2d_down(shape, filter, gain, x)},
+                               {ref::resample2d_up(shape, filter, gain, grad)}, c.text());
+        }
+}
+
+TEST_P(Resample2d, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "conv")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        for (const bool up : {false, true}) {
+            const std::string name = up ? "c0up" : "c0dn";
+            const OpCall call =
+                sample("resample2d", {{up ? "up" : "down", true}},
+                       {golden_tensor(npz.value(), name + ".x"), {}},
+                       std::vector<HostTensor>{golden_tensor(npz.value(), name + ".g")});
+            const OpResult gpu = run_op(context(), call);
+            ASSERT_OK(gpu.status);
+            EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), name + ".y64"),
+                              kGoldenLayer, kGoldenLayer, {name + " y", reproduce(path)}));
+            EXPECT_TRUE(close(gpu.grad_inputs[0], golden_values(npz.value(), name + ".d_x64"),
+                              kGoldenLayer, kGoldenLayer, {name + " grad_x", reproduce(path)}));
+        }
+    }
+}
+
+TEST_P(Resample2d, RejectsBadShapes) {
+    const auto status = [&](const Shape& x, const Json& attributes,
+                            const std::vector<float>& filter) {
+        const Shape taps{static_cast<std::uint32_t>(filter.size())};
+        return run_op(context(),
+                      sample("resample2d", attributes, {normal_tensor(x, 1), {taps, filter}},
+                             std::vector<HostTensor>{}))
+            .status;
+    };
+    const Json down = {{"down", true}};
+    EXPECT_OK(status({1, 1, 2, 2}, down, {}));
+    EXPECT_ERROR(status({1, 1, 3, 2}, down, {}), Code::kShape, "3 x 2");
+    EXPECT_ERROR(status({1, 1, 2, 5}, down, {}), Code::kShape, "2 x 5");
+    EXPECT_OK(status({1, 1, 3, 5}, {{"up", true}}, {}));
+    EXPECT_ERROR(status({1, 2, 2}, down, {}), Code::kShape, "'x'");
+    EXPECT_ERROR(status({1, 1, 2, 2}, Json::object(), {}), Code::kInvalidArgument, "one of them");
+    EXPECT_ERROR(status({1, 1, 2, 2}, {{"up", true}, {"down", true}}, {}), Code::kInvalidArgument,
+                 "one of them");
+    EXPECT_ERROR(status({1, 1, 2, 2}, down, {1, 2, 1}), Code::kInvalidArgument, "3 taps");
+    EXPECT_ERROR(status({1, 1, 2, 2}, down, std::vector<float>(18, 1)), Code::kInvalidArgument,
+                 "18 taps");
+}
+
+TEST(Resample2dReference, GradcheckFloat64) {
+    const ref::ResampleShape shape{2, 3, 2};
+    const std::vector<double> filter = {1, 3, 3, 1};
+    const std::vector<double> large = to_double(normal_fill(48, 1));
+    const std::vector<double> small = to_double(normal_fill(12, 2));
+    expect_gradcheck({large},
+                     [&](const Arrays& in) {
+                         return Arrays{ref::resample2d_down(shape, filter, 1., in[0]).value};
+                     },
+                     {small}, {ref::resample2d_up(shape, filter, 1., small).value});
+    expect_gradcheck({small},
+                     [&](const Arrays& in) {
+                         return Arrays{ref::resample2d_up(shape, filter, 4., in[0]).value};
+                     },
+                     {large}, {ref::resample2d_down(shape, filter, 4., large).value});
+}
+
+TEST(Resample2dCheck, RefusesResultsBeyond31Bits) {
+    EXPECT_OK(ops::resample2d_check({1, 4, 8192, 8192, true, 0}));
+    EXPECT_ERROR(ops::resample2d_check({1, 4, 16384, 8192, true, 0}), Code::kUnsupported, "2^31");
+    EXPECT_ERROR(ops::resample2d_check({~0U, ~0U, 2, 2, false, 0}), Code::kUnsupported, "2^31");
+}
+
+}  // namespace
+}  // namespace splat::test
