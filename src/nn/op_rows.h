@@ -8,6 +8,7 @@ namespace splat::nn {
 extern const OpRow kAddRow;
 extern const OpRow kConv2dRow;
 extern const OpRow kFilmRow;
+extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
 extern const OpRow kResample2dRow;

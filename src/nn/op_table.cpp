@@ -8,13 +8,14 @@ namespace splat::nn {
 namespace {
 
 constexpr const OpRow* kOps[] = {
-    &kAddRow,         //
-    &kConv2dRow,      //
-    &kFilmRow,        //
-    &kGroupNormRow,   //
-    &kLinearRow,      //
-    &kResample2dRow,  //
-    &kSiluRow,        //
+    &kAddRow,           //
+    &kConv2dRow,        //
+    &kFilmRow,          //
+    &kGaussianHeadRow,  //
+    &kGroupNormRow,     //
+    &kLinearRow,        //
+    &kResample2dRow,    //
+    &kSiluRow,          //
 };
 
 }  // namespace
