@@ -139,6 +139,7 @@ Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) 
             SPLAT_TRY(ops::quads_unpack(recorder, views_.outputs[i], tensors.outputs[i]));
     SPLAT_ASSIGN(forward_, recorder.finish());
     if (tensors.grad_outputs.empty()) return {};
+    has_backward_ = true;
 
     for (std::size_t i = 0; i < row_.outputs.size(); ++i)
         if (row_.outputs[i].layout == Layout::kQuads)
@@ -160,13 +161,14 @@ Status OpInstance::forward() {
 }
 
 Status OpInstance::backward() {
-    if (backward_.empty())
+    if (!has_backward_)
         return error(Code::kInvalidState,
                      "%s: backward was called, but the operator was made without grad_outputs",
                      row_.name);
     if (!ran_)
         return error(Code::kInvalidState, "%s: backward was called before the first forward",
                      row_.name);
+    if (backward_.empty()) return {};  // no gradient is wanted
     return context_.run(backward_);
 }
 

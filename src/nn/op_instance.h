@@ -49,6 +49,7 @@ class OpInstance {
     std::vector<vk::Buffer> buffers_;
     vk::CommandList forward_;
     vk::CommandList backward_;
+    bool has_backward_ = false;
     bool ran_ = false;
 };
 

@@ -10,6 +10,7 @@ extern const OpRow kAttentionRow;
 extern const OpRow kConcatRow;
 extern const OpRow kConv2dRow;
 extern const OpRow kFilmRow;
+extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
 extern const OpRow kResample2dRow;

@@ -18,6 +18,14 @@ constexpr const OpRow* kOps[] = {
     &kResample2dRow,  //
     &kSiluRow,        //
     &kSplit3Row,      //
+    &kAddRow,           //
+    &kConv2dRow,        //
+    &kFilmRow,          //
+    &kGaussianHeadRow,  //
+    &kGroupNormRow,     //
+    &kLinearRow,        //
+    &kResample2dRow,    //
+    &kSiluRow,          //
 };
 
 }  // namespace

@@ -1,0 +1,273 @@
+#include "ops/gaussian_head.h"
+
+#include <gtest/gtest.h>
+
+#include "op_samples.h"
+#include "ref/gaussian_head_ref.h"
+#include "support/golden.h"
+
+namespace splat::test {
+namespace {
+
+class GaussianHead : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(GaussianHead);
+
+ref::GaussianHeadInput reference_of(const OpCall& call) {
+    const Shape& net_out = call.inputs[0].shape;
+    ref::GaussianHeadInput in;
+    in.shape.images = net_out[0];
+    in.shape.pixels = std::size_t{net_out[2]} * net_out[3];
+    in.shape.offset = call.attributes.at("offset").get<bool>();
+    in.shape.degree = call.attributes.at("sh_degree").get<std::size_t>();
+    in.shape.isotropic = call.attributes.at("isotropic").get<bool>();
+    in.shape.activate = call.attributes.at("activate").get<bool>();
+    // The library holds the depths as floats.
+    in.shape.znear = static_cast<double>(call.attributes.at("znear").get<float>());
+    in.shape.zfar = static_cast<double>(call.attributes.at("zfar").get<float>());
+    std::vector<double>* const tensors[] = {&in.net_out,    &in.rays,  &in.view_to_world,
+                                            &in.quaternion, &in.focal, &in.origin};
+    for (std::size_t i = 0; i < 6; ++i) *tensors[i] = to_double(call.inputs[i].values);
+    return in;
+}
+
+ref::GaussianHeadOutputs<double> grads_of(const OpCall& call) {
+    ref::GaussianHeadOutputs<double> grads;
+    for (std::size_t i = 0; i < grads.size(); ++i)
+        grads[i] = to_double(call.grad_outputs[i].values);
+    return grads;
+}
+
+void expect_head(vk::Context& context, const OpCall& call, const std::string& what) {
+    const ref::GaussianHeadInput in = reference_of(call);
+    std::vector<ref::Summed<double>> outputs;
+    for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
+        outputs.push_back(ref::summed(values));
+    expect_matches(context, call, outputs,
+                   {ref::summed(ref::gaussian_head_backward<ref::Rounded>(in, grads_of(call))),
+                    {},
+                    {},
+                    {},
+                    {},
+                    {}},
+                   what);
+}
+
+struct HeadCase {
+    Shape images;  ///< [images, height, width]
+    std::uint32_t views;
+    std::uint32_t degree;
+    bool offset;
+    bool isotropic;
+    bool activate;
+    HeadCameras cameras;
+};
+
+constexpr HeadCameras kAll{true, true, true};
+constexpr HeadCameras kNone{false, false, false};
+
+/// Every attribute both ways, one pixel and odd numbers of them, focal and origin together and alone.
+std::vector<HeadCase> head_cases() {
+    return {{{1, 1, 1}, 1, 1, true, false, true, kNone},
+            {{4, 5, 7}, 2, 1, true, false, true, kAll},
+            {{3, 3, 5}, 3, 0, true, true, true, {true, false, false}},
+            {{3, 9, 2}, 1, 1, false, true, true, {false, true, false}},
+            {{2, 1, 65}, 1, 0, false, false, false, {false, false, true}},
+            {{5, 16, 16}, 5, 1, true, true, false, kNone},
+            {{2, 33, 31}, 1, 1, true, false, true, kAll}};
+}
+
+OpCall call_of(const HeadCase& c, std::uint64_t seed) {
+    OpCall call = head_sample(c.images, c.views, c.degree, c.offset, c.cameras, seed);
+    call.attributes["isotropic"] = c.isotropic;
+    call.attributes["activate"] = c.activate;
+    return call;
+}
+
+TEST_P(GaussianHead, MatchesFloat64) {
+    std::uint64_t seed = 100;
+    for (const HeadCase& c : head_cases())
+        expect_head(context(), call_of(c, seed += 20), c.images.text());
+}
+
+TEST_P(GaussianHead, RotationsNearZeroStayFinite) {
+    OpCall call = call_of(head_cases()[1], 300);
+    const std::size_t pixels = 35;
+    for (std::size_t c = 8; c < 12; ++c)
+        for (std::size_t i = 0; i < 3; ++i) {
+            const float tiny[] = {0, 1e-14F, 1e-8F};
+            call.inputs[0].values[c * pixels + i] = tiny[i];
+        }
+    expect_head(context(), call, "rotations near zero");
+}
+
+TEST_P(GaussianHead, ExtremesStayFinite) {
+    OpCall call = call_of(head_cases()[1], 320);
+    for (float& value : call.inputs[0].values) value *= 30;  // exp(88) is the greatest there is
+    for (float& value : call.inputs[0].values) value = std::clamp(value, -80.0F, 80.0F);
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    for (const auto& output : gpu.outputs) EXPECT_TRUE(all_finite(output, {"output", "x 30"}));
+    EXPECT_TRUE(all_finite(gpu.grad_inputs[0], {"grad_net_out", "x 30"}));
+}
+
+TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
+    const OpCall good = call_of(head_cases()[1], 340);
+    const auto status = [&](const auto& change) {
+        OpCall call = good;
+        change(call);
+        return run_op(context(), call).status;
+    };
+    EXPECT_OK(status([](OpCall&) {}));
+    const auto with = [&](const char* name, const Json& value) {
+        return status([&](OpCall& c) { c.attributes[name] = value; });
+    };
+    EXPECT_ERROR(with("sh_degree", 2), Code::kInvalidArgument, "sh_degree is 2");
+    EXPECT_ERROR(with("sh_degree", 0), Code::kShape, "expected 15");
+    EXPECT_ERROR(with("offset", false), Code::kShape, "expected 21");
+    EXPECT_ERROR(with("views", 3), Code::kShape, "objects of 3 views");
+    EXPECT_ERROR(with("views", 0), Code::kInvalidArgument, "views is 0");
+    EXPECT_ERROR(with("znear", 5), Code::kInvalidArgument, "znear is 5");
+    for (std::size_t i = 1; i < 6; ++i)
+        EXPECT_ERROR(status([&](OpCall& c) { c.inputs[i] = normal_tensor({9}, 1); }), Code::kShape,
+                     nn::find_op("gaussian_head").value()->inputs[i].name);
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.inputs[0] = normal_tensor({24, 35}, 1);
+                 }),
+                 Code::kShape, "net_out");
+}
+
+TEST(GaussianHeadReference, GradcheckFloat64) {
+    std::uint64_t seed = 400;
+    for (HeadCase c : head_cases()) {
+        if (c.images[1] > 8) c.images = {c.images[0], 2, 3};
+        const OpCall call = call_of(c, seed += 20);
+        const ref::GaussianHeadInput in = reference_of(call);
+        const ref::GaussianHeadOutputs<double> grads = grads_of(call);
+        const auto forward = [&](const Arrays& inputs) {
+            ref::GaussianHeadInput changed = in;
+            changed.net_out = inputs[0];
+            const auto out = ref::gaussian_head_forward<double>(changed);
+            return Arrays(out.begin(), out.end());
+        };
+        expect_gradcheck({in.net_out}, forward, Arrays(grads.begin(), grads.end()),
+                         {ref::gaussian_head_backward<double>(in, grads)});
+    }
+}
+
+/// The heads of whole networks: their float32 output is the input here, so that what is compared with
+/// float64 carries their rounding too.
+constexpr double kGoldenHead = 2e-5;
+
+HostTensor reshaped(HostTensor tensor, const Shape& shape) {
+    EXPECT_EQ(tensor.shape.elements(), shape.elements());
+    tensor.shape = shape;
+    return tensor;
+}
+
+OpCall golden_call(const Npz& npz) {
+    const std::vector<std::int64_t> cfg = npz.find("cfg").value()->ints().value();
+    const std::vector<double> depths = golden_values(npz, "cfgf");
+    const HostTensor net_out = golden_tensor(npz, "net_out");
+    const std::uint32_t images = net_out.shape[0];
+    const std::uint32_t size = net_out.shape[2];
+    const auto views = static_cast<std::uint32_t>(cfg[5]);
+    const std::uint32_t batch = images / views;
+    const std::uint32_t each = views * size * size;
+    OpCall call;
+    call.op = "gaussian_head";
+    call.attributes = {{"views", views},    {"sh_degree", cfg[4]}, {"znear", depths[0]},
+                       {"zfar", depths[1]}, {"offset", true},      {"isotropic", cfg[7] != 0},
+                       {"activate", true}};
+    call.inputs = {net_out,
+                   reshaped(golden_tensor(npz, "ray_dirs"), {3, size, size}),
+                   reshaped(golden_tensor(npz, "v2w"), {images, 4, 4}),
+                   reshaped(golden_tensor(npz, "quat"), {images, 4}),
+                   {},
+                   {}};
+    if (npz.has("focal")) {  // then the last channel holds the distance, the same in a whole image
+        call.inputs[4] = reshaped(golden_tensor(npz, "focal"), {images, 2});
+        const HostTensor x = golden_tensor(npz, "x");
+        call.inputs[5] = {{images}, {}};
+        for (std::uint32_t i = 1; i <= images; ++i)
+            call.inputs[5].values.push_back(x.values[x.values.size() / images * i - 1]);
+    }
+    const HostTensor dc = golden_tensor(npz, "g.features_dc");
+    const auto coefficients = static_cast<std::uint32_t>(1 + 3 * cfg[4]);
+    HostTensor sh{{batch, each, coefficients, 3}, {}};
+    const std::vector<float> rest =
+        coefficients > 1 ? golden_tensor(npz, "g.features_rest").values : std::vector<float>{};
+    for (std::size_t g = 0; g < std::size_t{batch} * each; ++g) {
+        for (std::size_t i = 0; i < 3; ++i) sh.values.push_back(dc.values[3 * g + i]);
+        for (std::size_t i = 0; i < 9 && !rest.empty(); ++i) sh.values.push_back(rest[9 * g + i]);
+    }
+    call.grad_outputs = {golden_tensor(npz, "g.xyz"), golden_tensor(npz, "g.opacity"),
+                         golden_tensor(npz, "g.scaling"), golden_tensor(npz, "g.rotation"), sh};
+    return call;
+}
+
+/// dc and the rest of the golden file, as the operator orders them.
+std::vector<double> golden_sh(const Npz& npz, std::size_t coefficients) {
+    const std::vector<double> dc = golden_values(npz, "o64.features_dc");
+    if (coefficients == 1) return dc;
+    const std::vector<double> rest = golden_values(npz, "o64.features_rest");
+    std::vector<double> sh;
+    for (std::size_t g = 0; g < dc.size() / 3; ++g) {
+        for (std::size_t i = 0; i < 3; ++i) sh.push_back(dc[3 * g + i]);
+        for (std::size_t i = 0; i < 9; ++i) sh.push_back(rest[9 * g + i]);
+    }
+    return sh;
+}
+
+void expect_golden(vk::Context& context, const Npz& npz, const std::string& path) {
+    const OpCall call = golden_call(npz);
+    const OpResult gpu = run_op(context, call);
+    ASSERT_OK(gpu.status) << path;
+    const char* const names[] = {"xyz", "opacity", "scaling", "rotation"};
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_TRUE(close(gpu.outputs[i], golden_values(npz, std::string("o64.") + names[i]),
+                          kGoldenHead, kGoldenHead, {names[i], reproduce(path)}));
+    EXPECT_TRUE(close(gpu.outputs[4], golden_sh(npz, call.grad_outputs[4].shape[2]), kGoldenHead,
+                      kGoldenHead, {"sh", reproduce(path)}));
+    if (!npz.has("d.network_with_offset.out.bias")) return;
+    // The gradient of the last convolution's bias is the sum over images and pixels of grad_net_out.
+    const Shape& shape = call.inputs[0].shape;
+    const std::size_t pixels = std::size_t{shape[2]} * shape[3];
+    std::vector<double> sums(shape[1], 0);
+    std::vector<double> magnitudes(shape[1], 0);
+    for (std::size_t i = 0; i < gpu.grad_inputs[0].size(); ++i) {
+        const auto gradient = static_cast<double>(gpu.grad_inputs[0][i]);
+        sums[i / pixels % shape[1]] += gradient;
+        magnitudes[i / pixels % shape[1]] += std::abs(gradient);
+    }
+    const std::vector<double> bias = golden_values(npz, "d.network_with_offset.out.bias");
+    for (std::size_t c = 0; c < bias.size(); ++c)
+        EXPECT_NEAR(sums[c], bias[c], kGoldenHead * magnitudes[c]) << path << " channel " << c;
+}
+
+TEST_P(GaussianHead, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "net_")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        expect_golden(context(), npz.value(), path);
+    }
+}
+
+TEST_P(GaussianHead, GoldenNetRaw) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "net_rgb")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        OpCall call = golden_call(npz.value());
+        call.attributes["activate"] = false;
+        const OpResult gpu = run_op(context(), call);
+        ASSERT_OK(gpu.status) << path;
+        EXPECT_TRUE(close(gpu.outputs[1], golden_values(npz.value(), "raw.opacity"), 0, 0,
+                          {"opacities", reproduce(path)}));
+        EXPECT_TRUE(close(gpu.outputs[2], golden_values(npz.value(), "raw.scaling"), 0, 0,
+                          {"scales", reproduce(path)}));
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cmath>
+
+#include "ref/summed.h"
+
+namespace splat::ref {
+
+/// A float64 value with the magnitude S of Summed (K = 1): what the roundings of a float32 computation
+/// of the same expression add up to, to first order and at worst. A reference written for any number
+/// type gives values with double and magnitudes with this one; the rules are those of errors in sums,
+/// products and quotients, and Vulkan's bound of 3 + 2|x| ulp for exp.
+struct Rounded {
+    double value = 0;
+    double magnitude = 0;
+
+    Rounded() = default;
+    Rounded(double exact) : value(exact), magnitude(std::abs(exact)) {}
+    Rounded(double v, double m) : value(v), magnitude(m) {}
+};
+
+inline Rounded operator-(const Rounded& a) {
+    return {-a.value, a.magnitude};
+}
+inline Rounded operator+(const Rounded& a, const Rounded& b) {
+    return {a.value + b.value, a.magnitude + b.magnitude};
+}
+inline Rounded operator-(const Rounded& a, const Rounded& b) {
+    return a + -b;
+}
+inline Rounded operator*(const Rounded& a, const Rounded& b) {
+    return {a.value * b.value, std::abs(a.value) * b.magnitude + std::abs(b.value) * a.magnitude};
+}
+inline Rounded operator/(const Rounded& a, const Rounded& b) {
+    const double quotient = a.value / b.value;
+    return {quotient, (a.magnitude + std::abs(quotient) * b.magnitude) / std::abs(b.value)};
+}
+inline Rounded exp(const Rounded& a) {
+    const double value = std::exp(a.value);
+    return {value, value * (a.magnitude + 3 + 2 * std::abs(a.value))};
+}
+/// 0 where the argument is 0.
+inline Rounded sqrt(const Rounded& a) {
+    const double root = std::sqrt(a.value);
+    return {root, root > 0 ? root + a.magnitude / (2 * root) : 0};
+}
+inline double number_of(const Rounded& a) {
+    return a.value;
+}
+inline double number_of(double a) {
+    return a;
+}
+
+inline Summed<double> summed(const std::vector<Rounded>& numbers) {
+    Summed<double> result(numbers.size(), 1);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        result.add(i, numbers[i].value, numbers[i].magnitude);
+    return result;
+}
+
+}  // namespace splat::ref
