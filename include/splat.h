@@ -903,9 +903,10 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 SPLAT_API splat_result splat_image_save(const char* path, const float* values, uint32_t width,
                                         uint32_t height, uint32_t channels);
 
-/* Write an animated PNG of `frames` images, one after the other in `values`, that repeats for ever.
- * milliseconds  for each frame; 1 to 65535
- * Returns as splat_image_save. */
+/* Write `frames` images, one after the other in `values`, as an animation that repeats for ever, by
+ * the extension of the path: .png (animated PNG), or .gif (252 colours, dithered; no alpha).
+ * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, at least 20
+ * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif. */
 SPLAT_API splat_result splat_image_save_animation(const char* path, const float* values,
                                                   uint32_t frames, uint32_t width, uint32_t height,
                                                   uint32_t channels, uint32_t milliseconds);

@@ -4,6 +4,7 @@
 #include "api/api_guard.h"
 #include "io/apng.h"
 #include "io/file.h"
+#include "io/gif.h"
 #include "io/image.h"
 #include "io/npy.h"
 #include "scene/camera_pose.h"
@@ -40,6 +41,12 @@ Result<io::Buffer> file_of(const char* path, std::span<const float> values, std:
     return error(Code::kUnsupported, "'%s': expected the extension .png or .npy", path);
 }
 
+Result<io::Buffer> animation_of(const char* path, const std::vector<io::Image>& frames,
+                                const io::AnimationOptions& options) {
+    return has_extension(path, ".gif") ? io::write_gif(frames, options)
+                                       : io::write_apng(frames, options);
+}
+
 }  // namespace
 
 splat_result splat_image_save(const char* path, const float* values, uint32_t width,
@@ -62,14 +69,14 @@ splat_result splat_image_save_animation(const char* path, const float* values, u
         if (milliseconds < 1 || milliseconds > 65535)
             return error(Code::kInvalidArgument, "milliseconds is %u, expected 1 to 65535",
                          milliseconds);
-        if (!has_extension(path, ".png"))
-            return error(Code::kUnsupported, "'%s': expected the extension .png", path);
+        if (!has_extension(path, ".png") && !has_extension(path, ".gif"))
+            return error(Code::kUnsupported, "'%s': expected the extension .png or .gif", path);
         const std::size_t count = std::size_t{width} * height * channels;
         std::vector<io::Image> images;
         for (std::size_t i = 0; i < frames; ++i)
             images.push_back(
                 io::image_from_floats({values + i * count, count}, width, height, channels));
-        SPLAT_ASSIGN(const io::Buffer file, io::write_apng(images, {milliseconds, 0}));
+        SPLAT_ASSIGN(const io::Buffer file, animation_of(path, images, {milliseconds, 0}));
         return io::write_file(path, file);
     });
 }

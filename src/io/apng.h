@@ -9,10 +9,13 @@ struct AnimationOptions {
     std::uint32_t repeats = 0;        ///< how often it plays; 0: for ever
 };
 
+/// Errors: kInvalidArgument for no frame, frames that differ in size, 16 bits, or a time.
+Status check_frames(const std::vector<Image>& frames, const AnimationOptions& options);
+
 /// An animated PNG of frames of the same size and channels, 8 bits. Programs that know no animation
 /// show the first frame. Determinism: the same bytes for the same frames and the same zlib.
 ///
-/// Errors       kInvalidArgument for no frame, frames that differ in size, 16 bits, or a time
+/// Errors       those of check_frames
 /// Source       Animated PNG, W3C Portable Network Graphics (third edition), section 11.3.2
 Result<Buffer> write_apng(const std::vector<Image>& frames, const AnimationOptions& options = {});
 

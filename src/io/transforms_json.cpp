@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/json.h"
+#include "core/json_tree.h"
 #include "scene/camera_pose.h"
 
 namespace splat::io {
@@ -15,7 +16,7 @@ using scene::Mat4;
 /// A frame, with the file's own keys behind it.
 class Frame {
   public:
-    Frame(const Json& file, const Json& frame, std::size_t index)
+    Frame(const JsonTree& file, const JsonTree& frame, std::size_t index)
         : file_(file), frame_(frame), index_(index) {}
 
     Status bad(const std::string& problem) const {
@@ -25,24 +26,22 @@ class Frame {
 
     /// The number of this key in the frame, else in the file, else nothing.
     Result<std::optional<double>> find(const char* key) const {
-        for (const Json* object : {&frame_, &file_}) {
-            const auto found = object->find(key);
-            if (found == object->end() || found->is_null()) continue;
-            if (!found->is_number()) return bad(std::string("'") + key + "' is no number");
-            return std::optional<double>(found->get<double>());
+        for (const JsonTree* object : {&frame_, &file_}) {
+            const JsonTree* const found = object->find(key);
+            if (found == nullptr || found->is_null()) continue;
+            const std::optional<double> number = found->number();
+            if (!number) return bad(std::string("'") + key + "' is no number");
+            return number;
         }
         return std::optional<double>();
     }
 
     /// In the frame only.
-    [[nodiscard]] const Json* member(const char* key) const {
-        const auto found = frame_.find(key);
-        return found == frame_.end() ? nullptr : &*found;
-    }
+    [[nodiscard]] const JsonTree* member(const char* key) const { return frame_.find(key); }
 
   private:
-    const Json& file_;
-    const Json& frame_;
+    const JsonTree& file_;
+    const JsonTree& frame_;
     std::size_t index_;
 };
 
@@ -81,18 +80,20 @@ Status read_intrinsics(const Frame& frame, std::uint32_t width, std::uint32_t he
 }
 
 Status read_pose(const Frame& frame, Camera& camera) {
-    const Json* const rows = frame.member("transform_matrix");
-    if (rows == nullptr || !rows->is_array() || (rows->size() != 4 && rows->size() != 3))
+    const JsonTree* const found = frame.member("transform_matrix");
+    const JsonTree::List* const rows = found == nullptr ? nullptr : found->list();
+    if (rows == nullptr || (rows->size() != 4 && rows->size() != 3))
         return frame.bad("'transform_matrix' is not there or no list of 4 rows");
     Mat4 matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
     for (std::size_t row = 0; row < rows->size(); ++row) {
-        const Json& values = (*rows)[row];
-        if (!values.is_array() || values.size() != 4)
+        const JsonTree::List* const values = (*rows)[row].list();
+        if (values == nullptr || values->size() != 4)
             return frame.bad(format("row %zu of 'transform_matrix' is no list of 4 numbers", row));
         for (std::size_t column = 0; column < 4; ++column) {
-            if (!values[column].is_number())
+            const std::optional<double> number = (*values)[column].number();
+            if (!number)
                 return frame.bad(format("row %zu of 'transform_matrix' holds no number", row));
-            matrix[row * 4 + column] = values[column].get<double>();
+            matrix[row * 4 + column] = *number;
         }
     }
     auto pose = scene::opencv_from_opengl(matrix);
@@ -121,10 +122,11 @@ Json rows_of(const Mat4& m) {
 
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uint32_t height,
                                        const CameraOptions& options) {
-    SPLAT_ASSIGN(const Json json, parse_json(as_text(file), "transforms.json"));
-    if (!json.is_object() || !json.contains("frames") || !json["frames"].is_array())
+    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(as_text(file), "transforms.json"));
+    const JsonTree* const found = json.find("frames");
+    if (found == nullptr || found->list() == nullptr)
         return error(Code::kInvalidArgument, "transforms.json: there is no list 'frames'");
-    const Json& frames = json["frames"];
+    const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
         return error(Code::kUnsupported, "transforms.json: %zu frames, the limit is %llu",
                      frames.size(), static_cast<unsigned long long>(options.max_cameras));
@@ -133,9 +135,9 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         const Frame frame(json, frames[i], i);
         if (!frames[i].is_object()) return frame.bad("it is no object");
         Camera camera;
-        if (const Json* const path = frame.member("file_path")) {
-            if (!path->is_string()) return frame.bad("'file_path' is no text");
-            camera.name = path->get<std::string>();
+        if (const JsonTree* const path = frame.member("file_path")) {
+            if (path->text() == nullptr) return frame.bad("'file_path' is no text");
+            camera.name = *path->text();
         }
         SPLAT_TRY(read_intrinsics(frame, width, height, camera));
         SPLAT_TRY(read_pose(frame, camera));

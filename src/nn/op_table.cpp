@@ -8,17 +8,9 @@ namespace splat::nn {
 namespace {
 
 constexpr const OpRow* kOps[] = {
-    &kAddRow,         //
-    &kAttentionRow,   //
-    &kConcatRow,      //
-    &kConv2dRow,      //
-    &kFilmRow,        //
-    &kGroupNormRow,   //
-    &kLinearRow,      //
-    &kResample2dRow,  //
-    &kSiluRow,        //
-    &kSplit3Row,      //
     &kAddRow,           //
+    &kAttentionRow,     //
+    &kConcatRow,        //
     &kConv2dRow,        //
     &kFilmRow,          //
     &kGaussianHeadRow,  //
@@ -26,6 +18,7 @@ constexpr const OpRow* kOps[] = {
     &kLinearRow,        //
     &kResample2dRow,    //
     &kSiluRow,          //
+    &kSplit3Row,        //
 };
 
 }  // namespace

@@ -46,8 +46,12 @@ class StaysAway : public Watcher {
     }
 };
 
+using Life = std::optional<ScenarioResults> (*)(Observer&, const splat_device_desc&);
+
 class ApiOom : public testing::Test {
   protected:
+    explicit ApiOom(Life life = run_scenario) : life_(life) {}
+
     void SetUp() override {
         provoked_ = vk::validation_messages();
         folder_ = fs::temp_directory_path() / ("splat_oom_" + std::to_string(::getpid()));
@@ -90,7 +94,7 @@ class ApiOom : public testing::Test {
     ScenarioResults undisturbed(bool validated = false) {
         Watcher watcher;
         host_memory::fail_none();
-        auto results = run_scenario(watcher, desc(validated));
+        auto results = life_(watcher, desc(validated));
         EXPECT_TRUE(results.has_value());
         return results.value_or(ScenarioResults{});
     }
@@ -100,7 +104,7 @@ class ApiOom : public testing::Test {
         SCOPED_TRACE("allocation " + std::to_string(n) + " fails once");
         Recovers observer;
         host_memory::fail(n, 1);
-        const auto results = run_scenario(observer, desc(validated));
+        const auto results = life_(observer, desc(validated));
         // An allocation that is not needed (for the cache file, say) may fail in silence.
         EXPECT_TRUE(observer.told || host_memory::failed() == 1 || fewer_than(n))
             << "nothing failed";
@@ -113,7 +117,7 @@ class ApiOom : public testing::Test {
         SCOPED_TRACE("allocations fail from " + std::to_string(n) + " on");
         StaysAway observer;
         host_memory::fail(n);
-        const auto results = run_scenario(observer, desc(validated));
+        const auto results = life_(observer, desc(validated));
         EXPECT_TRUE(host_memory::failed() > 0 || fewer_than(n)) << "nothing failed";
         injected_ += host_memory::failed();
         EXPECT_TRUE(!results || *results == good_) << "the results differ";
@@ -153,6 +157,7 @@ class ApiOom : public testing::Test {
             static_cast<unsigned long long>(injected_ + runs));
     }
 
+    Life life_;
     fs::path folder_;
     ScenarioResults good_;
     /// By how many allocations runs may differ; the driver's shader cache is shared with other processes.
@@ -196,6 +201,20 @@ TEST_F(ApiOom, SomeAllocations) {
 
 TEST_F(ApiOom, EveryAllocation) {
     run(1, 25);
+}
+
+/// The same with scenes, files and the rasterizer.
+class ApiOomRaster : public ApiOom {
+  protected:
+    ApiOomRaster() : ApiOom(run_raster_scenario) {}
+};
+
+TEST_F(ApiOomRaster, SomeAllocations) {
+    run(count_ / 20, 20);
+}
+
+TEST_F(ApiOomRaster, EveryAllocation) {
+    run(1, 50);
 }
 
 }  // namespace

@@ -184,9 +184,9 @@ TEST(ApiScene, PathsAreReadAndWritten) {
     EXPECT_REFUSED(splat_scene_save(scene, (folder / "scene.obj").c_str(), nullptr),
                    SPLAT_ERROR_UNSUPPORTED, ".obj");
     const std::vector<float> pixels(2 * 3 * 3, 0.5F);
-    for (const char* name : {"image.png", "image.npy", "moving.PNG"}) {
+    for (const char* name : {"image.png", "image.npy", "moving.PNG", "moving.gif"}) {
         const std::string image = (folder / name).string();
-        if (std::string(name) == "moving.PNG")
+        if (std::string(name).starts_with("moving"))
             EXPECT_DONE(splat_image_save_animation(image.c_str(), pixels.data(), 2, 3, 1, 3, 100));
         else
             EXPECT_DONE(splat_image_save(image.c_str(), pixels.data(), 3, 2, 3));

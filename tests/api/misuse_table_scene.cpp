@@ -202,7 +202,7 @@ void MisuseTable::image_rows() {
         [] { return splat_image_save(kPath, nullptr, 2, 1, 3); });
     add("splat_image_save_animation", "path", "NULL", kArgument,
         [] { return splat_image_save_animation(nullptr, kSix, 2, 1, 1, 3, 50); });
-    add("splat_image_save_animation", "path", "no .png", SPLAT_ERROR_UNSUPPORTED,
+    add("splat_image_save_animation", "path", "no .png or .gif", SPLAT_ERROR_UNSUPPORTED,
         [] { return splat_image_save_animation("a.npy", kSix, 2, 1, 1, 3, 50); });
     add("splat_image_save_animation", "values", "NULL", kArgument,
         [] { return splat_image_save_animation(kPath, nullptr, 2, 1, 1, 3, 50); });

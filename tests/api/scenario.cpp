@@ -1,20 +1,14 @@
-#include "api/scenario.h"
-
 #include <map>
 
+#include "api/scenario_calls.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
-}
-
-class Scenario {
+class Scenario : ScenarioCalls {
   public:
-    explicit Scenario(Observer& observer) : observer_(observer) {}
+    explicit Scenario(Observer& observer) : ScenarioCalls(observer) {}
     Scenario(const Scenario&) = delete;
     Scenario& operator=(const Scenario&) = delete;
 
@@ -40,41 +34,6 @@ class Scenario {
     ScenarioResults results;
 
   private:
-    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left
-    /// its outputs alone.
-    template <class Call, class Untouched>
-    bool call(const char* name, Call&& make, Untouched&& untouched) {
-        for (int attempt = 0;; ++attempt) {
-            observer_.before();
-            const splat_result result = make();
-            observer_.after();
-            if (result >= SPLAT_OK) return true;
-            EXPECT_TRUE(untouched()) << name << " failed, but wrote to its outputs";
-            EXPECT_GT(std::strlen(splat_last_error_message()), 10U) << name;
-            if (attempt > 0)
-                ADD_FAILURE() << name << " failed again: " << splat_last_error_message();
-            if (attempt > 0 || !observer_.retry(name, result)) return false;
-        }
-    }
-
-    template <class Handle, class Call>
-    bool create(const char* name, Handle& handle, Call&& make) {
-        Output<Handle> output;
-        if (!call(
-                name, [&] { return make(output.out()); }, [&] { return output.untouched(); }))
-            return false;
-        handle = output.value();
-        return true;
-    }
-
-    template <class Handle>
-    void destroy(const char* name, splat_result (*function)(Handle), Handle handle) {
-        observer_.before();
-        const splat_result result = function(handle);
-        observer_.after();
-        EXPECT_EQ(result, SPLAT_OK) << name << ": " << splat_last_error_message();
-    }
-
     bool make(const char* name, const Dims& dims) {
         const splat_tensor_desc desc = tensor_desc(dims, name);
         return create("splat_tensor_create", tensors_[name],
@@ -215,7 +174,6 @@ class Scenario {
             "splat_device_count", [&] { return splat_device_count(count.out()); }, untouched);
     }
 
-    Observer& observer_;
     bool profiled_ = false;
     splat_device device_ = nullptr;
     std::map<std::string, splat_tensor> tensors_;

@@ -37,4 +37,9 @@ struct ScenarioResults {
 /// Returns the results, or nothing if the observer gave up.
 std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_device_desc& device);
 
+/// Another life: create a device and a scene, save it, load it and cameras of a file, draw it, read
+/// image and gradients, change the scene, destroy. Files are in a folder of its own, gone afterwards.
+std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
+                                                   const splat_device_desc& device);
+
 }  // namespace splat::test

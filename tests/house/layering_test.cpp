@@ -17,11 +17,11 @@ using Table = std::map<std::string, std::set<std::string>>;
 
 /// Headers of Vulkan and of libraries that only some layers may know.
 const std::map<std::string, std::set<std::string>> kThirdParty = {
-    {"volk.h", {"vk"}},      {"vulkan/", {"vk"}},
-    {"nlohmann/", {"core"}}, {"glm/", {"scene", "model", "data", "raster", "api"}},
-    {"png.h", {"io"}},       {"jpeglib.h", {"io"}},
-    {"zstd.h", {"io"}},      {"zlib.h", {"io", "vk"}},
-    {"yaml.h", {"core"}},
+    {"volk.h", {"vk"}},       {"vulkan/", {"vk"}},
+    {"nlohmann/", {"core"}},  {"glm/", {"scene", "model", "data", "raster", "api"}},
+    {"png.h", {"io"}},        {"jpeglib.h", {"io"}},
+    {"gif_lib.h", {"io"}},    {"zstd.h", {"io"}},
+    {"zlib.h", {"io", "vk"}}, {"yaml.h", {"core"}},
 };
 
 std::string trim(std::string text) {

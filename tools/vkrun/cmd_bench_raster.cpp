@@ -26,7 +26,8 @@ forward and backward.
                      one; a pixel within rounding of a threshold may be off by 1/255); in the
                      backward rows of the gradients, relative to the largest of their tensor
   forward without    the fast kernels without one kind of skipping, in turns with all of them;
-                     max difference of the two images
+                     max difference of the two images. "bands above D": the scene's spherical
+                     harmonics all or only to degree D, which is another image
 
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
@@ -50,6 +51,7 @@ struct Options {
     int samples = 200;
     bool json = false;
     bool no_plain = false;
+    bool exact_pairs = false;
     std::string csv;
     std::string svg;
 };
@@ -171,8 +173,8 @@ int run(const Options& options) {
     const RasterDevices devices{open(SPLAT_KERNELS_PLAIN, false), open(SPLAT_KERNELS_AUTO, false),
                                 open(SPLAT_KERNELS_PLAIN, true), open(SPLAT_KERNELS_AUTO, true)};
     const RasterCase from = make_case(options);
-    const RasterMeasurement measurement =
-        measure_raster(devices, from, {options.seconds, !options.no_plain, options.samples});
+    const RasterMeasurement measurement = measure_raster(
+        devices, from, {options.seconds, !options.no_plain, options.samples, options.exact_pairs});
     const splat_device_info info = info_of(devices.fast.get());
     if (options.json) {
         Json document;
@@ -218,6 +220,8 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->add_option("--samples", options->samples, "Pixels compared with float64")
         ->check(CLI::Range(1, 100000).description(""));
     raster->add_flag("--no-plain", options->no_plain, "Fast kernels only");
+    raster->add_flag("--exact-pairs", options->exact_pairs,
+                     "Count the pairs of tile and Gaussian that are needed");
     raster->add_flag("--json", options->json, "JSON on standard output");
     raster->add_option("--csv", options->csv, "Also write a CSV file")->type_name("FILE");
     raster->add_option("--svg", options->svg, "Also draw the stages' times")->type_name("FILE");

@@ -28,6 +28,7 @@ Exit status: 0 all images are written, 1 a file or the device failed, 2 wrong us
 
 Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
+  vkrun render scene.ply --orbit 36 --animate orbit.gif --out orbit
   vkrun render scene.ply --cameras transforms.json --convention gsplat --out renders
   vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
 )";
@@ -43,6 +44,7 @@ struct Options {
     std::vector<float> background = {0, 0, 0};
     std::vector<std::string> outputs = {"rgb"};
     bool animate = false;
+    std::string animation;  ///< file; empty: animation.png in `out`
     bool overwrite = false;
     std::string device = "best";
     bool json = false;
@@ -209,15 +211,25 @@ Json render_view(const Options& options, Renderer& renderer, const View& view,
         {"files", std::move(files)}};
 }
 
+std::string animation_path(const Options& options) {
+    if (!options.animation.empty()) return options.animation;
+    return (std::filesystem::path(options.out) / "animation.png").string();
+}
+
 void check_options(const Options& options) {
     if ((options.orbit == 0) == options.cameras.empty())
         throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
     if (options.animate &&
         std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
         throw Failure(kUsageError, "--animate needs rgb among the --outputs");
+    const std::string kind = std::filesystem::path(animation_path(options)).extension().string();
+    if (kind != ".png" && kind != ".gif")
+        throw Failure(kUsageError, "--animate is '" + options.animation +
+                                       "', expected a file of the extension .png or .gif");
 }
 
 void check_targets(const Options& options, const std::vector<View>& views) {
+    if (options.animate) check_target(animation_path(options), options.overwrite);
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options))
             check_target(path_of(options, view.name + kind.suffix), options.overwrite);
@@ -247,9 +259,8 @@ int run(const Options& options) {
             list.push_back(render_view(options, renderer, view, frames));
         }
     }
-    std::string animation;
+    const std::string animation = animation_path(options);
     if (options.animate) {
-        animation = (std::filesystem::path(options.out) / "animation.png").string();
         const splat_camera& camera = views.front().camera;
         check(splat_image_save_animation(animation.c_str(), frames.data(),
                                          static_cast<std::uint32_t>(views.size()), camera.width,
@@ -309,8 +320,17 @@ void add_options(CLI::App& command, Options& options) {
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"rgb", "alpha", "depth", "normal"}).description(""));
-    command.add_flag("--animate", options.animate,
-                     "Also an animated PNG of all views, animation.png");
+    command
+        .add_option_function<std::string>(
+            "--animate",
+            [&options](const std::string& path) {
+                options.animate = true;
+                options.animation = path;
+            },
+            "Also an animation of all views: FILE.png or FILE.gif,\nor DIR/animation.png")
+        ->expected(0, 1)
+        ->default_str("")
+        ->type_name("[FILE]");
     command.add_flag("--overwrite", options.overwrite, "Replace images that are there");
     add_device_option(command, options.device);
     command.add_flag("--json", options.json, "Print one JSON object on standard output");

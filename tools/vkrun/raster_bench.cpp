@@ -16,7 +16,8 @@ namespace {
 /// One rasterizer with the tensors of its gradients.
 class Side {
   public:
-    Side(splat_device device, const RasterCase& from, std::uint32_t switch_off, bool backward)
+    Side(splat_device device, const RasterCase& from, std::uint32_t switch_off, bool backward,
+         std::uint32_t most_degree = 3)
         : device_(device), from_(from) {
         auto info = sized<splat_scene_info>();
         check(splat_scene_get_info(from.scene.get(), &info));
@@ -25,7 +26,7 @@ class Side {
         desc.gaussians = static_cast<std::uint32_t>(info.count);
         desc.width = from.cameras[0].width;
         desc.height = from.cameras[0].height;
-        desc.sh_degree = info.sh_degree;
+        desc.sh_degree = std::min(info.sh_degree, most_degree);
         desc.convention = from.convention;
         desc.switch_off = switch_off | SPLAT_SKIP_UNCHANGED;
         check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
@@ -157,9 +158,10 @@ constexpr Skip kSkips[] = {
     {"all of them", SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES | SPLAT_SKIP_CULL |
                         SPLAT_SKIP_BLOCKS | SPLAT_SKIP_EARLY_OUT}};
 
+/// `most_degree`: bands that the side with all skips takes; fewer are another image.
 SkipFigures measure_skip(splat_device device, const RasterCase& from, const Skip& skip,
-                         double seconds) {
-    Side with(device, from, 0, false);
+                         double seconds, std::uint32_t most_degree = 3) {
+    Side with(device, from, 0, false, most_degree);
     Side without(device, from, skip.bit, false);
     SkipFigures figures;
     figures.name = skip.name;
@@ -171,6 +173,7 @@ SkipFigures measure_skip(splat_device device, const RasterCase& from, const Skip
         figures.max_rgb = std::max(figures.max_rgb,
                                    std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
     figures.pairs = without.info().pairs;
+    figures.with_pairs = with.info().pairs;
     figures.visible = without.info().visible;
     figures.ms = figures.with_ms = 1e30;
     double spent = 0;
@@ -238,6 +241,12 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     }
     for (const Skip& skip : kSkips)
         result.skips.push_back(measure_skip(devices.fast.get(), from, skip, effort.seconds / 8));
+    for (std::uint32_t degree = scene.sh_degree; degree-- > 0;) {
+        const std::string name = "bands above " + std::to_string(degree);
+        result.skips.push_back(
+            measure_skip(devices.fast.get(), from, {name.c_str(), 0}, effort.seconds / 8, degree));
+    }
+    if (effort.exact_pairs) result.fewest_pairs = fewest_pairs(from);
     return result;
 }
 

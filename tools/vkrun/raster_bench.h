@@ -44,13 +44,14 @@ struct RasterFigures {
     splat_rasterizer_info info{};  ///< of the last view
 };
 
-/// What one kind of skipping gains: the image drawn without it.
+/// What one kind of skipping gains: the first view drawn without it.
 struct SkipFigures {
     std::string name;
     double ms = 0;       ///< shortest forward call without it
     double with_ms = 0;  ///< and with it, in the same rounds
     double max_rgb = 0;  ///< largest difference of the images
     std::uint64_t pairs = 0;
+    std::uint64_t with_pairs = 0;
     std::uint64_t visible = 0;
 };
 
@@ -63,12 +64,14 @@ struct RasterMeasurement {
     RasterFigures plain;
     RasterFigures fast;
     std::vector<SkipFigures> skips;
+    std::uint64_t fewest_pairs = 0;  ///< of the first view; 0 if not asked for
 };
 
 struct RasterEffort {
-    double seconds;  ///< for each comparison
-    bool plain;      ///< also the plain kernels
-    int samples;     ///< pixels compared with float64
+    double seconds;    ///< for each comparison
+    bool plain;        ///< also the plain kernels
+    int samples;       ///< pixels compared with float64
+    bool exact_pairs;  ///< count the pairs that are needed
 };
 
 /// The same device with each set of kernels; `profiled` ones time their stages, which costs a little.

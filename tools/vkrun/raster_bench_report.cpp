@@ -84,7 +84,9 @@ Json raster_json(const RasterMeasurement& m) {
                                  {"with_ms", skip.with_ms},
                                  {"max_rgb_difference", skip.max_rgb},
                                  {"pairs", skip.pairs},
+                                 {"with_pairs", skip.with_pairs},
                                  {"visible", skip.visible}});
+    if (m.fewest_pairs > 0) json["fewest_pairs"] = m.fewest_pairs;
     return json;
 }
 
@@ -124,7 +126,12 @@ std::string raster_table(const RasterMeasurement& m) {
                    format("%llu", static_cast<unsigned long long>(skip.pairs)),
                    format("%llu", static_cast<unsigned long long>(skip.visible)),
                    format("%.1e", skip.max_rgb)});
-    return text + skips.text();
+    text += skips.text();
+    if (m.fewest_pairs > 0)
+        text += format("  first view: %llu pairs; a pixel sees the Gaussian in %llu of them\n",
+                       static_cast<unsigned long long>(m.skips.front().with_pairs),
+                       static_cast<unsigned long long>(m.fewest_pairs));
+    return text;
 }
 
 std::string raster_csv(const RasterMeasurement& m) {

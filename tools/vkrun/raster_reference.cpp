@@ -40,7 +40,33 @@ ref::RasterScene<double> reference_scene(const RasterCase& from) {
     return scene;
 }
 
+bool sees(const ref::RasterScene<double>& scene, const ref::ProjectedGaussian<double>& g,
+          std::size_t tile_x, std::size_t tile_y) {
+    constexpr std::size_t kSide = splat::raster::kTileSize;
+    const std::size_t right = std::min((tile_x + 1) * kSide, std::size_t{scene.camera.width});
+    const std::size_t bottom = std::min((tile_y + 1) * kSide, std::size_t{scene.camera.height});
+    for (std::size_t row = tile_y * kSide; row < bottom; ++row)
+        for (std::size_t column = tile_x * kSide; column < right; ++column)
+            if (ref::density_at(g, column, row).alpha >=
+                static_cast<double>(splat::raster::kAlphaMin))
+                return true;
+    return false;
+}
+
 }  // namespace
+
+std::uint64_t fewest_pairs(const RasterCase& from) {
+    const ref::RasterScene<double> scene = reference_scene(from);
+    const ref::ProjectForward<double> projected = ref::project_forward(scene);
+    std::uint64_t pairs = 0;
+    for (const std::uint32_t i : projected.order) {
+        const ref::ProjectedGaussian<double>& g = projected.gaussians[i];
+        for (std::size_t y = g.tiles[1]; y < g.tiles[3]; ++y)
+            for (std::size_t x = g.tiles[0]; x < g.tiles[2]; ++x)
+                pairs += sees(scene, g, x, y) ? 1 : 0;
+    }
+    return pairs;
+}
 
 RasterReference::RasterReference(const RasterCase& from, int samples) {
     const ref::RasterScene<double> scene = reference_scene(from);

@@ -1,0 +1,100 @@
+#include "core/json_tree.h"
+
+#include "core/json.h"
+
+namespace splat {
+namespace {
+
+/// Receives the events of nlohmann's parser; returning false stops it.
+class TreeReader : public nlohmann::json_sax<Json> {
+  public:
+    bool null() override { return add(std::monostate()); }
+    bool boolean(bool value) override { return add(value); }
+    bool number_integer(number_integer_t value) override { return add(static_cast<double>(value)); }
+    bool number_unsigned(number_unsigned_t value) override {
+        return add(static_cast<double>(value));
+    }
+    bool number_float(number_float_t value, const string_t&) override { return add(value); }
+    bool string(string_t& value) override { return add(std::move(value)); }
+    bool binary(binary_t&) override { return false; }  // not in text
+    bool start_object(std::size_t) override { return open(JsonTree::Object()); }
+    bool key(string_t& name) override {
+        name_ = std::move(name);
+        return true;
+    }
+    bool end_object() override { return close(); }
+    bool start_array(std::size_t) override { return open(JsonTree::List()); }
+    bool end_array() override { return close(); }
+    bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
+        problem = std::string("not valid JSON: ") + e.what();
+        return false;
+    }
+
+    JsonTree root;
+    std::string problem;
+
+  private:
+    /// Where the next value goes.
+    JsonTree& place() {
+        if (open_.empty()) return root;
+        if (auto* const list = std::get_if<JsonTree::List>(&open_.back()->value))
+            return list->emplace_back();
+        auto& members = std::get<JsonTree::Object>(open_.back()->value);
+        auto& [name, value] = members.emplace_back();
+        name = std::move(name_);
+        return value;
+    }
+
+    template <class T>
+    bool add(T value) {
+        place().value = std::move(value);
+        return true;
+    }
+
+    template <class T>
+    bool open(T container) {
+        if (open_.size() >= std::size_t{kMaxJsonDepth}) {
+            problem = format("JSON nests deeper than %d levels", kMaxJsonDepth);
+            return false;
+        }
+        JsonTree& at = place();
+        at.value = std::move(container);
+        open_.push_back(&at);  // does not move until it is closed
+        return true;
+    }
+
+    bool close() {
+        open_.pop_back();
+        return true;
+    }
+
+    std::vector<JsonTree*> open_;
+    std::string name_;
+};
+
+}  // namespace
+
+std::optional<double> JsonTree::number() const {
+    const double* const held = std::get_if<double>(&value);
+    return held == nullptr ? std::optional<double>() : *held;
+}
+
+const JsonTree* JsonTree::find(std::string_view name) const {
+    const auto* const members = std::get_if<Object>(&value);
+    if (members == nullptr) return nullptr;
+    for (auto member = members->rbegin(); member != members->rend(); ++member)
+        if (member->first == name) return &member->second;
+    return nullptr;
+}
+
+Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {
+    if (text.size() > kMaxJsonBytes)
+        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
+                     text.size(), kMaxJsonBytes);
+    TreeReader reader;
+    if (!Json::sax_parse(text, &reader))
+        return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
+    return std::move(reader.root);
+}
+
+}  // namespace splat

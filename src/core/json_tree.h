@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat {
+
+/// A JSON value that comes from outside. Unlike nlohmann's it takes no memory to destroy, so that a
+/// reader can give up where memory has run out; see parse_flat_json.
+struct JsonTree {
+    using List = std::vector<JsonTree>;
+    using Object = std::vector<std::pair<std::string, JsonTree>>;
+
+    std::variant<std::monostate, bool, double, std::string, List, Object> value;
+
+    [[nodiscard]] bool is_null() const { return value.index() == 0; }
+    [[nodiscard]] bool is_object() const { return std::holds_alternative<Object>(value); }
+    /// Nothing if it is no number.
+    [[nodiscard]] std::optional<double> number() const;
+    /// Null if it is no string, no array.
+    [[nodiscard]] const std::string* text() const { return std::get_if<std::string>(&value); }
+    [[nodiscard]] const List* list() const { return std::get_if<List>(&value); }
+    /// The last member of this name, or null.
+    [[nodiscard]] const JsonTree* find(std::string_view name) const;
+};
+
+/// Parse one JSON value of at most kMaxJsonBytes and kMaxJsonDepth levels. Errors: kInvalidArgument
+/// with position; `what` names the text in the message. Precision: integers beyond 2^53 are rounded.
+Result<JsonTree> parse_json_tree(std::string_view text, const char* what);
+
+}  // namespace splat

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstring>
+
+#include "api/scenario.h"
+
+namespace splat::test {
+
+/// Bit by bit.
+inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+
+/// How a scenario makes its calls.
+class ScenarioCalls {
+  protected:
+    explicit ScenarioCalls(Observer& observer) : observer_(observer) {}
+
+    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left
+    /// its outputs alone.
+    template <class Call, class Untouched>
+    bool call(const char* name, Call&& make, Untouched&& untouched) {
+        for (int attempt = 0;; ++attempt) {
+            observer_.before();
+            const splat_result result = make();
+            observer_.after();
+            if (result >= SPLAT_OK) return true;
+            EXPECT_TRUE(untouched()) << name << " failed, but wrote to its outputs";
+            EXPECT_GT(std::strlen(splat_last_error_message()), 10U) << name;
+            if (attempt > 0)
+                ADD_FAILURE() << name << " failed again: " << splat_last_error_message();
+            if (attempt > 0 || !observer_.retry(name, result)) return false;
+        }
+    }
+
+    /// A call without outputs.
+    template <class Call>
+    bool call(const char* name, Call&& make) {
+        return call(name, make, [] { return true; });
+    }
+
+    template <class Handle, class Call>
+    bool create(const char* name, Handle& handle, Call&& make) {
+        Output<Handle> output;
+        if (!call(
+                name, [&] { return make(output.out()); }, [&] { return output.untouched(); }))
+            return false;
+        handle = output.value();
+        return true;
+    }
+
+    template <class Handle>
+    void destroy(const char* name, splat_result (*function)(Handle), Handle handle) {
+        observer_.before();
+        const splat_result result = function(handle);
+        observer_.after();
+        EXPECT_EQ(result, SPLAT_OK) << name << ": " << splat_last_error_message();
+    }
+
+  private:
+    Observer& observer_;
+};
+
+}  // namespace splat::test

@@ -1,0 +1,194 @@
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "api/raster_calls.h"
+#include "api/scenario_calls.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kCount = 5;
+constexpr std::uint32_t kWidth = 20;
+constexpr std::uint32_t kHeight = 18;
+constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
+
+constexpr const char* kCameras =
+    R"({"camera_angle_x": 0.8, "w": 20, "h": 18, "frames": [{"file_path": "a/one.png",
+        "note": {"of": ["no", null, {"use": true}]},
+        "transform_matrix": [[1,0,0,0],[0,-1,0,0],[0,0,-1,-4],[0,0,0,1]]}]})";
+
+/// A folder with a file of cameras.
+class Folder {
+  public:
+    Folder() : path_(fs::temp_directory_path() / ("splat_life_" + std::to_string(::getpid()))) {
+        fs::create_directories(path_);
+        std::ofstream(cameras()) << kCameras;
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    ~Folder() {
+        for (const auto& file : fs::directory_iterator(path_))
+            EXPECT_TRUE(file.path() == cameras() || file.path() == scene())
+                << file << " was left behind";
+        std::error_code failed;
+        fs::remove_all(path_, failed);
+    }
+
+    [[nodiscard]] std::string cameras() const { return (path_ / "cameras.json").string(); }
+    [[nodiscard]] std::string scene() const { return (path_ / "scene.ply").string(); }
+
+  private:
+    fs::path path_;
+};
+
+class RasterScenario : ScenarioCalls {
+  public:
+    explicit RasterScenario(Observer& observer) : ScenarioCalls(observer) {}
+    RasterScenario(const RasterScenario&) = delete;
+    RasterScenario& operator=(const RasterScenario&) = delete;
+
+    ~RasterScenario() {
+        for (const splat_tensor tensor : {grad_rgb_, grad_means_, grad_sh_})
+            if (tensor != nullptr) destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
+        // What was made of the device outlives it.
+        destroy("splat_device_destroy", splat_device_destroy, device_);
+        destroy("splat_rasterizer_destroy", splat_rasterizer_destroy, rasterizer_);
+        for (const splat_scene scene : {made_, loaded_})
+            destroy("splat_scene_destroy", splat_scene_destroy, scene);
+    }
+
+    bool run(const splat_device_desc& desc) {
+        return create("splat_device_create", device_,
+                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
+               make_scene() && load_files() && make_tensors() && draw() && go_back() && change();
+    }
+
+    ScenarioResults results;
+
+  private:
+    bool make_scene() {
+        const splat_scene_desc desc = sample_.desc();
+        return create("splat_scene_create", made_,
+                      [&](splat_scene* out) { return splat_scene_create(&desc, out); }) &&
+               call("splat_scene_save",
+                    [&] { return splat_scene_save(made_, folder_.scene().c_str(), nullptr); });
+    }
+
+    bool load_files() {
+        Output<std::uint32_t> count;
+        Output<splat_camera> camera;
+        const std::string cameras = folder_.cameras();
+        if (!call(
+                "splat_camera_load",
+                [&] {
+                    return splat_camera_load(cameras.c_str(), nullptr, camera.out(), 1,
+                                             count.out());
+                },
+                [&] { return count.untouched() && camera.untouched(); }))
+            return false;
+        EXPECT_EQ(count.value(), 1U);
+        camera_ = camera.value();
+        const std::string scene = folder_.scene();
+        return create("splat_scene_load", loaded_, [&](splat_scene* out) {
+            return splat_scene_load(scene.c_str(), nullptr, out);
+        });
+    }
+
+    bool make_tensor(const char* name, splat_tensor& tensor, const Dims& dims, std::size_t count) {
+        const splat_tensor_desc desc = tensor_desc(dims, name);
+        const std::vector<float> values(count, 0.25F);
+        return create("splat_tensor_from_host", tensor, [&](splat_tensor* out) {
+            return splat_tensor_from_host(device_, &desc, values.data(), count * 4, nullptr, out);
+        });
+    }
+
+    bool make_tensors() {
+        return make_tensor("grad_rgb", grad_rgb_, {1, kHeight, kWidth, 3}, 3 * kPixels) &&
+               make_tensor("grad_means", grad_means_, {kCount, 3}, 3 * kCount) &&
+               make_tensor("grad_sh", grad_sh_, {kCount, 4, 3}, 12 * kCount);
+    }
+
+    bool forward() {
+        return call("splat_rasterizer_forward_scene", [&] {
+            return splat_rasterizer_forward_scene(rasterizer_, loaded_, &camera_, 1, nullptr);
+        });
+    }
+
+    bool read_image() {
+        const std::vector<float> pattern(3 * kPixels, -77.0F);
+        std::vector<float> values = pattern;
+        const bool done = call(
+            "splat_rasterizer_read",
+            [&] {
+                return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_RGB, values.data(),
+                                             values.size() * sizeof(float));
+            },
+            [&] { return same_bits(values, pattern); });
+        results.tensors.push_back(std::move(values));
+        return done;
+    }
+
+    bool draw() {
+        const splat_rasterizer_desc desc =
+            rasterizer_desc(kCount, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD);
+        return create("splat_rasterizer_create", rasterizer_,
+                      [&](splat_rasterizer* out) {
+                          return splat_rasterizer_create(device_, &desc, out);
+                      }) &&
+               forward() && read_image();
+    }
+
+    bool read_tensor(splat_tensor tensor, std::size_t count) {
+        std::vector<float> values(count);
+        const bool done = call("splat_tensor_read", [&] {
+            return splat_tensor_read(tensor, values.data(), count * sizeof(float), nullptr);
+        });
+        results.tensors.push_back(std::move(values));
+        return done;
+    }
+
+    bool go_back() {
+        auto desc = sized<splat_gradients_desc>();
+        desc.grad_rgb = grad_rgb_;
+        desc.grad_means = grad_means_;
+        desc.grad_sh = grad_sh_;
+        return call("splat_rasterizer_backward",
+                    [&] { return splat_rasterizer_backward(rasterizer_, &desc); }) &&
+               read_tensor(grad_means_, 3 * kCount) && read_tensor(grad_sh_, 12 * kCount);
+    }
+
+    bool change() {
+        splat_similarity similarity{};
+        similarity.rotation[0] = 1;
+        similarity.scale = 1.5;
+        return call("splat_scene_transform",
+                    [&] { return splat_scene_transform(loaded_, &similarity); }) &&
+               forward() && read_image();
+    }
+
+    const Folder folder_;
+    const SampleScene sample_{kCount};
+    splat_camera camera_{};
+    splat_device device_ = nullptr;
+    splat_scene made_ = nullptr;
+    splat_scene loaded_ = nullptr;
+    splat_rasterizer rasterizer_ = nullptr;
+    splat_tensor grad_rgb_ = nullptr;
+    splat_tensor grad_means_ = nullptr;
+    splat_tensor grad_sh_ = nullptr;
+};
+
+}  // namespace
+
+std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
+                                                   const splat_device_desc& device) {
+    RasterScenario scenario(observer);
+    if (!scenario.run(device)) return std::nullopt;
+    return std::move(scenario.results);
+}
+
+}  // namespace splat::test

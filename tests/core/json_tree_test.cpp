@@ -1,0 +1,64 @@
+#include "core/json_tree.h"
+
+#include <gtest/gtest.h>
+
+#include "core/json.h"
+
+namespace splat {
+namespace {
+
+std::string nested(int levels, char open, const std::string& inside, char close) {
+    const auto count = static_cast<std::size_t>(levels);
+    return std::string(count, open) + inside + std::string(count, close);
+}
+
+void expect_refused(const std::string& text, const std::string& because) {
+    const auto json = parse_json_tree(text, "config");
+    ASSERT_FALSE(json.ok()) << text.substr(0, 80);
+    EXPECT_EQ(json.status().code(), Code::kInvalidArgument);
+    EXPECT_TRUE(json.status().message().starts_with("config: ")) << json.status().message();
+    EXPECT_NE(json.status().message().find(because), std::string::npos) << json.status().message();
+}
+
+TEST(JsonTree, HoldsWhatTheTextSays) {
+    const auto json = parse_json_tree(
+        R"({"a": [1, -2.5, 18446744073709551615, true, null, "x\u00e9", []], "b": {"c": {}}, "b": 7})",
+        "config");
+    ASSERT_TRUE(json.ok()) << json.status().message();
+    const JsonTree& root = json.value();
+    ASSERT_TRUE(root.is_object());
+    ASSERT_NE(root.find("a"), nullptr);
+    const JsonTree::List* const list = root.find("a")->list();
+    ASSERT_NE(list, nullptr);
+    ASSERT_EQ(list->size(), 7U);
+    EXPECT_EQ((*list)[0].number(), 1.0);
+    EXPECT_EQ((*list)[1].number(), -2.5);
+    EXPECT_EQ((*list)[2].number(), 18446744073709551616.0);
+    EXPECT_EQ((*list)[3].number(), std::nullopt);
+    EXPECT_EQ(std::get<bool>((*list)[3].value), true);
+    EXPECT_TRUE((*list)[4].is_null());
+    ASSERT_NE((*list)[5].text(), nullptr);
+    EXPECT_EQ(*(*list)[5].text(), "x\u00e9");
+    EXPECT_TRUE((*list)[6].list()->empty());
+    EXPECT_EQ(root.find("b")->number(), 7.0) << "the last of a name, as nlohmann's";
+    EXPECT_EQ(root.find("c"), nullptr);
+    EXPECT_EQ((*list)[0].find("a"), nullptr) << "a number has no members";
+}
+
+TEST(JsonTree, RefusesWhatIsNoJson) {
+    for (const char* text : {"", "{", "[1,]", "{\"a\":}", "nul", "[1] 2", "\"\xff\"", "[1e999]"})
+        expect_refused(text, "not valid JSON");
+}
+
+TEST(JsonTree, LimitsDepthAndSizeExactly) {
+    EXPECT_TRUE(parse_json_tree(nested(kMaxJsonDepth, '[', "1", ']'), "config").ok());
+    expect_refused(nested(kMaxJsonDepth + 1, '[', "1", ']'), "nests deeper than 64 levels");
+    expect_refused(nested(1'000'000, '[', "", ']'), "nests deeper");
+    std::string text = "\"" + std::string(kMaxJsonBytes - 2, 'x') + "\"";
+    EXPECT_TRUE(parse_json_tree(text, "config").ok());
+    text += " ";
+    expect_refused(text, "bytes of JSON");
+}
+
+}  // namespace
+}  // namespace splat
