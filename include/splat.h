@@ -890,6 +890,50 @@ SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 
+/* ---- Weights --------------------------------------------------------------------------------- */
+
+/* Named tensors of a file of network weights, in host memory; no device is needed. */
+typedef struct splat_weights_s* splat_weights;
+
+enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */
+
+typedef struct splat_weights_info {
+    uint32_t struct_size;
+    uint32_t rank;
+    int64_t dims[SPLAT_MAX_RANK]; /* outermost first; with a 0 there are no elements */
+    uint64_t elements;
+    const char* name;  /* this and dtype live as long as the weights */
+    const char* dtype; /* in the file: "float32", "bfloat16", "int64", ...; read as float32 */
+} splat_weights_info;
+
+/* Load a .safetensors, .pth (torch.save; nothing of its pickle is run) or .npz file, whatever its
+ * name says. Values that are not finite are kept.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, or a file that cannot be read or is damaged),
+ *   SPLAT_ERROR_UNSUPPORTED (a pickle of more than weights, other numbers),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_weights_load(const char* path, splat_weights* weights);
+
+/* Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
+ * all. flags: SPLAT_WEIGHTS_HALF
+ * Returns as splat_weights_load, SPLAT_ERROR_INVALID_HANDLE; also refused: other extensions, and
+ *   finite values beyond float16 */
+SPLAT_API splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags);
+
+/* Count, describe, find by name and copy tensors; `index` counts from 0 in the order of the file,
+ * `bytes` are those of the values or more. The report is JSON: {"format", "metadata": {key: text},
+ * "warnings": [sentences]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (report), SPLAT_ERROR_INVALID_HANDLE,
+ *   SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index or name, too few bytes) */
+SPLAT_API splat_result splat_weights_count(splat_weights weights, uint32_t* count);
+SPLAT_API splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
+                                              splat_weights_info* info);
+SPLAT_API splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index);
+SPLAT_API splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
+                                          size_t bytes);
+SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
+                                            size_t* needed);
+SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
+
 /* ---- Image files ----------------------------------------------------------------------------- */
 
 /* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy

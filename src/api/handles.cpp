@@ -18,6 +18,8 @@ template <>
 constexpr const char* kKind<SceneObject> = "splat_scene";
 template <>
 constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
+template <>
+constexpr const char* kKind<WeightsObject> = "splat_weights";
 
 struct Entry {
     const char* kind;
@@ -117,5 +119,6 @@ template struct Handles<TensorObject, splat_tensor>;
 template struct Handles<OpObject, splat_op>;
 template struct Handles<SceneObject, splat_scene>;
 template struct Handles<RasterizerObject, splat_rasterizer>;
+template struct Handles<WeightsObject, splat_weights>;
 
 }  // namespace splat::api

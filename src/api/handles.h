@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "io/weights_file.h"
 #include "nn/op_instance.h"
 #include "raster/pack.h"
 #include "splat.h"
@@ -73,6 +74,12 @@ struct RasterizerObject {
     ~RasterizerObject();
 };
 
+/// What stands behind splat_weights. Never changes.
+struct WeightsObject {
+    io::WeightsFile file;
+    std::string report;  ///< JSON
+};
+
 /// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
 /// recognised, not followed.
 ///
@@ -90,11 +97,13 @@ using Tensors = Handles<TensorObject, splat_tensor>;
 using Ops = Handles<OpObject, splat_op>;
 using Scenes = Handles<SceneObject, splat_scene>;
 using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
+using Weights = Handles<WeightsObject, splat_weights>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
 extern template struct Handles<OpObject, splat_op>;
 extern template struct Handles<SceneObject, splat_scene>;
 extern template struct Handles<RasterizerObject, splat_rasterizer>;
+extern template struct Handles<WeightsObject, splat_weights>;
 
 }  // namespace splat::api

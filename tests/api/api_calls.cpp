@@ -1,5 +1,10 @@
 #include "api/api_calls.h"
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include <atomic>
 #include <cstdio>
 
@@ -135,6 +140,25 @@ std::uint64_t validation_messages() {
 
 void listen_to_log(splat_log_level min_level) {
     EXPECT_EQ(splat_log_set_callback(on_log, nullptr, min_level), SPLAT_OK);
+}
+
+Weights make_weights() {
+    std::string header = R"({"__metadata__":{"k":"v"},"a":{"dtype":"F32","shape":[2,2],)"
+                         R"("data_offsets":[0,16]},"b":{"dtype":"F16","shape":[],)"
+                         R"("data_offsets":[16,18]}})";
+    const std::uint64_t size = header.size();
+    const float a[] = {1, 2, 3, 4};
+    const std::uint16_t b = 0x3800;
+    std::string file(reinterpret_cast<const char*>(&size), sizeof size);
+    file += header + std::string(reinterpret_cast<const char*>(a), sizeof a) +
+            std::string(reinterpret_cast<const char*>(&b), sizeof b);
+    const auto path =
+        std::filesystem::temp_directory_path() / ("splat-weights-" + std::to_string(::getpid()));
+    std::ofstream(path, std::ios::binary) << file;
+    Weights weights;
+    EXPECT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    std::filesystem::remove(path);
+    return weights;
 }
 
 }  // namespace splat::test

@@ -72,6 +72,7 @@ using Tensor = Owned<splat_tensor, splat_tensor_destroy>;
 using Op = Owned<splat_op, splat_op_destroy>;
 using Scene = Owned<splat_scene, splat_scene_destroy>;
 using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
+using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.
@@ -90,6 +91,9 @@ Tensor make_tensor(splat_device device, const Dims& dims, const char* name = nul
 Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& values,
               const char* name = nullptr);
 std::vector<float> download(splat_tensor tensor);
+
+/// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k": "v"}.
+Weights make_weights();
 
 /// A splat_op_desc with the vectors that it points to.
 struct OpRequest {

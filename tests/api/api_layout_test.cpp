@@ -339,10 +339,24 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, reserved, 60, 4),}
 };  // clang-format on
 
-const Layout kLayouts[] = {
-    kDeviceInfo, kDeviceDesc,     kMemoryInfo,     kTensorDesc,    kTensorInfo,    kTensorStats,
-    kOpDesc,     kSceneDesc,      kSceneFileDesc,  kSimilarity,    kSceneInfo,     kCamera,
-    kOrbitDesc,  kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo};
+const Layout kWeightsInfo = {  // clang-format off
+    "splat_weights_info",
+    sizeof(splat_weights_info),
+    96,
+    {
+    SPLAT_FIELD(splat_weights_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_weights_info, rank, 4, 4),
+    SPLAT_FIELD(splat_weights_info, dims, 8, 64),
+    SPLAT_FIELD(splat_weights_info, elements, 72, 8),
+    SPLAT_FIELD(splat_weights_info, name, 80, 8),
+    SPLAT_FIELD(splat_weights_info, dtype, 88, 8),}
+};  // clang-format on
+
+const Layout kLayouts[] = {kDeviceInfo,    kDeviceDesc,     kMemoryInfo,     kTensorDesc,
+                           kTensorInfo,    kTensorStats,    kOpDesc,         kSceneDesc,
+                           kSceneFileDesc, kSimilarity,     kSceneInfo,      kCamera,
+                           kOrbitDesc,     kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
+                           kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -409,6 +423,7 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(std::is_same_v<splat_output, std::int32_t>);
     static_assert(sizeof(splat_scene) == sizeof(void*));
     static_assert(sizeof(splat_rasterizer) == sizeof(void*));
+    static_assert(sizeof(splat_weights) == sizeof(void*));
     static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
 }
 

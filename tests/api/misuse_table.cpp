@@ -15,6 +15,7 @@ Outputs::Outputs() {
     stats.set_struct_size(sizeof(splat_tensor_stats));
     scene_info.set_struct_size(sizeof(splat_scene_info));
     rasterizer_info.set_struct_size(sizeof(splat_rasterizer_info));
+    weights_info.set_struct_size(sizeof(splat_weights_info));
 }
 
 bool Outputs::untouched() const {
@@ -22,7 +23,8 @@ bool Outputs::untouched() const {
            memory.untouched() && tensor_info.untouched() && stats.untouched() &&
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
-           camera.untouched() && scene_info.untouched() && rasterizer_info.untouched();
+           camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
+           weights.untouched() && weights_info.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -31,6 +33,7 @@ MisuseTable::MisuseTable() {
     stale_op_ = number(make_op(device_, request_).destroy());
     stale_scene_ = number(SampleScene(1).create().destroy());
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
+    stale_weights_ = number(make_weights().destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -49,6 +52,7 @@ MisuseTable::MisuseTable() {
     rasterizer_forward_rows();
     rasterizer_output_rows();
     image_rows();
+    weights_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

@@ -25,6 +25,8 @@ struct Outputs {
     Output<splat_op> op;
     Output<splat_scene> scene;
     Output<splat_rasterizer> rasterizer;
+    Output<splat_weights> weights;
+    Output<splat_weights_info> weights_info;
     Output<splat_camera> camera;
     Output<splat_scene_info> scene_info;
     Output<splat_rasterizer_info> rasterizer_info;
@@ -66,6 +68,7 @@ class MisuseTable {
     void rasterizer_forward_rows();
     void rasterizer_output_rows();
     void image_rows();
+    void weights_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {
@@ -96,11 +99,13 @@ class MisuseTable {
     Scene scene_ = SampleScene(3).create();
     Rasterizer rasterizer_ =
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
+    Weights weights_ = make_weights();
     std::uintptr_t stale_device_ = 0;
     std::uintptr_t stale_tensor_ = 0;
     std::uintptr_t stale_op_ = 0;
     std::uintptr_t stale_scene_ = 0;
     std::uintptr_t stale_rasterizer_ = 0;
+    std::uintptr_t stale_weights_ = 0;
     std::vector<Misuse> rows_;
 };
 
@@ -113,6 +118,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool op = std::is_same_v<Handle, splat_op>;
     constexpr bool scene = std::is_same_v<Handle, splat_scene>;
     constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
+    constexpr bool weights = std::is_same_v<Handle, splat_weights>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
         add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
@@ -122,11 +128,13 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!op) bad("an operator", number(op_.get()));
     if (!scene) bad("a scene", number(scene_.get()));
     if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
+    if (!weights) bad("weights", number(weights_.get()));
     bad("a destroyed device", stale_device_);
     bad("a destroyed tensor", stale_tensor_);
     bad("a destroyed operator", stale_op_);
     bad("a destroyed scene", stale_scene_);
     bad("a destroyed rasterizer", stale_rasterizer_);
+    bad("destroyed weights", stale_weights_);
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});

@@ -8,9 +8,12 @@
 #include "io/apng.h"
 #include "io/file.h"
 #include "io/npy.h"
+#include "io/npz.h"
 #include "io/ply.h"
+#include "io/safetensors.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
+#include "io/sample_weights.h"
 #include "io/splat_file.h"
 #include "io/spz.h"
 #include "io/transforms_json.h"
@@ -105,6 +108,58 @@ void add_images(Corpora& corpora) {
     corpora.add("npy/number", io::write_npy({{}, {1}}));
 }
 
+/// A checkpoint with everything that one has beside weights.
+std::string checkpoint_pickle() {
+    test::PickleText p;
+    const auto tensor = [&p] { p.tensor("FloatStorage", "0", 2, 0, {2}, {1}); };
+    p.raw("}q\x01(").text("iteration").integer(70000).text("loss").real(0.5).text("state_dict");
+    p.global("collections", "OrderedDict").raw(")R(").text("w");
+    p.global("torch._utils", "_rebuild_parameter").raw("(");
+    tensor();
+    p.raw("\x89Nt").raw("Ru").text("optimizer_state_dict").raw("}(").text("state").raw("}");
+    p.integer(0).raw("}(").text("step").real(3).text("exp_avg");
+    tensor();
+    p.text("exp_avg_sq");
+    tensor();
+    p.raw("us").text("param_groups").raw("]}(").text("lr").real(1e-3).text("eps").real(1e-8);
+    p.text("weight_decay")
+        .integer(0)
+        .text("betas")
+        .real(0.9)
+        .real(0.999)
+        .raw("\x86")
+        .text("params");
+    return p.raw("](").integer(0).raw("euauu").done();
+}
+
+void add_weights(Corpora& corpora) {
+    const io::NamedTensors tensors = test::sample_tensors();
+    for (const bool half : {false, true}) {
+        const std::string name = half ? "half" : "float";
+        const auto safetensors = io::write_safetensors(tensors, {{"k", "v"}}, half);
+        const auto npz = io::write_npz(tensors, half);
+        if (!safetensors.ok() || !npz.ok()) continue;
+        corpora.add("safetensors/" + name, safetensors.value().joined());
+        corpora.add("npz/" + name, npz.value().joined());
+    }
+    corpora.add("npz/deflated", test::sample_zip({{"a.npy", "none", true}, {"b", "x"}}));
+    auto wide = test::ZipPart("a", "text", true);
+    wide.zip64 = true;
+    test::ZipEnd end;
+    end.zip64 = true;
+    corpora.add("npz/zip64", test::sample_zip({wide}, end));
+    corpora.add("pth/two", test::sample_pth());
+    corpora.add("pth/checkpoint", test::sample_pth(checkpoint_pickle(), {"12345678"}));
+    corpora.add("pth/pickle", test::bytes_of(checkpoint_pickle()));
+    corpora.add("pth/system",
+                test::bytes_of(test::PickleText().global("os", "system").raw(")R").done()));
+    corpora.add("config/yaml", test::bytes_of("# c\na:\n  b: [1, 2.5e-3, x]\n  'c': |\n    t\nd:\n"
+                                              "- e: ~\n- yes\nf: {g: -.inf, h: \"q\"}\n"));
+    corpora.add("config/json",
+                test::bytes_of(R"({"a": {"b": [1, -2.5, "x"]}, "c": [{"d": null}]})"));
+    corpora.add("config/alias", test::bytes_of("a: &x {b: 1}\nc: *x\n<<: *x\n? [k]\n: !!str v\n"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -116,5 +171,6 @@ int main(int argc, char** argv) {
     add_scenes(corpora);
     add_cameras(corpora);
     add_images(corpora);
+    add_weights(corpora);
     return corpora.good() ? 0 : 1;
 }

@@ -63,6 +63,38 @@ TEST_F(File, RefusesWhereItCannotWrite) {
     EXPECT_EQ(files(), 1U) << "the temporary file is gone";
 }
 
+TEST_F(File, IsReadPieceByPiece) {
+    FilePieces pieces;
+    pieces.add(bytes_of("own "));
+    const std::string other = "other's";
+    pieces.add_view(as_bytes(other));
+    EXPECT_EQ(pieces.size(), 11U);
+    EXPECT_EQ(as_text(pieces.joined()), "own other's");
+    const FilePieces moved = std::move(pieces);
+    ASSERT_OK(write_file(path("a"), moved.pieces()));
+    const auto file = open_source(path("a"));
+    ASSERT_OK(file.status());
+    const Buffer whole = bytes_of("own other's");
+    const MemorySource memory(whole);
+    for (const Source* source :
+         {static_cast<const Source*>(file.value().get()), static_cast<const Source*>(&memory)}) {
+        EXPECT_EQ(source->size(), 11U);
+        Buffer part(5);
+        ASSERT_OK(source->read(4, part));
+        EXPECT_EQ(as_text(part), "other");
+        EXPECT_OK(source->read(11, std::span<std::byte>()));
+        EXPECT_ERROR(source->read(7, part), Code::kInvalidArgument,
+                     "5 bytes are wanted at byte 7 of 11");
+        EXPECT_FALSE(source->read(~0ULL, part).ok());
+    }
+    std::filesystem::resize_file(path("a"), 3);
+    Buffer part(5);
+    EXPECT_ERROR(file.value()->read(0, part), Code::kInvalidArgument, "became shorter");
+    EXPECT_FALSE(open_source(path("none")).ok());
+    EXPECT_FALSE(open_source(folder_).ok());
+    EXPECT_ERROR(open_source(path("a"), 2).status(), Code::kInvalidArgument, "the limit is 2");
+}
+
 #if SPLAT_FAULT_POINTS
 TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
     ASSERT_OK(write_file(path("a"), bytes_of("old")));

@@ -36,5 +36,6 @@ void add_bench_raster(CLI::App& bench, int& exit_code);  ///< below `bench`
 void add_convert(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
+void add_weights(CLI::App& app, int& exit_code);
 
 }  // namespace vkrun

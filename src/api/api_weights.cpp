@@ -1,0 +1,127 @@
+#include <cstring>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "core/json.h"
+
+using namespace splat;
+
+namespace {
+
+std::string report_text(const io::WeightsFile& file) {
+    std::string metadata;
+    for (const auto& [key, value] : file.metadata)
+        metadata += (metadata.empty() ? "" : ", ") + json_quote(key) + ": " + json_quote(value);
+    std::string warnings;
+    for (const std::string& warning : file.warnings)
+        warnings += (warnings.empty() ? "" : ", ") + json_quote(warning);
+    return std::string("{\"format\": \"") + io::weights_format_name(file.format) +
+           "\", \"metadata\": {" + metadata + "}, \"warnings\": [" + warnings + "]}";
+}
+
+/// The tensor of live weights; `object` keeps it.
+Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t index,
+                                         std::shared_ptr<api::WeightsObject>& object) {
+    SPLAT_ASSIGN(object, api::Weights::find(weights, "weights"));
+    const io::NamedTensors& tensors = object->file.tensors;
+    if (index < tensors.size()) return &tensors[index];
+    return error(Code::kInvalidArgument, "index is %u, and there are %zu tensors", index,
+                 tensors.size());
+}
+
+}  // namespace
+
+splat_result splat_weights_load(const char* path, splat_weights* weights) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        SPLAT_TRY(api::require(path, "path"));
+        auto object = std::make_shared<api::WeightsObject>();
+        SPLAT_ASSIGN(object->file, io::load_weights(path));
+        object->report = report_text(object->file);
+        *weights = api::Weights::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+        SPLAT_TRY(api::require(path, "path"));
+        if ((flags & ~SPLAT_WEIGHTS_HALF) != 0)
+            return error(Code::kInvalidArgument, "flags has unknown bits %#x",
+                         flags & ~SPLAT_WEIGHTS_HALF);
+        return io::save_weights(object->file, path, (flags & SPLAT_WEIGHTS_HALF) != 0);
+    });
+}
+
+splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+        SPLAT_TRY(api::require(count, "count"));
+        *count = static_cast<std::uint32_t>(object->file.tensors.size());
+        return {};
+    });
+}
+
+splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
+                                    splat_weights_info* info) {
+    return api::guarded([&]() -> Status {
+        std::shared_ptr<api::WeightsObject> object;
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+        SPLAT_TRY(api::check_info(info, "splat_weights_info", sizeof(splat_weights_info)));
+        splat_weights_info filled{};
+        filled.rank = static_cast<std::uint32_t>(tensor->dims.size());
+        for (std::size_t i = 0; i < tensor->dims.size(); ++i) filled.dims[i] = tensor->dims[i];
+        filled.elements = tensor->values.size();
+        filled.name = tensor->name.c_str();
+        filled.dtype = io::type_name(tensor->type);
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(index, "index"));
+        const io::NamedTensors& tensors = object->file.tensors;
+        const io::NamedTensor* found = tensors.find(name);
+        if (found == nullptr)
+            return error(Code::kInvalidArgument, "the weights have no tensor '%s'", name);
+        *index = static_cast<std::uint32_t>(found - &tensors[0]);
+        return {};
+    });
+}
+
+splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
+                                size_t bytes) {
+    return api::guarded([&]() -> Status {
+        std::shared_ptr<api::WeightsObject> object;
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+        SPLAT_TRY(api::require(values, "values"));
+        const std::size_t wanted = tensor->values.size() * sizeof(float);
+        if (bytes < wanted)
+            return error(Code::kInvalidArgument, "bytes is %zu, the tensor '%s' has %zu", bytes,
+                         tensor->name.c_str(), wanted);
+        if (wanted != 0) std::memcpy(values, tensor->values.data(), wanted);
+        return {};
+    });
+}
+
+splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
+                                  size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+        given =
+            api::give_text(object->report.data(), object->report.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_weights_destroy(splat_weights weights) {
+    return api::guarded(
+        [&]() -> Status { return api::Weights::remove(weights, "weights").status(); });
+}

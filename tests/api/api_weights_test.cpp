@@ -1,0 +1,90 @@
+// Files of weights through the C API; none of it needs a device.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+std::string report_of(splat_weights weights) {
+    std::size_t needed = 0;
+    EXPECT_EQ(splat_weights_report(weights, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::string text(needed, '\0');
+    EXPECT_DONE(splat_weights_report(weights, text.data(), needed, nullptr));
+    text.pop_back();
+    return text;
+}
+
+std::vector<float> values_of(splat_weights weights, const char* name) {
+    std::uint32_t index = 99;
+    EXPECT_DONE(splat_weights_find(weights, name, &index));
+    auto info = sized<splat_weights_info>();
+    EXPECT_DONE(splat_weights_get_info(weights, index, &info));
+    EXPECT_STREQ(info.name, name);
+    std::vector<float> values(info.elements);
+    EXPECT_DONE(splat_weights_read(weights, index, values.data(), values.size() * sizeof(float)));
+    return values;
+}
+
+TEST(ApiWeights, TellsWhatAFileHolds) {
+    const Weights weights = make_weights();
+    std::uint32_t count = 0;
+    ASSERT_DONE(splat_weights_count(weights, &count));
+    EXPECT_EQ(count, 2U);
+    auto info = sized<splat_weights_info>();
+    ASSERT_DONE(splat_weights_get_info(weights, 0, &info));
+    EXPECT_STREQ(info.name, "a");
+    EXPECT_STREQ(info.dtype, "float32");
+    EXPECT_EQ(info.rank, 2U);
+    EXPECT_EQ(info.dims[0] * 10 + info.dims[1], 22);
+    EXPECT_EQ(info.elements, 4U);
+    ASSERT_DONE(splat_weights_get_info(weights, 1, &info));
+    EXPECT_STREQ(info.dtype, "float16");
+    EXPECT_EQ(info.rank, 0U);
+    EXPECT_EQ(info.dims[0], 0);
+    EXPECT_EQ(values_of(weights, "a"), (std::vector<float>{1, 2, 3, 4}));
+    EXPECT_EQ(values_of(weights, "b"), (std::vector<float>{0.5F}));
+    EXPECT_EQ(report_of(weights),
+              R"({"format": "safetensors", "metadata": {"k": "v"}, "warnings": []})");
+}
+
+TEST(ApiWeights, SavesByExtension) {
+    const auto folder =
+        std::filesystem::temp_directory_path() / ("splat-api-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    const Weights weights = make_weights();
+    for (const char* name : {"x.safetensors", "x.npz"})
+        for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
+            const std::string path = folder / name;
+            ASSERT_DONE(splat_weights_save(weights, path.c_str(), flags));
+            Weights again;
+            ASSERT_DONE(splat_weights_load(path.c_str(), again.out()));
+            EXPECT_EQ(values_of(again, "a"), (std::vector<float>{1, 2, 3, 4}));
+            auto info = sized<splat_weights_info>();
+            ASSERT_DONE(splat_weights_get_info(again, 0, &info));
+            EXPECT_STREQ(info.dtype, flags != 0 ? "float16" : "float32");
+        }
+    EXPECT_REFUSED(splat_weights_save(weights, (folder / "x.pth").c_str(), 0),
+                   SPLAT_ERROR_UNSUPPORTED, ".pth files are only read");
+    std::ofstream(folder / "bad") << "PK\x03\x04 no archive";
+    Weights none;
+    EXPECT_REFUSED(splat_weights_load((folder / "bad").c_str(), none.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "truncated or damaged");
+    std::filesystem::remove_all(folder);
+}
+
+TEST(ApiWeights, DestroyedOnesAreRefused) {
+    Weights weights = make_weights();
+    const splat_weights stale = weights.destroy();
+    std::uint32_t count = 7;
+    EXPECT_REFUSED(splat_weights_count(stale, &count), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+    EXPECT_REFUSED(splat_weights_destroy(stale), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+    EXPECT_EQ(count, 7U);
+    EXPECT_DONE(splat_weights_destroy(nullptr));
+}
+
+}  // namespace
+}  // namespace splat::test

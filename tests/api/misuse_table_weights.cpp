@@ -1,0 +1,78 @@
+// The rows of files of weights.
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+constexpr const char* kNowhere = "/nonexistent/weights.npz";
+
+}  // namespace
+
+void MisuseTable::weights_rows() {
+    const auto on_weights = [this](const char* name,
+                                   std::function<splat_result(splat_weights)> call) {
+        handles<splat_weights>(name, "weights", std::move(call), kHandle);
+    };
+    add("splat_weights_load", "path", "NULL", kArgument,
+        [this] { return splat_weights_load(nullptr, outputs.weights.out()); });
+    add("splat_weights_load", "path", "no file", kArgument,
+        [this] { return splat_weights_load(kNowhere, outputs.weights.out()); });
+    add("splat_weights_load", "weights", "NULL", kArgument,
+        [] { return splat_weights_load(kNowhere, nullptr); });
+    on_weights("splat_weights_save",
+               [](splat_weights w) { return splat_weights_save(w, kNowhere, 0); });
+    add("splat_weights_save", "path", "NULL", kArgument,
+        [this] { return splat_weights_save(weights_, nullptr, 0); });
+    add("splat_weights_save", "path", "a folder that is not", kArgument,
+        [this] { return splat_weights_save(weights_, kNowhere, 0); });
+    add("splat_weights_save", "path", "a pickle", SPLAT_ERROR_UNSUPPORTED,
+        [this] { return splat_weights_save(weights_, "/nonexistent/a.pth", 0); });
+    for (const std::uint32_t flags : {2U, 1U << 31U})
+        add("splat_weights_save", "flags", "unknown", kArgument,
+            [this, flags] { return splat_weights_save(weights_, kNowhere, flags); });
+    on_weights("splat_weights_count",
+               [this](splat_weights w) { return splat_weights_count(w, outputs.count.out()); });
+    add("splat_weights_count", "count", "NULL", kArgument,
+        [this] { return splat_weights_count(weights_, nullptr); });
+    on_weights("splat_weights_get_info", [this](splat_weights w) {
+        return splat_weights_get_info(w, 0, outputs.weights_info.out());
+    });
+    infos<splat_weights_info>("splat_weights_get_info", "info", [this](splat_weights_info* info) {
+        return splat_weights_get_info(weights_, 0, info);
+    });
+    on_weights("splat_weights_find",
+               [this](splat_weights w) { return splat_weights_find(w, "a", outputs.count.out()); });
+    for (const char* name : {"", "c", "A"})
+        add("splat_weights_find", "name", "none", kArgument,
+            [this, name] { return splat_weights_find(weights_, name, outputs.count.out()); });
+    add("splat_weights_find", "name", "NULL", kArgument,
+        [this] { return splat_weights_find(weights_, nullptr, outputs.count.out()); });
+    add("splat_weights_find", "index", "NULL", kArgument,
+        [this] { return splat_weights_find(weights_, "a", nullptr); });
+    on_weights("splat_weights_read", [this](splat_weights w) {
+        return splat_weights_read(w, 0, *outputs.values.out(), 64);
+    });
+    for (const std::uint32_t index : {2U, UINT32_MAX}) {
+        add("splat_weights_get_info", "index", "too high", kArgument, [this, index] {
+            return splat_weights_get_info(weights_, index, outputs.weights_info.out());
+        });
+        add("splat_weights_read", "index", "too high", kArgument, [this, index] {
+            return splat_weights_read(weights_, index, *outputs.values.out(), 64);
+        });
+    }
+    add("splat_weights_read", "values", "NULL", kArgument,
+        [this] { return splat_weights_read(weights_, 0, nullptr, 64); });
+    add("splat_weights_read", "bytes", "too few", kArgument,
+        [this] { return splat_weights_read(weights_, 0, *outputs.values.out(), 15); });
+    on_weights("splat_weights_report", [this](splat_weights w) {
+        return splat_weights_report(w, *outputs.text.out(), 16, outputs.size.out());
+    });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_weights_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_weights_report(weights_, nullptr, 0, nullptr); });
+    handles<splat_weights>("splat_weights_destroy", "weights", splat_weights_destroy, SPLAT_OK);
+}
+
+}  // namespace splat::test

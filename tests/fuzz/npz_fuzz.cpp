@@ -1,0 +1,31 @@
+#include "fuzz/target.h"
+#include "io/npz.h"
+#include "io/zip.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const io::MemorySource source(file);
+    const io::ReadLimits small{64, 1U << 20U, 1000};
+    const auto zip = io::Zip::open(source, "zip", small);
+    if (zip.ok()) {
+        std::uint64_t total = 0;
+        io::Buffer bytes;
+        for (const io::ZipEntry& entry : zip.value().entries())
+            if (zip.value().read(entry, bytes).ok()) total += bytes.size();
+        fuzz::require(total <= small.allowed(file.size()));
+    }
+    const auto read = io::read_npz(source, small);
+    if (!read.ok()) return;
+    const auto written = io::write_npz(read.value().tensors);
+    fuzz::require(written.ok());
+    const io::Buffer bytes = written.value().joined();
+    const auto again = io::read_npz(io::MemorySource(bytes));
+    fuzz::require(again.ok() && again.value().tensors.size() == read.value().tensors.size());
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

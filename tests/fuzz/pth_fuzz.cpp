@@ -1,0 +1,29 @@
+#include "fuzz/target.h"
+#include "io/pickle.h"
+#include "io/pth.h"
+
+namespace {
+
+using namespace splat;
+
+/// Archives seldom survive mutation (each file has a CRC), so the pickle is also read alone.
+void check(io::Bytes file) {
+    const io::MemorySource source(file);
+    const io::ReadLimits small{64, 1U << 20U, 1000};
+    const auto read = io::read_pth(source, small);
+    if (read.ok()) {
+        fuzz::require(read.value().tensors.elements() * 4 <= small.allowed(file.size()));
+        for (const io::NamedTensor& tensor : read.value().tensors)
+            fuzz::require(io::count_elements(tensor.dims, "").value() == tensor.values.size());
+    }
+    static_cast<void>(io::read_pth_adam(source, small));
+    const auto pickle = io::Pickle::read({file.begin(), file.end()});
+    if (!pickle.ok()) return;
+    const io::PickleNode& root = pickle.value().root();
+    for (const std::uint32_t item : root.items) static_cast<void>(pickle.value()[item].kind);
+    static_cast<void>(pickle.value().find(root, "model_state_dict"));
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

@@ -1,0 +1,25 @@
+#include "fuzz/target.h"
+#include "io/safetensors.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const io::MemorySource source(file);
+    const auto read = io::read_safetensors(source, {64, 1U << 20U, 1000});
+    if (!read.ok()) return;
+    const auto written = io::write_safetensors(read.value().tensors, read.value().metadata);
+    fuzz::require(written.ok());
+    const io::Buffer bytes = written.value().joined();
+    const auto again = io::read_safetensors(io::MemorySource(bytes));
+    fuzz::require(again.ok() && again.value().tensors.size() == read.value().tensors.size());
+    for (const io::NamedTensor& tensor : read.value().tensors) {
+        const io::NamedTensor* other = again.value().tensors.find(tensor.name);
+        fuzz::require(other != nullptr && other->dims == tensor.dims);
+    }
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)
