@@ -275,7 +275,8 @@ Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTens
                 for (std::size_t r = 0; r < rank; ++r)
                     sum += static_cast<double>(b->values[i / columns * rank + r]) *
                            static_cast<double>(a->values[r * columns + i % columns]);
-                result.values[i] = static_cast<float>(result.values[i] + scale * sum);
+                result.values[i] =
+                    static_cast<float>(static_cast<double>(result.values[i]) + scale * sum);
             }
         }
         SPLAT_TRY(merged.add(std::move(result)));

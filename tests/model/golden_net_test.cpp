@@ -10,6 +10,7 @@
 #include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/npz.h"
+#include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
@@ -148,7 +149,7 @@ void expect_output(const std::string& what, const std::vector<float>& got,
     double worst = 0;
     for (std::size_t i = 0; i < got.size(); ++i) {
         const double difference = std::abs(static_cast<double>(got[i]) - expected[i]);
-        worst = std::isfinite(difference) ? std::max(worst, difference) : INFINITY;
+        worst = std::isfinite(difference) ? std::max(worst, difference) : HUGE_VAL;
     }
     EXPECT_LE(worst, kOutput) << what;
 }
