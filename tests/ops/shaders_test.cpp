@@ -80,17 +80,23 @@ class Uses {
                                            false));
     }
 
-    void conv2d() {
-        const ops::Conv2dDesc desc{
-            .n = 2, .in_channels = 5, .height = 3, .width = 3, .out_channels = 6};
+    void conv2d(std::int32_t winograd) {
+        const ops::Conv2dDesc desc{.n = 2,
+                                   .in_channels = 5,
+                                   .height = 3,
+                                   .width = 3,
+                                   .out_channels = 6,
+                                   .winograd = winograd};
         const vk::BufferView weight = row(270);
-        const vk::BufferView bias = row(6);
+        const vk::BufferView prepared = row(1U << 16);
+        const vk::BufferView workspace = row(1U << 20);
         const auto x = [&] { return view({2, 5, 3, 3}, 144); };
         const auto y = [&] { return view({2, 6, 3, 3}, 144); };
-        EXPECT_OK(ops::conv2d_forward(recorder_, desc, x(), weight, bias, y(), y()));
-        EXPECT_OK(ops::conv2d_backward_input(recorder_, desc, weight, y(), x()));
+        EXPECT_OK(ops::conv2d_prepare_weight(recorder_, desc, weight, prepared, false));
+        EXPECT_OK(ops::conv2d_forward(recorder_, desc, x(), prepared, row(6), y(), y(), workspace));
+        EXPECT_OK(ops::conv2d_backward_input(recorder_, desc, prepared, y(), x(), workspace));
         EXPECT_OK(
-            ops::conv2d_backward_weight(recorder_, desc, x(), y(), row(270), row(432), false));
+            ops::conv2d_backward_weight(recorder_, desc, x(), y(), row(270), workspace, false));
         EXPECT_OK(ops::conv2d_backward_residual(recorder_, desc, y(), y()));
     }
 
@@ -136,7 +142,8 @@ TEST(Shaders, EveryModuleIsUsedAsDeclared) {
         vk::Context* context = shared_context(kernels);
         ASSERT_NE(context, nullptr);
         Uses uses(*context);
-        uses.conv2d();
+        uses.conv2d(0);
+        uses.conv2d(4);
         uses.group_norm(8);
         uses.group_norm(6);
         uses.linear();
