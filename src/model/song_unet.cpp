@@ -56,6 +56,15 @@ ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu) {
                       {"silu", silu}});
 }
 
+ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId residual,
+                           double scale) {
+    if (!graph_.status().ok()) return kNoValue;
+    const bool wide = graph_.value(weight).shape[2] == 3;
+    const std::int64_t winograd = !wide ? 0 : options_.precision == Precision::kStrict ? 2 : 4;
+    return graph_.op("conv2d", {x, weight, bias, residual},
+                     {{"scale", scale}, {"winograd", winograd}});
+}
+
 ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out,
                        std::uint32_t kernel) {
     const std::uint32_t c = channels(x);
@@ -66,7 +75,7 @@ ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out,
     const ValueId h = graph_.op(
         "conv2d", {dropout(x, config_.lora.dropout), graph_.reshape(a, {rank, c, kernel, kernel})});
     const double scale = static_cast<double>(config_.lora.alpha) / std::max(1U, rank);
-    return graph_.op("conv2d", {h, graph_.reshape(b, {out, rank, 1, 1})}, {{"scale", scale}});
+    return convolve(h, graph_.reshape(b, {out, rank, 1, 1}), kNoValue, kNoValue, scale);
 }
 
 ValueId SongUnet::conv(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
@@ -79,8 +88,7 @@ ValueId SongUnet::conv(const std::string& name, ValueId x, std::uint32_t out, st
         const ValueId branch = lora(name, x, out, kernel);
         residual = residual == kNoValue ? branch : graph_.op("add", {residual, branch});
     }
-    return graph_.op("conv2d", {x, weight, bias, residual},
-                     {{"scale", static_cast<double>(scale)}});
+    return convolve(x, weight, bias, residual, static_cast<double>(scale));
 }
 
 ValueId SongUnet::linear(const std::string& name, ValueId x, std::uint32_t out, const Init& bias) {

@@ -61,6 +61,8 @@ class SongUnet {
     nn::ValueId conv(const std::string& name, nn::ValueId x, std::uint32_t out,
                      std::uint32_t kernel, const Init& init, nn::ValueId residual = nn::kNoValue,
                      float scale = 1, bool adapted = false, const Init& bias = {});
+    nn::ValueId convolve(nn::ValueId x, nn::ValueId weight, nn::ValueId bias, nn::ValueId residual,
+                         double scale);
     nn::ValueId lora(const std::string& name, nn::ValueId x, std::uint32_t out,
                      std::uint32_t kernel);
     nn::ValueId linear(const std::string& name, nn::ValueId x, std::uint32_t out,

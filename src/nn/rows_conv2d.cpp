@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "nn/op_rows.h"
 #include "ops/conv2d.h"
 
@@ -12,6 +14,7 @@ constexpr Port kConv2dInputs[] = {{"x"},
                                   {"residual", Layout::kQuads, true}};
 constexpr Attribute kConv2dAttributes[] = {
     {"scale", "number", "1", "factor of the output"},
+    {"winograd", "integer", "0", "2 or 4: by F(2x2) or F(4x4), for kernels of 3x3; 0: directly"},
 };
 
 ops::Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const Shape& weight,
@@ -23,7 +26,9 @@ ops::Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const 
             .out_channels = weight[0],
             .kernel = weight[2],
             .bias = bias,
-            .scale = static_cast<float>(attributes.number("scale"))};
+            .scale = static_cast<float>(attributes.number("scale")),
+            .winograd = static_cast<std::int32_t>(
+                std::clamp<std::int64_t>(attributes.integer("winograd"), -1, 99))};
 }
 
 Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attributes,
@@ -47,7 +52,9 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     SPLAT_TRY(ops::conv2d_check(desc));
     plan.forward_prepared = ops::conv2d_prepared_bytes(recorder, desc, false);
     plan.backward_prepared = ops::conv2d_prepared_bytes(recorder, desc, true);
-    plan.backward_workspace = ops::conv2d_backward_weight_bytes(recorder, desc);
+    plan.forward_workspace = ops::conv2d_forward_bytes(recorder, desc);
+    plan.backward_workspace = std::max(ops::conv2d_backward_input_bytes(recorder, desc),
+                                       ops::conv2d_backward_weight_bytes(recorder, desc));
     return plan;
 }
 
@@ -67,7 +74,8 @@ Status conv2d_forward(vk::Recorder& recorder, const Attributes& attributes, cons
     const ops::Conv2dDesc desc = conv2d_desc(attributes, v);
     const BufferView& weight = present(v.forward_prepared) ? v.forward_prepared : v.inputs[1];
     return ops::conv2d_forward(recorder, desc, v.inputs[0], weight,
-                               desc.bias ? v.inputs[2] : v.inputs[1], v.inputs[3], v.outputs[0]);
+                               desc.bias ? v.inputs[2] : v.inputs[1], v.inputs[3], v.outputs[0],
+                               v.workspace);
 }
 
 Status conv2d_backward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
@@ -75,7 +83,8 @@ Status conv2d_backward(vk::Recorder& recorder, const Attributes& attributes, con
     const BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
     const BufferView& grad_y = v.grad_outputs[0];
     if (present(v.grad_inputs[0]))
-        SPLAT_TRY(ops::conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0]));
+        SPLAT_TRY(ops::conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0],
+                                             v.workspace));
     if (present(v.grad_inputs[1])) {
         const BufferView workspace =
             part_of(v.workspace, 0, ops::conv2d_backward_weight_bytes(recorder, desc));

@@ -4,8 +4,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
+#include "ops/conv2d_stages.h"
 #include "ops/launch.h"
-#include "params/conv2d_params.h"
 
 namespace splat::ops {
 namespace {
@@ -13,52 +13,65 @@ namespace {
 using vk::BufferView;
 using vk::Kernels;
 
-std::uint64_t pixels_of(const Conv2dDesc& desc) {
-    return std::uint64_t{desc.n} * desc.height * desc.width;
-}
-
 /// A 1x1 convolution is a linear layer on the pixels.
 LinearDesc linear_of(const Conv2dDesc& desc) {
-    return {static_cast<std::uint32_t>(pixels_of(desc)), desc.in_channels, desc.out_channels,
+    return {static_cast<std::uint32_t>(conv2d_pixels(desc)), desc.in_channels, desc.out_channels,
             desc.bias, desc.scale};
 }
 
-params::Conv2dParams params_of(const Conv2dDesc& desc) {
-    return {desc.n,
-            desc.in_channels,
-            desc.out_channels,
-            desc.height,
-            desc.width,
-            desc.bias ? 1U : 0U,
-            0,
-            desc.scale,
-            0,
-            0,
-            1,
-            0};
+bool uses_winograd(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    return recorder.kernels() != Kernels::kPlain && desc.winograd != 0;
 }
 
-vk::Work work_of(const Conv2dDesc& desc) {
-    const auto pixels = static_cast<double>(pixels_of(desc));
+}  // namespace
+
+std::uint64_t conv2d_pixels(const Conv2dDesc& desc) {
+    return std::uint64_t{desc.n} * desc.height * desc.width;
+}
+
+vk::Work conv2d_work(const Conv2dDesc& desc) {
+    const auto pixels = static_cast<double>(conv2d_pixels(desc));
     const double weights = 9.0 * desc.in_channels * desc.out_channels;
     return {.flops = 2 * pixels * weights,
             .bytes = 4 * (pixels * desc.in_channels + pixels * desc.out_channels + weights)};
 }
 
-/// Slices of the rows of pixels in the weight gradient: so many that none takes more turns than
-/// kMaxTurns.
-std::uint32_t slices_of(const Conv2dDesc& desc) {
-    const std::uint64_t rows = std::uint64_t{desc.n} * desc.height;
-    return static_cast<std::uint32_t>(
-        ceil_div(rows, std::max<std::uint64_t>(kMaxTurns / desc.width, 1)));
+Conv2dDesc conv2d_transposed(const Conv2dDesc& desc) {
+    Conv2dDesc transposed = desc;
+    std::swap(transposed.in_channels, transposed.out_channels);
+    transposed.bias = false;
+    return transposed;
 }
 
-}  // namespace
+params::Conv2dParams conv2d_params(const Conv2dDesc& desc) {
+    params::Conv2dParams params{};
+    params.n = desc.n;
+    params.in_channels = desc.in_channels;
+    params.out_channels = desc.out_channels;
+    params.height = desc.height;
+    params.width = desc.width;
+    params.has_bias = desc.bias ? 1 : 0;
+    params.scale = desc.scale;
+    params.slices = 1;
+    return params;
+}
+
+vk::BufferView conv2d_part(const vk::BufferView& view, std::uint64_t offset, std::uint64_t bytes) {
+    vk::BufferView part = view;
+    part.offset += offset;
+    part.bytes = bytes;
+    return part;
+}
 
 Status conv2d_check(const Conv2dDesc& desc) {
     if (desc.kernel != 1 && desc.kernel != 3)
         return error(Code::kInvalidArgument, "conv2d: a kernel of %u x %u, expected 1 x 1 or 3 x 3",
                      desc.kernel, desc.kernel);
+    if (desc.winograd != 0 && (desc.kernel != 3 || (desc.winograd != 2 && desc.winograd != 4)))
+        return error(Code::kInvalidArgument,
+                     "conv2d: winograd = %d with a kernel of %u x %u, expected 0, or 2 or 4 with a "
+                     "kernel of 3 x 3",
+                     desc.winograd, desc.kernel, desc.kernel);
     if (desc.in_channels > kMaxConv2dChannels || desc.out_channels > kMaxConv2dChannels)
         return error(Code::kUnsupported, "conv2d: %u -> %u channels, expected at most %u",
                      desc.in_channels, desc.out_channels, kMaxConv2dChannels);
@@ -66,7 +79,7 @@ Status conv2d_check(const Conv2dDesc& desc) {
         return error(Code::kUnsupported, "conv2d: images of %u x %u, expected at most %u x %u",
                      desc.height, desc.width, kMaxConv2dWidth, kMaxConv2dWidth);
     const std::uint64_t channels = round_up(std::max(desc.in_channels, desc.out_channels), 16);
-    if (pixels_of(desc) > kMaxElements / channels)
+    if (conv2d_pixels(desc) > kMaxElements / channels)
         return error(Code::kUnsupported,
                      "conv2d: %u images of %u x %u with %u -> %u channels: a tensor has 2^31 "
                      "elements or more",
@@ -77,7 +90,8 @@ Status conv2d_check(const Conv2dDesc& desc) {
 std::uint64_t conv2d_prepared_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc,
                                     bool transposed) {
     if (desc.kernel == 1) return linear_packed_bytes(recorder, linear_of(desc), transposed);
-    return 0;
+    if (uses_winograd(recorder, desc)) return winograd_weight_bytes(desc);
+    return direct_weight_bytes(recorder, transposed ? conv2d_transposed(desc) : desc);
 }
 
 Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
@@ -86,59 +100,51 @@ Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
     SPLAT_TRY(conv2d_check(desc));
     if (desc.kernel == 1)
         return linear_pack_weight(recorder, linear_of(desc), weight, prepared, transposed);
-    return {};
+    if (uses_winograd(recorder, desc))
+        return winograd_prepare_weight(recorder, desc, weight, prepared, transposed);
+    return direct_prepare_weight(recorder, desc, weight, prepared, transposed);
+}
+
+std::uint64_t conv2d_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    return uses_winograd(recorder, desc) ? winograd_forward_bytes(recorder, desc) : 0;
 }
 
 Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
                       const BufferView& weight, const BufferView& bias, const BufferView& residual,
-                      const BufferView& y) {
+                      const BufferView& y, const BufferView& workspace) {
     SPLAT_TRY(conv2d_check(desc));
     if (desc.kernel == 1)
         return linear_forward(recorder, linear_of(desc), x, weight, bias, y, residual);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.out_channels, 4) * pixels_of(desc), size);
-    params::Conv2dParams params = params_of(desc);
-    params.has_residual = residual.block != nullptr ? 1 : 0;
-    params.groups_x = groups[0];
-    return recorder.dispatch({
-        .op = "conv2d_forward",
-        .shader = "conv2d_forward",
-        .constants = {{kWorkgroupSizeId, size}},
-        .push = params,
-        .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
-                     vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
-        .groups = groups,
-        .work = work_of(desc),
-    });
+    if (uses_winograd(recorder, desc))
+        return winograd_forward(recorder,
+                                {"conv2d_forward_input", "conv2d_forward", "conv2d_forward_output"},
+                                desc, x, weight, bias, residual, y, workspace);
+    return direct_forward(recorder, "conv2d_forward", desc, x, weight, bias, residual, y);
+}
+
+std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    return conv2d_forward_bytes(recorder, conv2d_transposed(desc));
 }
 
 Status conv2d_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const BufferView& weight, const BufferView& grad_y,
-                             const BufferView& grad_x) {
+                             const BufferView& grad_x, const BufferView& workspace) {
     SPLAT_TRY(conv2d_check(desc));
     if (desc.kernel == 1)
         return linear_backward_input(recorder, linear_of(desc), weight, grad_y, grad_x);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.in_channels, 4) * pixels_of(desc), size);
-    params::Conv2dParams params = params_of(desc);
-    params.groups_x = groups[0];
-    return recorder.dispatch({
-        .op = "conv2d_backward_input",
-        .shader = "conv2d_backward_input",
-        .constants = {{kWorkgroupSizeId, size}},
-        .push = params,
-        .accesses = {vk::read(weight), vk::read(grad_y), vk::write(grad_x)},
-        .groups = groups,
-        .work = work_of(desc),
-    });
+    if (uses_winograd(recorder, desc))
+        return winograd_forward(recorder,
+                                {"conv2d_backward_input_input", "conv2d_backward_input",
+                                 "conv2d_backward_input_output"},
+                                conv2d_transposed(desc), grad_y, weight, weight, {}, grad_x,
+                                workspace);
+    return direct_backward_input(recorder, desc, weight, grad_y, grad_x);
 }
 
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     if (desc.kernel == 1) return linear_backward_weight_bytes(recorder, linear_of(desc));
-    return std::uint64_t{slices_of(desc)} * 9 * desc.out_channels * round_up(desc.in_channels, 4) *
-           4;
+    if (uses_winograd(recorder, desc)) return winograd_backward_weight_bytes(recorder, desc);
+    return direct_backward_weight_bytes(recorder, desc);
 }
 
 Status conv2d_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
@@ -148,32 +154,10 @@ Status conv2d_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
     if (desc.kernel == 1)
         return linear_backward_weight(recorder, linear_of(desc), x, grad_y, grad_weight, workspace,
                                       accumulate);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups per_weight = groups_for(
-        recorder.device(), std::uint64_t{9} * desc.in_channels * desc.out_channels, size);
-    params::Conv2dParams params = params_of(desc);
-    params.accumulate = accumulate ? 1 : 0;
-    params.groups_x = per_weight[0];
-    params.slices = slices_of(desc);
-    SPLAT_TRY(recorder.dispatch({
-        .op = "conv2d_backward_weight",
-        .shader = "conv2d_backward_weight",
-        .constants = {{kWorkgroupSizeId, size}},
-        .push = params,
-        .accesses = {vk::read(x), vk::read(grad_y), vk::write(workspace)},
-        .groups = {per_weight[0], per_weight[1], params.slices},
-        .work = work_of(desc),
-    }));
-    const double sums = 9.0 * params.slices * desc.in_channels * desc.out_channels;
-    return recorder.dispatch({
-        .op = "conv2d_backward_weight_reduce",
-        .shader = "conv2d_backward_weight_reduce",
-        .constants = {{kWorkgroupSizeId, size}},
-        .push = params,
-        .accesses = {vk::read(workspace), vk::read_write(grad_weight)},
-        .groups = per_weight,
-        .work = {.flops = sums, .bytes = 4 * sums},
-    });
+    if (uses_winograd(recorder, desc))
+        return winograd_backward_weight(recorder, desc, x, grad_y, grad_weight, workspace,
+                                        accumulate);
+    return direct_backward_weight(recorder, desc, x, grad_y, grad_weight, workspace, accumulate);
 }
 
 Status conv2d_backward_bias(vk::Recorder& recorder, const Conv2dDesc& desc,
@@ -186,10 +170,10 @@ Status conv2d_backward_bias(vk::Recorder& recorder, const Conv2dDesc& desc,
 Status conv2d_backward_residual(vk::Recorder& recorder, const Conv2dDesc& desc,
                                 const BufferView& grad_y, const BufferView& grad_residual) {
     SPLAT_TRY(conv2d_check(desc));
-    const std::uint64_t quads = ceil_div(desc.out_channels, 4) * pixels_of(desc);
+    const std::uint64_t quads = ceil_div(desc.out_channels, 4) * conv2d_pixels(desc);
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups = groups_for(recorder.device(), quads, size);
-    params::Conv2dParams params = params_of(desc);
+    params::Conv2dParams params = conv2d_params(desc);
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "conv2d_backward_residual",

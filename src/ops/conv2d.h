@@ -14,10 +14,11 @@ struct Conv2dDesc {
     std::uint32_t out_channels = 1;
     std::uint32_t kernel = 3;  ///< 1 or 3
     bool bias = true;
-    float scale = 1;  ///< factor of the output
+    float scale = 1;            ///< factor of the output
+    std::int32_t winograd = 0;  ///< 2 or 4: F(2x2) or F(4x4), for 3 x 3; plain kernels ignore it
 };
 
-/// Errors: kInvalidArgument for other kernels, kUnsupported if an operand has 2^31 elements or more,
+/// Errors: kInvalidArgument for other kernels or tiles, kUnsupported if an operand has 2^31 elements or more,
 /// channels exceed kMaxConv2dChannels or an image is wider than kMaxConv2dWidth.
 Status conv2d_check(const Conv2dDesc& desc);
 inline constexpr std::uint32_t kMaxConv2dChannels = 4096;  ///< 9 turns for each, see kMaxTurns
@@ -40,6 +41,9 @@ Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& prepared,
                              bool transposed);
 
+/// Bytes of `workspace` of conv2d_forward; 0 where none is needed.
+std::uint64_t conv2d_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+
 /// Cross-correlation:
 ///   y[n,k,p] = (sum_{c,r,s} weight[k,c,r,s] x[n,c,p+(r,s)-R/2] + bias[k] + residual[n,k,p]) * scale
 ///
@@ -48,15 +52,18 @@ Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
 /// bias         [K]; any view of 16 bytes or more, unread, if desc.bias is false
 /// residual     [N,K,H,W] as quads, or an empty view for none
 /// y            [N,K,H,W] as quads; no aliasing
+/// workspace    conv2d_forward_bytes
 /// Errors       those of conv2d_check; nothing is recorded on error
-/// Precision    relative L2 2e-6 (tests/ops/conv2d_test.cpp)
+/// Precision    relative L2 2e-6, with winograd = 4 1e-5 (tests/ops/conv2d_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition; 1x1 is the linear layer of ops/linear.h with N * H * W rows
 Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::BufferView& x,
                       const vk::BufferView& weight, const vk::BufferView& bias,
-                      const vk::BufferView& residual, const vk::BufferView& y);
+                      const vk::BufferView& residual, const vk::BufferView& y,
+                      const vk::BufferView& workspace);
 
-/// Bytes of `workspace` of conv2d_backward_weight.
+/// Bytes of `workspace` of conv2d_backward_input and conv2d_backward_weight; 0 where none is needed.
+std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// Its gradients, each times scale:
@@ -67,14 +74,14 @@ std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const C
 /// weight       prepared with transposed = true; the weight itself where conv2d_prepared_bytes is 0
 /// x, grad_x    [N,C,H,W], grad_y, grad_residual [N,K,H,W], as quads; overwritten; no aliasing
 /// grad_weight  [K,C,R,R] row-major; grad_bias [K]: overwritten, or added to when `accumulate`
-/// workspace    conv2d_backward_weight_bytes
+/// workspace    conv2d_backward_input_bytes, conv2d_backward_weight_bytes
 /// Errors       as the forward pass
 /// Precision    as the forward pass
 /// Determinism  bit-exact for any thread count
 /// Source       derived in tests/ref/conv2d_ref.h
 Status conv2d_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& grad_y,
-                             const vk::BufferView& grad_x);
+                             const vk::BufferView& grad_x, const vk::BufferView& workspace);
 Status conv2d_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
                               const vk::BufferView& grad_weight, const vk::BufferView& workspace,

@@ -220,7 +220,9 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
     const auto without = [&](const char* name) {
         io::NamedTensors rest;
         for (const io::NamedTensor& tensor : state.value())
-            if (tensor.name != name) EXPECT_OK(rest.add(tensor));
+            if (tensor.name != name) {
+                EXPECT_OK(rest.add(tensor));
+            }
         return rest;
     };
     const char* out = "network_with_offset.out.weight";

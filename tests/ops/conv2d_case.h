@@ -18,6 +18,7 @@ struct Conv2dCase {
     std::vector<float> residual;
     std::vector<float> grad_y;
     float scale = 1;
+    int winograd = 0;
 
     /// With a bias and a residual, and the factor sqrt(0.5) of a residual block.
     static Conv2dCase normal(const ConvShape& s, std::uint64_t seed) {
@@ -51,7 +52,7 @@ struct Conv2dCase {
         const Shape y{shape.N, shape.K, shape.H, shape.W};
         OpCall call;
         call.op = "conv2d";
-        call.attributes = {{"scale", scale}};
+        call.attributes = {{"scale", scale}, {"winograd", winograd}};
         call.inputs = {{{shape.N, shape.C, shape.H, shape.W}, x},
                        {{shape.K, shape.C, shape.R, shape.R}, weight},
                        {bias.empty() ? Shape{} : Shape{shape.K}, bias},
@@ -69,8 +70,26 @@ struct Conv2dCase {
     }
     [[nodiscard]] std::string text() const {
         return shape.text() + (bias.empty() ? " no bias" : "") +
-               (residual.empty() ? " no residual" : "");
+               (residual.empty() ? " no residual" : "") +
+               (winograd == 0 ? "" : " winograd=" + std::to_string(winograd));
+    }
+    /// The row of a result in tolerances.h.
+    [[nodiscard]] const Tolerance& tolerance_of(const char* result) const {
+        return tolerance(winograd == 4   ? "conv2d_winograd4"
+                         : winograd == 2 ? "conv2d_winograd2"
+                                         : "conv2d",
+                         result);
+    }
+    /// A reference with the magnitudes that the algorithm's rounding follows.
+    [[nodiscard]] ref::Summed<double> bounded(ref::Summed<double> sums) const {
+        return winograd == 0 ? sums : ref::mixed(std::move(sums));
     }
 };
+
+/// The algorithms that a set of kernels has for a shape.
+inline std::vector<int> winograds(vk::Kernels kernels, const ConvShape& shape) {
+    if (kernels == vk::Kernels::kPlain || shape.R == 1) return {0};
+    return {0, 2, 4};
+}
 
 }  // namespace splat::test

@@ -11,14 +11,23 @@
 namespace splat::test {
 namespace {
 
-class Conv2dRules : public KernelsTest {};
+class Conv2dRules : public KernelsTest {
+  protected:
+    /// A 3x3 by each algorithm, and a 1x1.
+    static std::vector<Conv2dCase> cases(Conv2dCase (*make)(const ConvShape&, std::uint64_t)) {
+        std::vector<Conv2dCase> all;
+        for (const ConvShape& shape : {ConvShape{2, 9, 9, 8, 15, 3}, ConvShape{2, 6, 5, 7, 10, 1}})
+            for (const int winograd : winograds(GetParam(), shape)) {
+                all.push_back(make(shape, 600));
+                all.back().winograd = winograd;
+            }
+        return all;
+    }
+};
 SPLAT_INSTANTIATE_KERNELS(Conv2dRules);
 
-constexpr ConvShape kRulesShapes[] = {{2, 9, 9, 8, 15, 3}, {2, 6, 5, 7, 10, 1}};
-
 TEST_P(Conv2dRules, BitEqualOverRunsAndPoison) {
-    for (const ConvShape& shape : kRulesShapes) {
-        const Conv2dCase c = Conv2dCase::normal(shape, 600);
+    for (const Conv2dCase& c : cases(Conv2dCase::normal)) {
         std::vector<std::vector<float>> first;
         for (const std::uint32_t pattern : kPoisonPatterns) {
             vk::Context* poisoned = poisoned_context(GetParam(), pattern);
@@ -38,8 +47,8 @@ TEST_P(Conv2dRules, BitEqualOverRunsAndPoison) {
 }
 
 TEST_P(Conv2dRules, AccumulateAddsToParameterGradients) {
-    for (const ConvShape& shape : kRulesShapes) {
-        const Conv2dCase c = Conv2dCase::integers(shape, 610);
+    for (const Conv2dCase& c : cases(Conv2dCase::integers)) {
+        if (c.winograd == 4) continue;  // not exact
         OpCall call = c.call();
         const OpResult plain = run_op(context(), call);
         ASSERT_OK(plain.status);
@@ -58,9 +67,21 @@ TEST_P(Conv2dRules, AccumulateAddsToParameterGradients) {
     }
 }
 
+TEST_P(Conv2dRules, PlainKernelsComputeDirectly) {
+    if (GetParam() != vk::Kernels::kPlain) GTEST_SKIP() << "of plain kernels";
+    Conv2dCase c = Conv2dCase::normal({2, 9, 9, 8, 15, 3}, 615);
+    const OpResult direct = run_op(context(), c.call());
+    c.winograd = 4;
+    const OpResult asked = run_op(context(), c.call());
+    ASSERT_OK(direct.status);
+    ASSERT_OK(asked.status);
+    EXPECT_EQ(direct.outputs, asked.outputs);
+    EXPECT_EQ(direct.grad_inputs, asked.grad_inputs);
+}
+
 TEST_P(Conv2dRules, EachGradientAlone) {
-    for (const ConvShape& shape : kRulesShapes)
-        expect_each_gradient_alone(context(), Conv2dCase::normal(shape, 620).call());
+    for (const Conv2dCase& c : cases(Conv2dCase::normal))
+        expect_each_gradient_alone(context(), c.call());
 }
 
 TEST_P(Conv2dRules, RejectsBadShapes) {
@@ -85,6 +106,14 @@ TEST_P(Conv2dRules, RejectsBadShapes) {
                      c.inputs[1] = {{6, 3, 2, 2}, std::vector<float>(72)};
                  }),
                  Code::kInvalidArgument, "2 x 2");
+    for (const int winograd : {-1, 1, 3, 6, 1000})
+        EXPECT_ERROR(status([&](OpCall& c) { c.attributes["winograd"] = winograd; }),
+                     Code::kInvalidArgument, "expected 0, or 2 or 4");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.attributes["winograd"] = 2;
+                     c.inputs[1] = {{6, 3, 1, 1}, std::vector<float>(18)};
+                 }),
+                 Code::kInvalidArgument, "kernel of 1 x 1");
     EXPECT_ERROR(status([](OpCall& c) {
                      c.inputs[2] = {{5}, std::vector<float>(5)};
                  }),

@@ -1,0 +1,50 @@
+#version 460
+// D = A grad_y A^T of every tile of a slice and output channel, zeros where the image ends. Tiles from
+// dims.tiles to the end of the dispatch are zero.
+// One invocation transforms one tile of 8 channels. Workgroups: tiles, octets of channels.
+// Bindings: grad_y quads [K/4][N*H*W], transformed [kSize^2][ceil(K/8)][stride] pairs of quads.
+// Specialisation: 0 workgroup size, 10 kTile.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "store.glsl"
+#include "params/conv2d_winograd_params.h"
+#include "winograd.glsl"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, grad_y);
+OCTETS_OUT(1, transformed);
+layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
+
+#include "winograd_tile.glsl"
+
+void main() {
+    const uint t = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    const uint octet = gl_WorkGroupID.y;
+    const uint octets = (dims.out_channels + 7) / 8;
+    const uint quads = (dims.out_channels + 3) / 4;
+    const Tile tile = tile_at(t);
+
+    vec4 values[2 * kRow * kRow];
+    [[unroll]] for (uint part = 0; part < 2; ++part) {
+        const uint quad = 2 * octet + part;
+        const uint base = ((quad * dims.n + tile.image) * dims.height + uint(tile.row)) * dims.width + uint(tile.column);
+        const bool inside = t < dims.tiles && quad < quads;
+        [[unroll]] for (uint i = 0; i < kTile; ++i) {
+            [[unroll]] for (uint j = 0; j < kTile; ++j) {
+                const bool valid =
+                    inside && uint(tile.column) + i < dims.width && uint(tile.row) + j < dims.height;
+                const vec4 value = LD4(grad_y, valid ? base + j * dims.width + i : 0);
+                values[part * kRow * kRow + j * kRow + i] = valid ? value : vec4(0);
+            }
+            apply_a(COLUMN_OF(values, part * kRow * kRow + i));
+        }
+    }
+    [[unroll]] for (uint j = 0; j < kSize; ++j) {
+        apply_a(ROW_OF(values, j));
+        apply_a(ROW_OF(values, kRow + j));
+        [[unroll]] for (uint i = 0; i < kSize; ++i)
+            ST8(transformed, ((j * kSize + i) * octets + octet) * dims.stride + t, values[j * kRow + i],
+                values[kRow * kRow + j * kRow + i]);
+    }
+}

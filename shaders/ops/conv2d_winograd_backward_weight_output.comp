@@ -1,0 +1,49 @@
+#version 460
+// grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to what is there when kAccumulate is set.
+// One invocation computes the taps of one output channel and four input channels.
+// Bindings: product [slices][kSize^2][K][ceil(C/4)] vec4, grad_weight [K,C,3,3] row-major.
+// Specialisation: 0 workgroup size, 10 kTile, 11 kAccumulate (not a push constant: lavapipe loads in both
+// branches).
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "params/conv2d_winograd_params.h"
+#include "winograd.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 11) const uint kAccumulate = 0;
+QUADS(0, product);
+layout(set = 0, binding = 1, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
+layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
+
+#include "launch.glsl"
+
+void main() {
+    const uint quads = (dims.in_channels + 3) / 4;
+    const uint places = kSize * kSize;
+    const uint of_place = dims.out_channels * quads;
+    const uint i = invocation_index(dims.groups_x);
+    if (i >= of_place) return;
+    const uint k = i / quads;
+    const uint quad = i % quads;
+
+    vec4 values[kRow * kRow];
+    [[unroll]] for (uint j = 0; j < kSize; ++j)
+        [[unroll]] for (uint l = 0; l < kSize; ++l)
+            values[j * kRow + l] = LD4(product, (j * kSize + l) * of_place + i);
+    for (uint s = 1; s < dims.slices; ++s)
+        [[unroll]] for (uint j = 0; j < kSize; ++j)
+            [[unroll]] for (uint l = 0; l < kSize; ++l)
+                values[j * kRow + l] += LD4(product, (s * places + j * kSize + l) * of_place + i);
+    [[unroll]] for (uint l = 0; l < kSize; ++l) apply_gt(COLUMN_OF(values, l));
+    [[unroll]] for (uint r = 0; r < 3; ++r) {
+        apply_gt(ROW_OF(values, r));
+        [[unroll]] for (uint s = 0; s < 3; ++s)
+            [[unroll]] for (uint lane = 0; lane < 4; ++lane) {
+                if (4 * quad + lane >= dims.in_channels) continue;
+                const uint at = (k * dims.in_channels + 4 * quad + lane) * 9 + 3 * r + s;
+                const float value = dims.scale * values[r * kRow + s][lane];
+                grad_weight[at] = kAccumulate != 0 ? grad_weight[at] + value : value;
+            }
+    }
+}

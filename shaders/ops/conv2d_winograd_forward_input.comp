@@ -1,0 +1,53 @@
+#version 460
+// V = B^T x B of every tile of a slice and channel, zeros where the image ends. Tiles from dims.tiles to the
+// end of the dispatch are zero.
+// One invocation transforms one tile of 8 channels. Workgroups: tiles, octets of channels.
+// Bindings: x quads [C/4][N*H*W], transformed [kSize^2][ceil(C/8)][stride] pairs of quads.
+// Specialisation: 0 workgroup size, 10 kTile.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "store.glsl"
+#include "params/conv2d_winograd_params.h"
+#include "winograd.glsl"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+OCTETS_OUT(1, transformed);
+layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
+
+#include "winograd_tile.glsl"
+
+void main() {
+    const uint t = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    const uint octet = gl_WorkGroupID.y;
+    const uint octets = (dims.in_channels + 7) / 8;
+    const uint quads = (dims.in_channels + 3) / 4;
+    const Tile tile = tile_at(t);
+    const int pixels = int(dims.height * dims.width);
+
+    vec4 values[2 * kRow * kRow];
+    [[unroll]] for (uint part = 0; part < 2; ++part) {
+        const uint quad = 2 * octet + part;
+        const int base = int(quad * dims.n + tile.image) * pixels;
+        const bool inside = t < dims.tiles && quad < quads;
+        [[unroll]] for (uint i = 0; i < kSize; ++i) {
+            const int column = tile.column + int(i) - 1;
+            const bool inside_column = inside && uint(column) < dims.width;
+            [[unroll]] for (uint j = 0; j < kSize; ++j) {
+                const int row = tile.row + int(j) - 1;
+                const bool valid = inside_column && uint(row) < dims.height;
+                const vec4 value = LD4(x, valid ? base + row * int(dims.width) + column : 0);
+                values[part * kRow * kRow + j * kRow + i] = valid ? value : vec4(0);
+            }
+            apply_bt(COLUMN_OF(values, part * kRow * kRow + i));
+        }
+    }
+    [[unroll]] for (uint j = 0; j < kSize; ++j) {
+        apply_bt(ROW_OF(values, j));
+        apply_bt(ROW_OF(values, kRow + j));
+        [[unroll]] for (uint i = 0; i < kSize; ++i)
+            ST8(transformed, ((j * kSize + i) * octets + octet) * dims.stride + t, values[j * kRow + i],
+                values[kRow * kRow + j * kRow + i]);
+    }
+}

@@ -1,0 +1,73 @@
+#version 460
+// product[p] = weight[p] transformed[p] for each of the kSize^2 places p of a tile: register tiles as in
+// linear_forward_fast.comp, the lanes along the tiles of the slice.
+// One invocation computes kColumns tiles by 8 * kBlocks output channels at one place; subgroups of 8 lanes
+// or more. Workgroups: tiles (a whole number of workgroups, so that nothing is guarded), output channels,
+// places.
+// Bindings: transformed [places][ceil(C/8)][stride] pairs of quads, weight from
+// conv2d_winograd_forward_weight.comp, product [places][ceil(K/8)][stride] pairs of quads.
+// Specialisation: 0 workgroup size (a multiple of 8), 11 kColumns, 12 kBlocks.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "store.glsl"
+#include "params/conv2d_winograd_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 11) const uint kColumns = 8;
+layout(constant_id = 12) const uint kBlocks = 2;
+QUADS(0, transformed);
+QUADS(1, weight);
+OCTETS_OUT(2, product);
+layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
+
+void main() {
+    const uint octets = (dims.in_channels + 7) / 8;
+    const uint blocks = (dims.out_channels + 7) / 8;
+    const uint lane = gl_SubgroupInvocationID & 7u;
+    const uint column = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
+    const uint place = gl_WorkGroupID.z;
+
+    float sums[kBlocks * 8 * kColumns];  // [block][channel of 8][column]
+    [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
+    uint rows[kBlocks];  // blocks beyond the last one are computed from it and not stored
+    [[unroll]] for (uint b = 0; b < kBlocks; ++b)
+        rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
+    uint at = (place * octets * dims.stride + column) * 2;
+
+    for (uint octet = 0; octet < octets; ++octet) {
+        vec4 v[2 * kColumns];
+        [[unroll]] for (uint u = 0; u < 2; ++u)
+            [[unroll]] for (uint a = 0; a < kColumns; ++a)
+                v[u * kColumns + a] = LD4(transformed, at + 2 * a * gl_WorkGroupSize.x + u);
+        [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
+            vec4 w[2];
+            [[unroll]] for (uint u = 0; u < 2; ++u) w[u] = LD4(weight, rows[b] + octet * 16 + u * 8);
+            [[unroll]] for (uint m = 0; m < 8; ++m)
+                [[unroll]] for (uint u = 0; u < 2; ++u) {
+                    const float w0 = subgroupShuffle(w[u].x, m);
+                    const float w1 = subgroupShuffle(w[u].y, m);
+                    const float w2 = subgroupShuffle(w[u].z, m);
+                    const float w3 = subgroupShuffle(w[u].w, m);
+                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                        const vec4 k = v[u * kColumns + a];
+                        sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
+                    }
+                }
+        }
+        at += 2 * dims.stride;
+    }
+
+    [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
+        const uint block = gl_WorkGroupID.y * kBlocks + b;
+        if (block >= blocks) break;
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+            const uint s = b * 8 * kColumns + a;
+            ST8(product, (place * blocks + block) * dims.stride + column + a * gl_WorkGroupSize.x,
+                vec4(sums[s], sums[s + kColumns], sums[s + 2 * kColumns], sums[s + 3 * kColumns]),
+                vec4(sums[s + 4 * kColumns], sums[s + 5 * kColumns], sums[s + 6 * kColumns], sums[s + 7 * kColumns]));
+        }
+    }
+}

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "ops/conv2d.h"
+#include "params/conv2d_params.h"
+
+/// The algorithms that conv2d.cpp chooses from, for kernels of 3 x 3. Arguments as in conv2d.h.
+namespace splat::ops {
+
+std::uint64_t conv2d_pixels(const Conv2dDesc& desc);
+
+/// Flops of the definition, whichever algorithm computes it, and bytes of the operands.
+vk::Work conv2d_work(const Conv2dDesc& desc);
+
+/// The convolution that the gradient of the input is: channels swapped, no bias.
+Conv2dDesc conv2d_transposed(const Conv2dDesc& desc);
+
+params::Conv2dParams conv2d_params(const Conv2dDesc& desc);
+
+/// `bytes` of a workspace from `offset` on.
+vk::BufferView conv2d_part(const vk::BufferView& view, std::uint64_t offset, std::uint64_t bytes);
+
+/// By the definition: the plain kernels, and register tiles of their fast twins.
+std::uint64_t direct_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+Status direct_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                             const vk::BufferView& weight, const vk::BufferView& prepared,
+                             bool transposed);
+Status direct_forward(vk::Recorder& recorder, const char* op, const Conv2dDesc& desc,
+                      const vk::BufferView& x, const vk::BufferView& weight,
+                      const vk::BufferView& bias, const vk::BufferView& residual,
+                      const vk::BufferView& y);
+Status direct_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
+                             const vk::BufferView& weight, const vk::BufferView& grad_y,
+                             const vk::BufferView& grad_x);
+std::uint64_t direct_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                              const vk::BufferView& x, const vk::BufferView& grad_y,
+                              const vk::BufferView& grad_weight, const vk::BufferView& workspace,
+                              bool accumulate);
+
+/// Winograd's F(2x2, 3x3) and F(4x4, 3x3), desc.winograd = 2 or 4: transforms of all tiles of a
+/// slice, one matrix product for each place of a tile, transform back. Slices of tiles run through
+/// the same workspace, so that it stays in the cache and within one binding.
+///
+/// Precision    the transforms cancel: 3e-7 for F(2x2), 3e-6 for F(4x4), relative L2
+/// Source       A. Lavin, S. Gray, Fast Algorithms for Convolutional Neural Networks, 2016
+std::uint64_t winograd_weight_bytes(const Conv2dDesc& desc);
+Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                               const vk::BufferView& weight, const vk::BufferView& prepared,
+                               bool transposed);
+
+/// Of winograd_forward; the same for desc and its transpose.
+std::uint64_t winograd_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+
+/// `op` labels the dispatches. Errors: kUnsupported if the weight exceeds one binding.
+struct WinogradLabels {
+    const char* input;
+    const char* product;
+    const char* output;
+};
+Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
+                        const Conv2dDesc& desc, const vk::BufferView& x,
+                        const vk::BufferView& weight, const vk::BufferView& bias,
+                        const vk::BufferView& residual, const vk::BufferView& y,
+                        const vk::BufferView& workspace);
+std::uint64_t winograd_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                                const vk::BufferView& x, const vk::BufferView& grad_y,
+                                const vk::BufferView& grad_weight, const vk::BufferView& workspace,
+                                bool accumulate);
+
+}  // namespace splat::ops

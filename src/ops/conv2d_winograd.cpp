@@ -1,0 +1,124 @@
+#include <algorithm>
+
+#include "core/checked_math.h"
+#include "ops/conv2d_stages.h"
+#include "ops/launch.h"
+#include "ops/winograd_slices.h"
+#include "params/conv2d_winograd_params.h"
+
+namespace splat::ops {
+namespace {
+
+using vk::BufferView;
+using vk::Kernels;
+
+constexpr std::uint32_t kColumnsId = 11;
+constexpr std::uint32_t kBlocksId = 12;
+
+/// V and M of one slice, one behind the other.
+struct Workspace {
+    BufferView input;
+    BufferView product;
+};
+
+}  // namespace
+
+std::uint64_t winograd_weight_bytes(const Conv2dDesc& desc) {
+    return std::uint64_t{winograd_places(desc)} * round_up(desc.out_channels, 8) *
+           round_up(desc.in_channels, 8) * 4;
+}
+
+Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                               const BufferView& weight, const BufferView& prepared,
+                               bool transposed) {
+    const Conv2dDesc product = transposed ? conv2d_transposed(desc) : desc;
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups =
+        groups_for(recorder.device(),
+                   round_up(product.out_channels, 8) * round_up(product.in_channels, 8) / 4, size);
+    params::Conv2dWinogradParams params = winograd_params(product);
+    params.transposed = transposed ? 1 : 0;
+    params.groups_x = groups[0];
+    return recorder.dispatch({
+        .op = "conv2d_pack_weight",
+        .shader = winograd_shader(recorder, "conv2d_winograd_forward_weight",
+                                  "conv2d_winograd_forward_weight_cpu"),
+        .constants = {{kWorkgroupSizeId, size}, winograd_tile(desc)},
+        .push = params,
+        .accesses = {vk::read(weight), vk::write(prepared)},
+        .groups = groups,
+        .work = {.flops = 0, .bytes = 1.25 * static_cast<double>(winograd_weight_bytes(desc))},
+    });
+}
+
+std::uint64_t winograd_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    const WinogradSlices slices = winograd_slices(recorder, desc);
+    return slices.bytes(desc, desc.in_channels) + slices.bytes(desc, desc.out_channels);
+}
+
+Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& desc,
+                      const WinogradSlices& slices, params::Conv2dWinogradParams params,
+                      const BufferView& x, const BufferView& transformed) {
+    return recorder.dispatch({
+        .op = op,
+        .shader = winograd_shader(recorder, "conv2d_winograd_forward_input",
+                                  "conv2d_winograd_forward_input_cpu"),
+        .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .push = params,
+        .accesses = {vk::read(x), vk::write(transformed)},
+        .groups = {slices.groups(params.tiles),
+                   static_cast<std::uint32_t>(ceil_div(desc.in_channels, 8)), 1},
+        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(transformed.bytes)},
+    });
+}
+
+Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
+                        const Conv2dDesc& desc, const BufferView& x, const BufferView& weight,
+                        const BufferView& bias, const BufferView& residual, const BufferView& y,
+                        const BufferView& workspace) {
+    const WinogradSlices slices = winograd_slices(recorder, desc);
+    const std::uint64_t input_bytes = slices.bytes(desc, desc.in_channels);
+    const Workspace space{
+        conv2d_part(workspace, 0, input_bytes),
+        conv2d_part(workspace, input_bytes, slices.bytes(desc, desc.out_channels))};
+    const auto quads = static_cast<std::uint32_t>(ceil_div(desc.out_channels, 4));
+    const vk::Work work = conv2d_work(desc);
+    for (std::uint32_t first = 0; first < slices.all; first += slices.tiles) {
+        params::Conv2dWinogradParams params = winograd_params(desc);
+        params.first_tile = first;
+        params.tiles = std::min(slices.tiles, slices.all - first);
+        params.stride = slices.tiles;
+        params.has_residual = residual.block != nullptr ? 1 : 0;
+        SPLAT_TRY(winograd_input(recorder, labels.input, desc, slices, params, x, space.input));
+        const double share = static_cast<double>(params.tiles) / slices.all;
+        SPLAT_TRY(recorder.dispatch({
+            .op = labels.product,
+            .shader = winograd_shader(recorder, "conv2d_winograd_forward_product",
+                                      "conv2d_winograd_forward_product_cpu"),
+            .constants = {{kWorkgroupSizeId, slices.lanes},
+                          {kColumnsId, slices.columns},
+                          {kBlocksId, slices.blocks}},
+            .push = params,
+            .accesses = {vk::read(space.input), vk::read(weight), vk::write(space.product)},
+            .groups = {slices.groups(params.tiles) / slices.columns,
+                       static_cast<std::uint32_t>(
+                           ceil_div(desc.out_channels, std::uint64_t{8} * slices.blocks)),
+                       winograd_places(desc)},
+            .work = {.flops = work.flops * share, .bytes = work.bytes * share},
+        }));
+        SPLAT_TRY(recorder.dispatch({
+            .op = labels.output,
+            .shader = winograd_shader(recorder, "conv2d_winograd_forward_output",
+                                      "conv2d_winograd_forward_output_cpu"),
+            .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+            .push = params,
+            .accesses = {vk::read(space.product), vk::read(bias),
+                         vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
+            .groups = {slices.groups(params.tiles), quads, 1},
+            .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(space.product.bytes)},
+        }));
+    }
+    return {};
+}
+
+}  // namespace splat::ops

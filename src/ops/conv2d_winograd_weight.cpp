@@ -1,0 +1,131 @@
+#include <algorithm>
+
+#include "core/checked_math.h"
+#include "ops/conv2d_stages.h"
+#include "ops/launch.h"
+#include "ops/winograd_slices.h"
+
+namespace splat::ops {
+namespace {
+
+using vk::BufferView;
+
+/// conv2d_winograd_backward_weight_product.comp: channels of a tile, both ways.
+constexpr std::uint32_t kTile = 32;
+constexpr std::uint32_t kAccumulateId = 11;
+
+/// Products of slices that are kept to be summed together: more of them cost fewer passes over
+/// grad_weight, and memory.
+constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMostProducts = 8;
+
+/// V, D and the products of one round of slices, one behind the other.
+struct Round {
+    WinogradSlices slices;
+    std::uint32_t products;  ///< slices of a round
+    std::uint64_t input_bytes;
+    std::uint64_t grad_bytes;
+    std::uint64_t product_bytes;  ///< of one slice
+};
+
+Round round_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    Round round{};
+    round.slices = winograd_slices(recorder, desc);
+    round.input_bytes = round.slices.bytes(desc, desc.in_channels);
+    round.grad_bytes = round.slices.bytes(desc, desc.out_channels);
+    round.product_bytes = std::uint64_t{winograd_places(desc)} * desc.out_channels *
+                          round_up(desc.in_channels, 4) * 4;
+    const std::uint64_t most =
+        std::clamp<std::uint64_t>(kProductsBytes / round.product_bytes, 1, kMostProducts);
+    round.products = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(most, ceil_div(round.slices.all, round.slices.tiles)));
+    return round;
+}
+
+/// product[params.slice] = D V^T over one slice of tiles.
+Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& round,
+                   const params::Conv2dWinogradParams& params, const BufferView& x,
+                   const BufferView& grad_y, const BufferView& workspace,
+                   const BufferView& products) {
+    const WinogradSlices& slices = round.slices;
+    const BufferView input = conv2d_part(workspace, 0, round.input_bytes);
+    const BufferView grad = conv2d_part(workspace, round.input_bytes, round.grad_bytes);
+    SPLAT_TRY(
+        winograd_input(recorder, "conv2d_backward_weight_input", desc, slices, params, x, input));
+    SPLAT_TRY(recorder.dispatch({
+        .op = "conv2d_backward_weight_grad",
+        .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_input",
+                                  "conv2d_winograd_backward_weight_input_cpu"),
+        .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .push = params,
+        .accesses = {vk::read(grad_y), vk::write(grad)},
+        .groups = {slices.groups(params.tiles),
+                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, 8)), 1},
+        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(grad.bytes)},
+    }));
+    const vk::Work work = conv2d_work(desc);
+    const double share = static_cast<double>(params.tiles) / slices.all;
+    return recorder.dispatch({
+        .op = "conv2d_backward_weight",
+        .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_product",
+                                  "conv2d_winograd_backward_weight_product_cpu"),
+        .constants = {{kWorkgroupSizeId, slices.lanes}},
+        .push = params,
+        .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
+        .groups = {static_cast<std::uint32_t>(
+                       ceil_div(desc.in_channels, std::uint64_t{kTile} * (slices.lanes / 8))),
+                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kTile)),
+                   winograd_places(desc)},
+        .work = {.flops = work.flops * share, .bytes = work.bytes * share},
+    });
+}
+
+}  // namespace
+
+std::uint64_t winograd_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    const Round round = round_of(recorder, desc);
+    return round.input_bytes + round.grad_bytes +
+           round_up(round.products * round.product_bytes, 256);
+}
+
+Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
+                                const BufferView& grad_y, const BufferView& grad_weight,
+                                const BufferView& workspace, bool accumulate) {
+    const Round round = round_of(recorder, desc);
+    const WinogradSlices& slices = round.slices;
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint64_t quads = desc.out_channels * ceil_div(desc.in_channels, 4);
+    const vk::Groups per_quad = groups_for(recorder.device(), quads, size);
+    for (std::uint32_t first = 0; first < slices.all;) {
+        params::Conv2dWinogradParams params = winograd_params(desc);
+        params.stride = slices.tiles;
+        params.groups_x = per_quad[0];
+        const bool later = accumulate || first > 0;
+        const std::uint32_t left =
+            static_cast<std::uint32_t>(ceil_div(slices.all - first, slices.tiles));
+        params.slices = std::min(round.products, left);
+        const BufferView products = conv2d_part(workspace, round.input_bytes + round.grad_bytes,
+                                                params.slices * round.product_bytes);
+        for (params.slice = 0; params.slice < params.slices; ++params.slice) {
+            params.first_tile = first;
+            params.tiles = std::min(slices.tiles, slices.all - first);
+            SPLAT_TRY(add_product(recorder, desc, round, params, x, grad_y, workspace, products));
+            first += params.tiles;
+        }
+        SPLAT_TRY(recorder.dispatch({
+            .op = "conv2d_backward_weight_output",
+            .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_output",
+                                      "conv2d_winograd_backward_weight_output_cpu"),
+            .constants = {{kWorkgroupSizeId, size},
+                          winograd_tile(desc),
+                          {kAccumulateId, later ? 1U : 0U}},
+            .push = params,
+            .accesses = {vk::read(products), vk::read_write(grad_weight)},
+            .groups = per_quad,
+            .work = {.flops = 0, .bytes = static_cast<double>(products.bytes)},
+        }));
+    }
+    return {};
+}
+
+}  // namespace splat::ops

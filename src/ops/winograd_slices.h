@@ -1,0 +1,45 @@
+#pragma once
+
+#include "ops/conv2d.h"
+#include "params/conv2d_winograd_params.h"
+
+/// How the tiles of a Winograd convolution are cut into slices, and what its stages share.
+namespace splat::ops {
+
+/// The specialisation constant of the transforms.
+inline vk::SpecConstant winograd_tile(const Conv2dDesc& desc) {
+    return {10, static_cast<std::uint32_t>(desc.winograd)};
+}
+
+/// A slice is a whole number of workgroups of the product, so that none of the stages has to guard
+/// the tiles it reads.
+struct WinogradSlices {
+    std::uint32_t all;      ///< tiles of the batch
+    std::uint32_t tiles;    ///< of a slice; the last may have fewer
+    std::uint32_t lanes;    ///< workgroup size
+    std::uint32_t columns;  ///< register tile of the product: tiles of each lane ...
+    std::uint32_t blocks;   ///< ... by 8 * blocks output channels
+
+    /// Workgroups of the transforms for `count` tiles: a multiple of `columns`.
+    [[nodiscard]] std::uint32_t groups(std::uint32_t count) const;
+
+    /// A transformed tensor of one slice.
+    [[nodiscard]] std::uint64_t bytes(const Conv2dDesc& desc, std::uint32_t channels) const;
+};
+
+/// (desc.winograd + 2)^2: the places of a transformed tile.
+std::uint32_t winograd_places(const Conv2dDesc& desc);
+
+WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& desc);
+
+params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc);
+
+/// One of the two modules of a shader under LOADS of shaders/CMakeLists.txt.
+const char* winograd_shader(const vk::Recorder& recorder, const char* gpu, const char* cpu);
+
+/// V = B^T x B of one slice.
+Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& desc,
+                      const WinogradSlices& slices, params::Conv2dWinogradParams params,
+                      const vk::BufferView& x, const vk::BufferView& transformed);
+
+}  // namespace splat::ops
