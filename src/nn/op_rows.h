@@ -9,6 +9,7 @@ extern const OpRow kAddRow;
 extern const OpRow kAttentionRow;
 extern const OpRow kConcatRow;
 extern const OpRow kFilmRow;
+extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kLinearRow;
 extern const OpRow kResample2dRow;

@@ -7,9 +7,9 @@
 namespace splat::nn {
 namespace {
 
-constexpr const OpRow* kOps[] = {&kAddRow,        &kAttentionRow, &kConcatRow,
-                                 &kFilmRow,       &kGroupNormRow, &kLinearRow,
-                                 &kResample2dRow, &kSiluRow,      &kSplit3Row};
+constexpr const OpRow* kOps[] = {&kAddRow,          &kAttentionRow, &kConcatRow, &kFilmRow,
+                                 &kGaussianHeadRow, &kGroupNormRow, &kLinearRow, &kResample2dRow,
+                                 &kSiluRow,         &kSplit3Row};
 
 }  // namespace
 

@@ -66,6 +66,7 @@ HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0
 /// Member `name` of a golden file; records a failure if it is not there.
 HostTensor golden_tensor(const Npz& npz, const std::string& name);
 std::vector<double> golden_values(const Npz& npz, const std::string& name);
+std::vector<double> golden_integers(const Npz& npz, const std::string& name);
 
 /// Test suites run once per set of kernels: TEST_P(GroupNorm, ...) with context() of those kernels.
 class KernelsTest : public testing::TestWithParam<vk::Kernels> {

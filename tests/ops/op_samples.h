@@ -54,6 +54,15 @@ inline void add_attention_samples(std::vector<OpCall>& calls) {
                                {Shape{2, channels + 6, 6}}));
 }
 
+inline void add_gaussian_samples(std::vector<OpCall>& calls) {
+    const Shape point{1, 24, 3};
+    calls.push_back(sample("gaussian_head", {{"views", 2}},
+                           {normal_tensor({2, 24, 3, 4}, 17), normal_tensor({3, 3, 4}, 18),
+                            normal_tensor({2, 4, 4}, 19), normal_tensor({2, 4}, 20),
+                            normal_tensor({2, 2}, 21), normal_tensor({2, 3, 4}, 22)},
+                           {point, Shape{1, 24, 1}, point, Shape{1, 24, 4}, Shape{1, 24, 4, 3}}));
+}
+
 inline std::vector<OpCall> op_samples() {
     std::vector<OpCall> calls;
     for (const std::uint32_t channels : {8U, 6U})  // whole quads per group, and not
@@ -67,6 +76,7 @@ inline std::vector<OpCall> op_samples() {
                {Shape{17, 31}}));
     add_elementwise_samples(calls);
     add_attention_samples(calls);
+    add_gaussian_samples(calls);
     return calls;
 }
 
