@@ -210,7 +210,7 @@ class ApiOomRaster : public ApiOom {
 };
 
 TEST_F(ApiOomRaster, SomeAllocations) {
-    run(count_ / 20, 20);
+    run(count_ / 100, 50);
 }
 
 TEST_F(ApiOomRaster, EveryAllocation) {
