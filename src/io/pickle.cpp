@@ -106,22 +106,10 @@ class Unpickler {
         return {};
     }
 
-    Status push_new(Kind kind) {
+    Status push_new(Kind kind, std::int64_t integer = 0, std::string_view text = {}) {
         PickleNode value;
         value.kind = kind;
-        return push(node(std::move(value)));
-    }
-
-    Status push_int(std::int64_t integer) {
-        PickleNode value;
-        value.kind = Kind::kInt;
         value.integer = integer;
-        return push(node(std::move(value)));
-    }
-
-    Status push_text(Kind kind, std::string_view text) {
-        PickleNode value;
-        value.kind = kind;
         value.text = text;
         return push(node(std::move(value)));
     }
@@ -283,7 +271,7 @@ class Unpickler {
     Status push_number() {
         T value = 0;
         SPLAT_TRY(reader_.read(value, "number"));
-        return push_int(value);
+        return push_new(Kind::kInt, value);
     }
 
     Status push_real(double real) {
@@ -303,7 +291,7 @@ class Unpickler {
             value |= std::to_integer<std::uint64_t>(data[i]) << (8 * i);
         if (size > 0 && size < 8 && (value >> (8U * size - 1)) != 0)
             value |= ~std::uint64_t{0} << (8U * size);
-        return push_int(static_cast<std::int64_t>(value));
+        return push_new(Kind::kInt, static_cast<std::int64_t>(value));
     }
 
     template <class Size>
@@ -311,7 +299,7 @@ class Unpickler {
         Size size = 0;
         SPLAT_TRY(reader_.read(size, "size of a text"));
         SPLAT_ASSIGN(const Bytes data, reader_.take(size, "text"));
-        return push_text(kind, as_text(data));
+        return push_new(kind, 0, as_text(data));
     }
 
     template <class Index>
@@ -364,9 +352,7 @@ class Unpickler {
             std::string(module.substr(0, 200)) + "." + std::string(name.substr(0, 200));
         for (std::size_t i = 0; i < std::size(kGlobals); ++i) {
             if (kGlobals[i].name != full) continue;
-            SPLAT_TRY(push_text(Kind::kGlobal, kGlobals[i].name));
-            at(stack_.back()).integer = static_cast<std::int64_t>(i);
-            return {};
+            return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), kGlobals[i].name);
         }
         return error(Code::kUnsupported,
                      "pickle: byte %zu: it asks for '%s', which is no part of a state dict and is "
@@ -404,7 +390,7 @@ class Unpickler {
                 return encode(arguments) ? Status() : misfit();
             case Role::kDtype:
                 if (arguments.empty() || at(arguments[0]).kind != Kind::kText) return misfit();
-                return push_text(Kind::kDtype, at(arguments[0]).text);
+                return push_new(Kind::kDtype, 0, at(arguments[0]).text);
             case Role::kScalar:
                 return scalar(arguments) ? Status() : misfit();
             case Role::kStorageType:
@@ -421,7 +407,7 @@ class Unpickler {
         const auto bytes = latin1(at(arguments[0]).text);
         if (!bytes) return false;
         pickle_.texts_.push_back(*bytes);
-        return push_text(Kind::kBytes, pickle_.texts_.back()).ok();
+        return push_new(Kind::kBytes, 0, pickle_.texts_.back()).ok();
     }
 
     /// numpy.core.multiarray.scalar(dtype, bytes).
@@ -435,7 +421,7 @@ class Unpickler {
         if (type == "f4" && data.size() == 4)
             return push_real(static_cast<double>(number<float>(data.data()))).ok();
         if (type == "i8" && data.size() == 8)
-            return push_int(number<std::int64_t>(data.data())).ok();
+            return push_new(Kind::kInt, number<std::int64_t>(data.data())).ok();
         return false;
     }
 
@@ -491,15 +477,6 @@ Result<Pickle> Pickle::read(Buffer bytes) {
     return pickle;
 }
 
-const PickleNode* Pickle::find(const PickleNode& dict, std::string_view key) const {
-    if (dict.kind != Kind::kDict) return nullptr;
-    for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
-        const PickleNode& name = nodes_[dict.items[i - 2]];
-        if (name.kind == Kind::kText && name.text == key) return &nodes_[dict.items[i - 1]];
-    }
-    return nullptr;
-}
-
 Result<NumberType> Pickle::storage_type(const PickleNode& global) {
     const auto row = static_cast<std::size_t>(global.integer);
     if (global.kind == Kind::kGlobal && kGlobals[row].role == Role::kStorageType)
@@ -509,32 +486,10 @@ Result<NumberType> Pickle::storage_type(const PickleNode& global) {
 }
 
 const char* kind_name(PickleNode::Kind kind) {
-    switch (kind) {
-        case Kind::kNone:
-            return "None";
-        case Kind::kBool:
-            return "a bool";
-        case Kind::kInt:
-        case Kind::kFloat:
-            return "a number";
-        case Kind::kText:
-        case Kind::kBytes:
-            return "a text";
-        case Kind::kList:
-            return "a list";
-        case Kind::kTuple:
-            return "a tuple";
-        case Kind::kDict:
-            return "a dict";
-        case Kind::kGlobal:
-        case Kind::kDtype:
-            return "a type";
-        case Kind::kStorage:
-            return "a storage";
-        case Kind::kTensor:
-            return "a tensor";
-    }
-    return "a value";
+    constexpr const char* kNames[] = {"None",      "a bool",   "a number", "a number", "a text",
+                                      "a text",    "a list",   "a tuple",  "a dict",   "a type",
+                                      "a storage", "a tensor", "a type"};
+    return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace splat::io

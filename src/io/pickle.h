@@ -57,7 +57,14 @@ class Pickle {
     [[nodiscard]] const PickleNode& operator[](std::uint32_t node) const { return nodes_[node]; }
 
     /// The last value of this key; nullptr if there is none, or `dict` is none.
-    [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const;
+    [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const {
+        if (dict.kind != Kind::kDict) return nullptr;
+        for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
+            const PickleNode& name = nodes_[dict.items[i - 2]];
+            if (name.kind == Kind::kText && name.text == key) return &nodes_[dict.items[i - 1]];
+        }
+        return nullptr;
+    }
 
     /// The numbers that a storage type of the allow-list holds. Errors: kUnsupported if the node is
     /// no such type.

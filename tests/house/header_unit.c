@@ -20,3 +20,4 @@ splat_rasterizer_desc sample_rasterizer_desc;
 splat_gaussians_desc sample_gaussians_desc;
 splat_gradients_desc sample_gradients_desc;
 splat_rasterizer_info sample_rasterizer_info;
+splat_weights_info sample_weights_info;

@@ -179,7 +179,7 @@ int convert(const ConvertOptions& options) {
     check_target(options.out, options.overwrite);
     const WeightsFile file = load(options.in);
     check(splat_weights_save(file.weights.get(), options.out.c_str(),
-                             options.half ? SPLAT_WEIGHTS_HALF : 0U));
+                             options.half ? std::uint32_t{SPLAT_WEIGHTS_HALF} : 0U));
     if (options.json)
         std::printf("%s\n", json_text({{"in", options.in},
                                        {"out", options.out},
