@@ -69,8 +69,7 @@ Status Predictor::build() {
     view_to_world_ = graph_.input("view_to_world", {n, 4, 4}, Layout::kRowMajor);
     quaternion_ = graph_.input("quaternions", {n, 4}, Layout::kRowMajor);
     if (config_.fov_degrees == 0) focal_ = graph_.input("focals", {n, 2}, Layout::kRowMajor);
-    if (config_.origin_distance)
-        origin_ = graph_.input("origin_distance", {n, r, r}, Layout::kRowMajor);
+    if (config_.origin_distance) origin_ = graph_.input("origin_distance", {n}, Layout::kRowMajor);
     if (config_.embedding != Embedding::kNone)
         embedding_ = graph_.input("embedding", {n, config_.embedding_length()});
     if (config_.tokens > 0)
@@ -121,16 +120,21 @@ Status Predictor::set_input(const PredictorInput& input) {
     SPLAT_TRY(expect_count("images", input.images.size(), images() * given));
     if (config_.origin_distance) {  // the last plane of each image; the network sees the others
         std::vector<float> shown;
-        std::vector<float> distance;
+        std::vector<float> distances;
         for (std::size_t image = 0; image < images(); ++image) {
             const auto planes = input.images.subspan(image * given, given);
+            const auto last = planes.subspan(seen);
+            if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
+                return error(Code::kInvalidArgument,
+                             "predictor: the origin distance of image %zu varies, expected one "
+                             "number in the whole plane",
+                             image);
             shown.insert(shown.end(), planes.begin(),
                          planes.begin() + static_cast<std::ptrdiff_t>(seen));
-            distance.insert(distance.end(), planes.begin() + static_cast<std::ptrdiff_t>(seen),
-                            planes.end());
+            distances.push_back(last[0]);
         }
         SPLAT_TRY(put(image_, shown, "images"));
-        SPLAT_TRY(put(origin_, distance, "origin_distance"));
+        SPLAT_TRY(put(origin_, distances, "origin_distance"));
     } else {
         SPLAT_TRY(put(image_, input.images, "images"));
     }

@@ -243,7 +243,7 @@ class GoldenNet : public KernelsTest {
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNet);
 
-TEST_P(GoldenNet, OutputsAndGradients) {
+void run_all(vk::Context& context, model::Precision precision) {
     for (const std::string& path : golden_files("net", "net_")) {
         const std::string name = std::filesystem::path(path).stem().string();
         auto npz = Npz::read(path);
@@ -252,14 +252,19 @@ TEST_P(GoldenNet, OutputsAndGradients) {
         PredictorOptions options;
         options.objects = static_cast<std::uint32_t>(golden.array("x").shape.at(0));
         options.gradients = options.input_gradient = true;
-        Session session(context(), golden, options);
+        options.build.precision = precision;
+        Session session(context, golden, options);
         ASSERT_OK(session.open()) << name;
         expect_outputs(session, golden);
         ASSERT_OK(session.backward()) << name;
         expect_digests(session, golden);
         expect_gradients(session, golden);
-        if (HasFatalFailure()) return;
+        if (testing::Test::HasFatalFailure()) return;
     }
+}
+
+TEST_P(GoldenNet, OutputsAndGradients) {
+    run_all(context(), model::Precision::kStrict);
 }
 
 }  // namespace
