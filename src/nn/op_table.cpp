@@ -13,9 +13,12 @@ constexpr const OpRow* kOps[] = {
     &kFilmRow,          //
     &kGaussianHeadRow,  //
     &kGroupNormRow,     //
+    &kL1Row,            //
+    &kL2Row,            //
     &kLinearRow,        //
     &kResample2dRow,    //
     &kSiluRow,          //
+    &kSsimRow,          //
 };
 
 }  // namespace

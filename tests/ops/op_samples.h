@@ -102,6 +102,10 @@ inline std::vector<OpCall> op_samples() {
                    {Shape{2, 6, 3, 7}}));
     add_elementwise_samples(calls);
     calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
+    for (const char* loss : {"l1", "l2", "ssim"})
+        calls.push_back(sample(loss, Json::object(),
+                               {normal_tensor({2, 3, 9, 13}, 30), normal_tensor({2, 3, 9, 13}, 31)},
+                               {Shape{1}}));
     return calls;
 }
 
