@@ -9,7 +9,7 @@ namespace {
 
 using vk::BufferView;
 
-constexpr Port kLossInputs[] = {{"a"}, {.name = "b", .constant = true}};
+constexpr Port kLossInputs[] = {{"a"}, {"b", Layout::kQuads, false, true}};
 constexpr Port kLossOutputs[] = {{"loss", Layout::kRowMajor}};
 constexpr const char* kSsimSaved[] = {"slopes"};
 
