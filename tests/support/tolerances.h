@@ -16,8 +16,9 @@ struct Tolerance {
 /// One row per op and result; the only place where tests keep these figures.
 ///
 /// c = 4 everywhere but for Winograd's F(4x4): a rounding is half an ulp (2^-24), the error of a sum
-/// of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and other devices order
-/// their sums otherwise. The L2 figures are the project's goals; after each reason the worst seen.
+/// of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and
+/// other devices order their sums otherwise. The L2 figures are the project's goals; after each
+/// reason the worst seen.
 inline constexpr Tolerance kTolerances[] = {
     {"group_norm", "y", 4, 1e-6,
      "one rounding each of x - mean, rstd, gamma and beta; sigmoid is 3.3 ulp off; seen 1.4e-7"},
