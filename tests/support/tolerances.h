@@ -15,9 +15,10 @@ struct Tolerance {
 
 /// One row per op and result; the only place where tests keep these figures.
 ///
-/// c = 4 everywhere but for Winograd's F(4x4): a rounding is half an ulp (2^-24), the error of a sum of K of them grows like
-/// sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and other devices order
-/// their sums otherwise. The L2 figures are the project's goals; after each reason the worst seen.
+/// c = 4 everywhere but for Winograd's F(4x4): a rounding is half an ulp (2^-24), the error of a sum
+/// of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and
+/// other devices order their sums otherwise. The L2 figures are the project's goals; after each
+/// reason the worst seen.
 inline constexpr Tolerance kTolerances[] = {
     {"add", "y", 4, 1e-6, "a sum and a product"},
     {"add", "grad_a", 4, 1e-6, "one product"},
