@@ -1024,7 +1024,8 @@ SPLAT_API splat_result splat_model_read(splat_model model, const char* name, flo
 SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
 
 /* Add to the gradients of parameters those of a loss whose gradients by "means", "opacities",
- * "scales", "rotations" and "sh" are given, in this order; NULL entries are zero.
+ * "scales", "rotations" and "sh" are given, in this order; NULL entries are zero. Once after each
+ * splat_model_forward, whose results stay readable.
  * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass */
 SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
 SPLAT_API splat_result splat_model_zero_gradients(splat_model model);

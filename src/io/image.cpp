@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "core/checked_math.h"
-#include "io/quantise.h"
+#include "io/bytes.h"
 
 namespace splat::io {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "io/bytes.h"
 #include "io/ply_rows.h"
-#include "io/quantise.h"
 #include "scene/arrays.h"
 #include "scene/sh.h"
 

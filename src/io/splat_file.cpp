@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "io/quantise.h"
+#include "io/bytes.h"
 #include "io/reader.h"
 #include "scene/arrays.h"
 #include "scene/sh.h"

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/bytes.h"
 #include "io/compress.h"
-#include "io/quantise.h"
 #include "io/spz.h"
 #include "io/spz_layout.h"
 #include "scene/arrays.h"

@@ -119,9 +119,13 @@ Status Executor::forward() {
 }
 
 Status Executor::backward() {
-    if (backward_.empty() || !ran_)
-        return error(Code::kInvalidState, "backward was called %s",
-                     ran_ ? "on a network made without gradients" : "before the first forward");
+    if (backward_.empty())
+        return error(Code::kInvalidState,
+                     "backward was called on a network made without gradients");
+    if (!ran_)
+        return error(Code::kInvalidState,
+                     "backward was called without a forward pass of its own: each takes one");
+    ran_ = false;
     return context_.run(backward_);
 }
 

@@ -52,7 +52,8 @@ class Executor {
 
     Status forward();
 
-    /// kInvalidState before the first forward, or if made without.
+    /// Once after each forward: it overwrites what forward left for it. kInvalidState otherwise, or if
+    /// made without.
     Status backward();
 
     [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }

@@ -5,7 +5,7 @@
 #include <regex>
 #include <set>
 
-#include "api/misuse_table.h"
+#include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {
@@ -58,7 +58,7 @@ TEST(ApiMisuse, HasARowForEachParameterOfTheHeader) {
     ASSERT_GE(prototypes.size(), 31U) << "the header was not understood";
     const MisuseTable table;
     for (const std::string& gap : missing(prototypes, table.rows()))
-        ADD_FAILURE() << "no row for " << gap << " in tests/api/misuse_table*.cpp";
+        ADD_FAILURE() << "no row for " << gap << " in tests/api/misuse/";
     for (const Misuse& row : table.rows())
         EXPECT_EQ(prototypes.count(row.function), 1U) << row.function << " is not in the header";
 }

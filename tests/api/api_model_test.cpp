@@ -98,6 +98,9 @@ TEST_F(ApiModel, GradientsAddUp) {
     ASSERT_DONE(splat_model_backward(model, gradients));
     const char* name = "grad:network_with_offset.out.bias";
     const std::vector<float> once = read(model, name, 24);
+    EXPECT_REFUSED(splat_model_backward(model, gradients), SPLAT_ERROR_INVALID_STATE,
+                   "each takes one");
+    run(model);
     ASSERT_DONE(splat_model_backward(model, gradients));
     const std::vector<float> twice = read(model, name, 24);
     const std::vector<float> opacities = [&] { return read(model, "opacities", kGaussians); }();

@@ -220,9 +220,12 @@ TEST_P(ExecutorRules, RefusesWhatCannotBe) {
     desc.backward = false;
     desc.grad_outputs = desc.grad_inputs = {};
     ASSERT_OK(n.create(desc));
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "without gradients");
     ASSERT_OK(n.create(n.whole()));
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "before the first forward");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
+    ASSERT_OK(n.forward());
+    ASSERT_OK(n.backward());
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "ref/adam_ref.h"
 #include "support/golden.h"
 #include "support/gpu_buffers.h"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "ref/conv2d_ref.h"
 #include "support/rng_fill.h"
 #include "support/shapes.h"

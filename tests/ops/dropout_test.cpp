@@ -4,7 +4,7 @@
 
 #include <bit>
 
-#include "op_samples.h"
+#include "ops/every/op_samples.h"
 #include "ref/dropout_ref.h"
 
 namespace splat::test {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/gpu_buffers.h"
 #include "support/rng_fill.h"

@@ -2,7 +2,7 @@
 // the keys.
 #include <gtest/gtest.h>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/npz.h"
 

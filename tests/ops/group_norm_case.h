@@ -1,6 +1,6 @@
 #pragma once
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "ref/group_norm_ref.h"
 #include "support/rng_fill.h"
 #include "support/shapes.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "ref/linear_ref.h"
 #include "support/gpu_buffers.h"
 #include "support/gradcheck.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "op_samples.h"
+#include "ops/every/op_samples.h"
 #include "ref/split3_ref.h"
 
 namespace splat::test {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "op_samples.h"
+#include "ops/every/op_samples.h"
 #include "ref/ssim_ref.h"
 #include "support/golden.h"
 

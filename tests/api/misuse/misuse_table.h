@@ -71,6 +71,8 @@ class MisuseTable {
     void image_rows();
     void weights_rows();
     void model_rows();
+    void model_state_rows();
+    void model_pass_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {

@@ -1,4 +1,4 @@
-#include "api/misuse_table.h"
+#include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "op_harness.h"
+#include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
 /// One or more small calls of every operator, for what all of them must do: the same bits on every

@@ -1,5 +1,5 @@
 // What every operator of the table must do, on the calls of op_samples.h.
-#include "op_samples.h"
+#include "ops/every/op_samples.h"
 
 #include <gtest/gtest.h>
 

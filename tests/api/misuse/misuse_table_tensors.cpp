@@ -1,5 +1,5 @@
 // The rows of tensors and operators.
-#include "api/misuse_table.h"
+#include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {

@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "api/misuse_table.h"
+#include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {

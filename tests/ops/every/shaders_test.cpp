@@ -5,9 +5,9 @@
 
 #include <set>
 
-#include "op_samples.h"
 #include "ops/adam.h"
 #include "ops/ema.h"
+#include "ops/every/op_samples.h"
 #include "ops/quads.h"
 #include "ops/strided_copy.h"
 #include "ops/tensor_stats.h"

@@ -4,7 +4,7 @@
 
 #include "conv2d_case.h"
 #include "group_norm_case.h"
-#include "op_samples.h"
+#include "ops/every/op_samples.h"
 
 namespace splat::test {
 namespace {

@@ -1,5 +1,5 @@
 // The rows of models.
-#include "api/misuse_table.h"
+#include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {
@@ -12,9 +12,6 @@ constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
 
 void MisuseTable::model_rows() {
     const splat_model_desc good = model_desc();
-    const auto on_model = [this](const char* name, std::function<splat_result(splat_model)> call) {
-        handles<splat_model>(name, "model", std::move(call), kHandle);
-    };
     handles<splat_device>(
         "splat_model_create", "device",
         [this, good](splat_device d) { return splat_model_create(d, &good, outputs.model.out()); },
@@ -39,7 +36,17 @@ void MisuseTable::model_rows() {
     spoilt("a resolution that does not divide",
            [](splat_model_desc& d) { d.config = "data: {training_resolution: 30}"; });
 
+    model_state_rows();
+    model_pass_rows();
+}
+
+void MisuseTable::model_state_rows() {
+    const auto on_model = [this](const char* name, std::function<splat_result(splat_model)> call) {
+        handles<splat_model>(name, "model", std::move(call), kHandle);
+    };
     on_model("splat_model_init", [](splat_model m) { return splat_model_init(m, 1); });
+    add("splat_model_init", "seed", "any", SPLAT_OK,
+        [this] { return splat_model_init(model_, ~std::uint64_t{0}); });
     on_model("splat_model_load",
              [this](splat_model m) { return splat_model_load(m, weights_, 0); });
     handles<splat_weights>(
@@ -56,7 +63,16 @@ void MisuseTable::model_rows() {
     on_model("splat_model_report", [this](splat_model m) {
         return splat_model_report(m, *outputs.text.out(), 16, outputs.size.out());
     });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_model_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_model_report(model_, nullptr, 0, nullptr); });
+    handles<splat_model>("splat_model_destroy", "model", splat_model_destroy, SPLAT_OK);
+}
 
+void MisuseTable::model_pass_rows() {
+    const auto on_model = [this](const char* name, std::function<splat_result(splat_model)> call) {
+        handles<splat_model>(name, "model", std::move(call), kHandle);
+    };
     const splat_model_input input = sized<splat_model_input>();
     on_model("splat_model_forward",
              [input](splat_model m) { return splat_model_forward(m, &input); });
@@ -97,7 +113,6 @@ void MisuseTable::model_rows() {
         [this] { return splat_model_backward(model_, kNone); });
     on_model("splat_model_zero_gradients",
              [](splat_model m) { return splat_model_zero_gradients(m); });
-    on_model("splat_model_destroy", [](splat_model m) { return splat_model_destroy(m); });
 }
 
 }  // namespace splat::test
