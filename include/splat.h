@@ -934,6 +934,104 @@ SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer,
                                             size_t* needed);
 SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 
+/* ---- Models ---------------------------------------------------------------------------------- */
+
+/* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings
+ * and low-rank adapters) with its parameters on a device. M = views * R * R Gaussians per object; N =
+ * objects * views images of R x R pixels. Its calls are externally synchronised on the model. */
+typedef struct splat_model_s* splat_model;
+
+enum {
+    SPLAT_MODEL_GRADIENTS = 1u << 0,  /* splat_model_backward is wanted */
+    SPLAT_MODEL_TRAINING = 1u << 1,   /* dropout acts */
+    SPLAT_MODEL_LOW_MEMORY = 1u << 2  /* prepare weights anew in every pass: slower */
+};
+
+/* Kernels of 3x3 convolutions: their errors stand in BENCHMARKS.md. */
+enum { SPLAT_PRECISION_BALANCED = 0, SPLAT_PRECISION_STRICT = 1, SPLAT_PRECISION_FAST = 2 };
+
+typedef struct splat_model_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_MODEL_* */
+    const void* next;
+    const char* config; /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
+    uint32_t objects;   /* per pass; 0: 1 */
+    int32_t precision;  /* SPLAT_PRECISION_* */
+} splat_model_desc;
+
+/* Create a model; its parameters are zero.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a key of the
+ *   configuration that is unknown or beyond its range), SPLAT_ERROR_UNSUPPORTED,
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+SPLAT_API splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
+                                          splat_model* model);
+
+/* Start the parameters at random, as the published code does. Returns SPLAT_OK and errors of the
+ * device. */
+SPLAT_API splat_result splat_model_init(splat_model model, uint64_t seed);
+
+enum {
+    SPLAT_LOAD_GRAFT = 1u << 0,     /* widen the first convolution; tensors of no use are passed over */
+    SPLAT_LOAD_TAKE_RAYS = 1u << 1, /* take over the file's field of view */
+    SPLAT_LOAD_FROM_DEPTH = 1u << 2, /* channels behind RGB that the file's network had; for GRAFT */
+    SPLAT_LOAD_FROM_NORMAL = 1u << 3,
+    SPLAT_LOAD_FROM_MASK = 1u << 4
+};
+
+/* Take over the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
+ * that it lacks stay as they are. With GRAFT each channel goes to where its meaning is, and the outputs
+ * stay those of the file's network until the new channels are trained. flags: SPLAT_LOAD_*
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
+ *   SPLAT_ERROR_INVALID_ARGUMENT (a missing tensor, one that is not finite, another field of view) */
+SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
+
+/* The model's state dict, with the buffers that published files hold. */
+SPLAT_API splat_result splat_model_store(splat_model model, splat_weights* weights);
+
+/* JSON: {"config", "parameters", "trainable", "bytes": {"activations", "prepared"}, "load": {"copied",
+ * "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT */
+SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_t capacity,
+                                          size_t* needed);
+
+typedef struct splat_model_input {
+    uint32_t struct_size;
+    uint32_t step;              /* of the optimiser, and a seed: what dropout takes away */
+    uint64_t seed;
+    const float* images;        /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance */
+    const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
+    const float* quaternions;   /* [N,4] w x y z of that rotation; NULL with view_to_world */
+    const float* focals;        /* [N,2] pixels; NULL unless the configuration's fov is 0 */
+    const float* embedding;     /* [N,length] of a custom embedding, else NULL */
+    const float* tokens;        /* [N,token_dim,tokens], else NULL */
+} splat_model_input;
+
+/* Run the network. Arrays are read before the call returns.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
+ *   not finite), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_input* input);
+
+/* Results of the latest splat_model_forward, by name: "means" [objects,M,3] scene units, "opacities"
+ * [objects,M,1], "scales" [objects,M,3], "rotations" [objects,M,4] w x y z, "sh" [objects,M,K,3] with
+ * the constant term first, "raw" [N,output channels,R,R]; parameters by the names of the state dict,
+ * and their gradients as "grad:" and the name. bytes: those of the values or more.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such name, too few
+ *   bytes), SPLAT_ERROR_INVALID_STATE (before the first pass, no gradient) */
+SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,
+                                        size_t bytes);
+
+/* The Gaussians of one object as a scene of its own. Returns as splat_model_read. */
+SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
+
+/* Add to the gradients of parameters those of a loss whose gradients by "means", "opacities",
+ * "scales", "rotations" and "sh" are given, in this order; NULL entries are zero.
+ * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass */
+SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
+SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
+
+/* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_model_destroy(splat_model model);
+
 /* ---- Image files ----------------------------------------------------------------------------- */
 
 /* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy

@@ -58,7 +58,8 @@ void main() {
                     const float w2 = subgroupShuffle(w.z, m);
                     const float w3 = subgroupShuffle(w.w, m);
                     [[unroll]] for (uint a = 0; a < kRows; ++a)
-                        sums[m * kRows + a] += (w0 * v[a + r].x + w1 * v[a + r].y) + (w2 * v[a + r].z + w3 * v[a + r].w);
+                        sums[m * kRows + a] +=
+                            (w0 * v[a + r].x + w1 * v[a + r].y) + (w2 * v[a + r].z + w3 * v[a + r].w);
                 }
             }
         }

@@ -28,7 +28,8 @@ void main() {
     vec4 values[2 * kRow * kRow];
     [[unroll]] for (uint part = 0; part < 2; ++part) {
         const uint quad = 2 * octet + part;
-        const uint base = ((quad * dims.n + tile.image) * dims.height + uint(tile.row)) * dims.width + uint(tile.column);
+        const uint row = (quad * dims.n + tile.image) * dims.height + uint(tile.row);
+        const uint base = row * dims.width + uint(tile.column);
         const bool inside = t < dims.tiles && quad < quads;
         [[unroll]] for (uint i = 0; i < kTile; ++i) {
             [[unroll]] for (uint j = 0; j < kTile; ++j) {

@@ -2,8 +2,8 @@
 // grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to what is there when kAccumulate is set.
 // One invocation computes the taps of one output channel and four input channels.
 // Bindings: product [slices][kSize^2][K][ceil(C/4)] vec4, grad_weight [K,C,3,3] row-major.
-// Specialisation: 0 workgroup size, 10 kTile, 11 kAccumulate (not a push constant: lavapipe loads in both
-// branches).
+// Specialisation: 0 workgroup size, 10 kTile, 11 kAccumulate, 12 kWhole: C is a multiple of 4 and the 36
+// taps are nine quads (not push constants: lavapipe executes both branches).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -12,8 +12,9 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 11) const uint kAccumulate = 0;
+layout(constant_id = 12) const uint kWhole = 1;
 QUADS(0, product);
-layout(set = 0, binding = 1, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
+layout(set = 0, binding = 1, std430) buffer GradWeight { vec4 grad_weight[]; };  // accumulates
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
 #include "launch.glsl"
@@ -36,14 +37,22 @@ void main() {
             [[unroll]] for (uint l = 0; l < kSize; ++l)
                 values[j * kRow + l] += LD4(product, (s * places + j * kSize + l) * of_place + i);
     [[unroll]] for (uint l = 0; l < kSize; ++l) apply_gt(COLUMN_OF(values, l));
-    [[unroll]] for (uint r = 0; r < 3; ++r) {
-        apply_gt(ROW_OF(values, r));
-        [[unroll]] for (uint s = 0; s < 3; ++s)
-            [[unroll]] for (uint lane = 0; lane < 4; ++lane) {
-                if (4 * quad + lane >= dims.in_channels) continue;
-                const uint at = (k * dims.in_channels + 4 * quad + lane) * 9 + 3 * r + s;
-                const float value = dims.scale * values[r * kRow + s][lane];
-                grad_weight[at] = kAccumulate != 0 ? grad_weight[at] + value : value;
+    [[unroll]] for (uint r = 0; r < 3; ++r) apply_gt(ROW_OF(values, r));
+    if (kWhole != 0) {
+        [[unroll]] for (uint q = 0; q < 9; ++q) {
+            vec4 taps;
+            [[unroll]] for (uint e = 0; e < 4; ++e) {
+                const uint n = 4 * q + e;
+                taps[e] = dims.scale * values[n % 9 / 3 * kRow + n % 3][n / 9];
             }
+            grad_weight[9 * i + q] = kAccumulate != 0 ? grad_weight[9 * i + q] + taps : taps;
+        }
+        return;
+    }
+    [[unroll]] for (uint n = 0; n < 36; ++n) {
+        if (4 * quad + n / 9 >= dims.in_channels) continue;
+        const uint at = (k * dims.in_channels + 4 * quad) * 9 + n;
+        const float value = dims.scale * values[n % 9 / 3 * kRow + n % 3][n / 9];
+        grad_weight[at / 4][at % 4] = kAccumulate != 0 ? grad_weight[at / 4][at % 4] + value : value;
     }
 }

@@ -20,6 +20,8 @@ template <>
 constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
 template <>
 constexpr const char* kKind<WeightsObject> = "splat_weights";
+template <>
+constexpr const char* kKind<ModelObject> = "splat_model";
 
 struct Entry {
     const char* kind;
@@ -64,6 +66,11 @@ TensorObject::~TensorObject() {
 OpObject::~OpObject() {
     const std::lock_guard lock(context->mutex);
     op.reset();
+}
+
+ModelObject::~ModelObject() {
+    const std::lock_guard lock(context->mutex);
+    predictor.reset();
 }
 
 PackedScene::~PackedScene() {
@@ -120,5 +127,6 @@ template struct Handles<OpObject, splat_op>;
 template struct Handles<SceneObject, splat_scene>;
 template struct Handles<RasterizerObject, splat_rasterizer>;
 template struct Handles<WeightsObject, splat_weights>;
+template struct Handles<ModelObject, splat_model>;
 
 }  // namespace splat::api

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/weights_file.h"
+#include "model/weights.h"
 #include "nn/op_instance.h"
 #include "raster/pack.h"
 #include "splat.h"
@@ -80,6 +81,17 @@ struct WeightsObject {
     std::string report;  ///< JSON
 };
 
+/// What stands behind splat_model.
+struct ModelObject {
+    std::shared_ptr<vk::Context> context;
+    std::uint32_t objects = 1;  ///< per pass
+    std::unique_ptr<model::Predictor> predictor;
+    model::LoadReport load;  ///< of the latest load
+    bool ran = false;
+
+    ~ModelObject();
+};
+
 /// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
 /// recognised, not followed.
 ///
@@ -98,6 +110,7 @@ using Ops = Handles<OpObject, splat_op>;
 using Scenes = Handles<SceneObject, splat_scene>;
 using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
 using Weights = Handles<WeightsObject, splat_weights>;
+using Models = Handles<ModelObject, splat_model>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
@@ -105,5 +118,6 @@ extern template struct Handles<OpObject, splat_op>;
 extern template struct Handles<SceneObject, splat_scene>;
 extern template struct Handles<RasterizerObject, splat_rasterizer>;
 extern template struct Handles<WeightsObject, splat_weights>;
+extern template struct Handles<ModelObject, splat_model>;
 
 }  // namespace splat::api

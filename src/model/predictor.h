@@ -79,6 +79,7 @@ class Predictor {
     /// the caller's vector. Errors: those of reading.
     Status embedding_gradient(std::vector<float>& gradient) const;
 
+    [[nodiscard]] bool has_gradients() const { return options_.gradients; }
     [[nodiscard]] const PredictorConfig& config() const { return config_; }
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
     [[nodiscard]] const nn::Executor& executor() const { return *executor_; }

@@ -12,10 +12,13 @@ extern const OpRow kConv2dRow;
 extern const OpRow kFilmRow;
 extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
+extern const OpRow kL1Row;
+extern const OpRow kL2Row;
 extern const OpRow kLinearRow;
 extern const OpRow kResample2dRow;
 extern const OpRow kSiluRow;
 extern const OpRow kSplit3Row;
+extern const OpRow kSsimRow;
 
 inline constexpr Port kOutputY[] = {{"y"}};
 

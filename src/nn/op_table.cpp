@@ -15,10 +15,13 @@ constexpr const OpRow* kOps[] = {
     &kFilmRow,          //
     &kGaussianHeadRow,  //
     &kGroupNormRow,     //
+    &kL1Row,            //
+    &kL2Row,            //
     &kLinearRow,        //
     &kResample2dRow,    //
     &kSiluRow,          //
     &kSplit3Row,        //
+    &kSsimRow,          //
 };
 
 }  // namespace

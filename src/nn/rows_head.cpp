@@ -6,13 +6,12 @@ namespace {
 
 using vk::BufferView;
 
-constexpr Port kHeadInputs[] = {
-    {"net_out"},
-    {.name = "rays", .layout = Layout::kRowMajor, .constant = true},
-    {.name = "view_to_world", .layout = Layout::kRowMajor, .constant = true},
-    {.name = "quaternion", .layout = Layout::kRowMajor, .constant = true},
-    {.name = "focal", .layout = Layout::kRowMajor, .optional = true, .constant = true},
-    {.name = "origin", .layout = Layout::kRowMajor, .optional = true, .constant = true}};
+constexpr Port kHeadInputs[] = {{"net_out"},
+                                {"rays", Layout::kRowMajor, false, true},
+                                {"view_to_world", Layout::kRowMajor, false, true},
+                                {"quaternion", Layout::kRowMajor, false, true},
+                                {"focal", Layout::kRowMajor, true, true},
+                                {"origin", Layout::kRowMajor, true, true}};
 constexpr Port kHeadOutputs[] = {{"means", Layout::kRowMajor},
                                  {"opacities", Layout::kRowMajor},
                                  {"scales", Layout::kRowMajor},

@@ -13,6 +13,7 @@ using vk::BufferView;
 /// conv2d_winograd_backward_weight_product.comp: channels of a tile, both ways.
 constexpr std::uint32_t kTile = 32;
 constexpr std::uint32_t kAccumulateId = 11;
+constexpr std::uint32_t kWholeId = 12;
 
 /// Products of slices that are kept to be summed together: more of them cost fewer passes over
 /// grad_weight, and memory.
@@ -118,7 +119,8 @@ Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, 
                                       "conv2d_winograd_backward_weight_output_cpu"),
             .constants = {{kWorkgroupSizeId, size},
                           winograd_tile(desc),
-                          {kAccumulateId, later ? 1U : 0U}},
+                          {kAccumulateId, later ? 1U : 0U},
+                          {kWholeId, desc.in_channels % 4 == 0 ? 1U : 0U}},
             .push = params,
             .accesses = {vk::read(products), vk::read_write(grad_weight)},
             .groups = per_quad,

@@ -55,7 +55,8 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
 /// subgroups of 8 or more.
 Kernels best_kernels(const DeviceInfo& info) {
     if (info.limits.subgroup_size < 8 || !info.features.subgroup_shuffle) return Kernels::kPlain;
-    return info.kind == DeviceKind::kCpu ? Kernels::kCpu : Kernels::kGpu;
+    // Those for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
+    return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 
 std::string why_unusable(const DeviceInfo& info, bool has_queue) {
@@ -268,6 +269,12 @@ Status Device::choose_kernels(Kernels wish) {
                      info_.index, info_.name.c_str(), info_.limits.subgroup_size,
                      info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
                      kernels_name(kernels_));
+    if (kernels_ == Kernels::kCpu && !info_.features.int64)
+        return error(
+            Code::kUnsupported,
+            "device %u (%s) has no 64-bit integers in shaders, which cpu kernels need: use "
+            "gpu or plain ones",
+            info_.index, info_.name.c_str());
     return {};
 }
 

@@ -142,6 +142,19 @@ void listen_to_log(splat_log_level min_level) {
     EXPECT_EQ(splat_log_set_callback(on_log, nullptr, min_level), SPLAT_OK);
 }
 
+splat_model_desc model_desc() {
+    auto desc = sized<splat_model_desc>();
+    desc.config = kSmallModel;
+    return desc;
+}
+
+Model make_model(const Device& device) {
+    const splat_model_desc desc = model_desc();
+    Model model;
+    EXPECT_DONE(splat_model_create(device, &desc, model.out()));
+    return model;
+}
+
 Weights make_weights() {
     std::string header = R"({"__metadata__":{"k":"v"},"a":{"dtype":"F32","shape":[2,2],)"
                          R"("data_offsets":[0,16]},"b":{"dtype":"F16","shape":[],)"

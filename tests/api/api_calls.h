@@ -73,6 +73,7 @@ using Op = Owned<splat_op, splat_op_destroy>;
 using Scene = Owned<splat_scene, splat_scene_destroy>;
 using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
+using Model = Owned<splat_model, splat_model_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.
@@ -94,6 +95,14 @@ std::vector<float> download(splat_tensor tensor);
 
 /// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k": "v"}.
 Weights make_weights();
+
+/// A model of 16 x 16 pixels, two levels and attention at 8, and how it is asked for.
+inline constexpr const char* kSmallModel =
+    "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n"
+    "data:\n"
+    "  training_resolution: 16";
+splat_model_desc model_desc();
+Model make_model(const Device& device);
 
 /// A splat_op_desc with the vectors that it points to.
 struct OpRequest {

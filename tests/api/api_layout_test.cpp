@@ -352,11 +352,40 @@ const Layout kWeightsInfo = {  // clang-format off
     SPLAT_FIELD(splat_weights_info, dtype, 88, 8),}
 };  // clang-format on
 
-const Layout kLayouts[] = {kDeviceInfo,    kDeviceDesc,     kMemoryInfo,     kTensorDesc,
-                           kTensorInfo,    kTensorStats,    kOpDesc,         kSceneDesc,
-                           kSceneFileDesc, kSimilarity,     kSceneInfo,      kCamera,
-                           kOrbitDesc,     kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
-                           kGradientsDesc, kRasterizerInfo, kWeightsInfo};
+const Layout kModelDesc = {  // clang-format off
+    "splat_model_desc",
+    sizeof(splat_model_desc),
+    32,
+    {
+    SPLAT_FIELD(splat_model_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_model_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_model_desc, next, 8, 8),
+    SPLAT_FIELD(splat_model_desc, config, 16, 8),
+    SPLAT_FIELD(splat_model_desc, objects, 24, 4),
+    SPLAT_FIELD(splat_model_desc, precision, 28, 4),}
+};  // clang-format on
+
+const Layout kModelInput = {  // clang-format off
+    "splat_model_input",
+    sizeof(splat_model_input),
+    64,
+    {
+    SPLAT_FIELD(splat_model_input, struct_size, 0, 4),
+    SPLAT_FIELD(splat_model_input, step, 4, 4),
+    SPLAT_FIELD(splat_model_input, seed, 8, 8),
+    SPLAT_FIELD(splat_model_input, images, 16, 8),
+    SPLAT_FIELD(splat_model_input, view_to_world, 24, 8),
+    SPLAT_FIELD(splat_model_input, quaternions, 32, 8),
+    SPLAT_FIELD(splat_model_input, focals, 40, 8),
+    SPLAT_FIELD(splat_model_input, embedding, 48, 8),
+    SPLAT_FIELD(splat_model_input, tokens, 56, 8),}
+};  // clang-format on
+
+const Layout kLayouts[] = {
+    kModelDesc,     kModelInput,     kDeviceInfo, kDeviceDesc,     kMemoryInfo,     kTensorDesc,
+    kTensorInfo,    kTensorStats,    kOpDesc,     kSceneDesc,      kSceneFileDesc,  kSimilarity,
+    kSceneInfo,     kCamera,         kOrbitDesc,  kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
+    kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -424,6 +453,7 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(sizeof(splat_scene) == sizeof(void*));
     static_assert(sizeof(splat_rasterizer) == sizeof(void*));
     static_assert(sizeof(splat_weights) == sizeof(void*));
+    static_assert(sizeof(splat_model) == sizeof(void*));
     static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
 }
 

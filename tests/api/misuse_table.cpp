@@ -24,7 +24,7 @@ bool Outputs::untouched() const {
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
-           weights.untouched() && weights_info.untouched();
+           weights.untouched() && model.untouched() && weights_info.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -34,6 +34,7 @@ MisuseTable::MisuseTable() {
     stale_scene_ = number(SampleScene(1).create().destroy());
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
     stale_weights_ = number(make_weights().destroy());
+    stale_model_ = number(make_model(device_).destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -53,6 +54,7 @@ MisuseTable::MisuseTable() {
     rasterizer_output_rows();
     image_rows();
     weights_rows();
+    model_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

@@ -26,6 +26,7 @@ struct Outputs {
     Output<splat_scene> scene;
     Output<splat_rasterizer> rasterizer;
     Output<splat_weights> weights;
+    Output<splat_model> model;
     Output<splat_weights_info> weights_info;
     Output<splat_camera> camera;
     Output<splat_scene_info> scene_info;
@@ -69,6 +70,7 @@ class MisuseTable {
     void rasterizer_output_rows();
     void image_rows();
     void weights_rows();
+    void model_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {
@@ -100,12 +102,14 @@ class MisuseTable {
     Rasterizer rasterizer_ =
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     Weights weights_ = make_weights();
+    Model model_ = make_model(device_);
     std::uintptr_t stale_device_ = 0;
     std::uintptr_t stale_tensor_ = 0;
     std::uintptr_t stale_op_ = 0;
     std::uintptr_t stale_scene_ = 0;
     std::uintptr_t stale_rasterizer_ = 0;
     std::uintptr_t stale_weights_ = 0;
+    std::uintptr_t stale_model_ = 0;
     std::vector<Misuse> rows_;
 };
 
@@ -119,6 +123,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool scene = std::is_same_v<Handle, splat_scene>;
     constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
     constexpr bool weights = std::is_same_v<Handle, splat_weights>;
+    constexpr bool model = std::is_same_v<Handle, splat_model>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
         add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
@@ -129,12 +134,14 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!scene) bad("a scene", number(scene_.get()));
     if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
     if (!weights) bad("weights", number(weights_.get()));
+    if (!model) bad("a model", number(model_.get()));
     bad("a destroyed device", stale_device_);
     bad("a destroyed tensor", stale_tensor_);
     bad("a destroyed operator", stale_op_);
     bad("a destroyed scene", stale_scene_);
     bad("a destroyed rasterizer", stale_rasterizer_);
     bad("destroyed weights", stale_weights_);
+    bad("a destroyed model", stale_model_);
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});

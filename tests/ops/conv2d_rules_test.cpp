@@ -4,6 +4,7 @@
 
 #include "conv2d_case.h"
 #include "ops/conv2d.h"
+#include "ops/conv2d_algorithm.h"
 #include "support/golden.h"
 #include "support/gpu_buffers.h"
 #include "support/npz.h"
@@ -180,6 +181,33 @@ TEST(Conv2dCheck, RefusesWhatTheKernelsCannotTake) {
     refuses([](ops::Conv2dDesc& d) { d.out_channels = ~0U; }, "channels");
     refuses([](ops::Conv2dDesc& d) { d.width = 16385; }, "128 x 16385");
     refuses([](ops::Conv2dDesc& d) { d.height = ~0U; }, "at most 16384");
+}
+
+TEST(Conv2dAlgorithm, FollowsItsTable) {
+    using enum ops::Conv2dPrecision;
+    const auto choices = [](const ops::Conv2dDesc& desc) {
+        std::vector<int> all;
+        for (const ops::Conv2dPrecision precision : {kStrict, kBalanced, kFast}) {
+            ops::Conv2dDesc chosen = desc;
+            chosen.winograd = ops::conv2d_algorithm(desc, precision);
+            EXPECT_OK(ops::conv2d_check(chosen));
+            all.push_back(chosen.winograd);
+        }
+        return all;
+    };
+    using Choices = std::vector<int>;
+    const auto layer = [](std::uint32_t in, std::uint32_t size, std::uint32_t out) {
+        return ops::Conv2dDesc{
+            .n = 1, .in_channels = in, .height = size, .width = size, .out_channels = out};
+    };
+    EXPECT_EQ(choices(layer(128, 128, 128)), (Choices{2, 4, 4}));
+    EXPECT_EQ(choices(layer(512, 64, 256)), (Choices{2, 4, 4}));
+    EXPECT_EQ(choices(layer(256, 32, 256)), (Choices{2, 2, 4}));
+    EXPECT_EQ(choices(layer(3, 128, 128)), (Choices{2, 4, 4}));
+    EXPECT_EQ(choices(layer(128, 2, 128)), (Choices{0, 0, 0}));
+    ops::Conv2dDesc point = layer(256, 64, 256);
+    point.kernel = 1;
+    EXPECT_EQ(choices(point), (Choices{0, 0, 0}));
 }
 
 }  // namespace

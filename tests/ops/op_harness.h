@@ -67,6 +67,12 @@ HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0
 HostTensor golden_tensor(const Npz& npz, const std::string& name);
 std::vector<double> golden_values(const Npz& npz, const std::string& name);
 
+/// An image [C, H, W] as a batch of one.
+inline HostTensor image_batch(HostTensor image) {
+    image.shape = {1, image.shape[0], image.shape[1], image.shape[2]};
+    return image;
+}
+
 /// Test suites run once per set of kernels: TEST_P(GroupNorm, ...) with context() of those kernels.
 class KernelsTest : public testing::TestWithParam<vk::Kernels> {
   protected:

@@ -120,5 +120,22 @@ inline void add_attention_samples(std::vector<OpCall>& calls) {
         calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
         return calls;
     }
+        sample("linear", Json::object(),
+               {normal_tensor({17, 15}, 8), normal_tensor({31, 15}, 9), normal_tensor({31}, 10)},
+               {Shape{17, 31}}));
+    for (const std::uint32_t kernel : {1U, 3U})
+        calls.push_back(
+            sample("conv2d", {{"scale", 0.5}},
+                   {normal_tensor({2, 5, 3, 7}, 11), normal_tensor({6, 5, kernel, kernel}, 12),
+                    normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
+                   {Shape{2, 6, 3, 7}}));
+    add_elementwise_samples(calls);
+    calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
+    for (const char* loss : {"l1", "l2", "ssim"})
+        calls.push_back(sample(loss, Json::object(),
+                               {normal_tensor({2, 3, 9, 13}, 30), normal_tensor({2, 3, 9, 13}, 31)},
+                               {Shape{1}}));
+    return calls;
+}
 
 }  // namespace splat::test

@@ -6,6 +6,8 @@
 #include <set>
 
 #include "op_samples.h"
+#include "ops/adam.h"
+#include "ops/ema.h"
 #include "ops/quads.h"
 #include "ops/strided_copy.h"
 #include "ops/tensor_stats.h"
@@ -109,6 +111,8 @@ class Uses {
         for (const std::uint32_t stride : {1U, 2U})  // without gaps in y and with them
             EXPECT_OK(
                 ops::strided_copy(recorder_, {4, 1, {1, 0}, {stride, 0}, false}, row(4), row(8)));
+        EXPECT_OK(ops::adam(recorder_, {}, row(8), row(8), row(8), row(8)));
+        EXPECT_OK(ops::ema(recorder_, 0.5, row(8), row(8)));
         EXPECT_OK(ops::quads_pack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::quads_unpack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::tensor_stats(recorder_, 8, row(8), row(8)));

@@ -51,8 +51,9 @@ inline double number_of(double a) {
     return a;
 }
 
-inline Summed<double> summed(const std::vector<Rounded>& numbers) {
-    Summed<double> result(numbers.size(), 1);
+/// `terms`: how many numbers the longest sum in each adds up.
+inline Summed<double> summed(const std::vector<Rounded>& numbers, std::size_t terms = 1) {
+    Summed<double> result(numbers.size(), terms);
     for (std::size_t i = 0; i < numbers.size(); ++i)
         result.add(i, numbers[i].value, numbers[i].magnitude);
     return result;

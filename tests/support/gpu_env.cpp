@@ -181,6 +181,7 @@ std::vector<Kernels> kernels_to_test() {
     Context* context = shared_context();
     if (context == nullptr) return {};
     if (context->device().info().kernels == Kernels::kPlain) return {Kernels::kPlain};
+    if (!context->device().info().features.int64) return {Kernels::kPlain, Kernels::kGpu};
     return {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu};
 }
 

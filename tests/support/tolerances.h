@@ -15,9 +15,10 @@ struct Tolerance {
 
 /// One row per op and result; the only place where tests keep these figures.
 ///
-/// c = 4 everywhere but for Winograd's F(4x4): a rounding is half an ulp (2^-24), the error of a sum of K of them grows like
-/// sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and other devices order
-/// their sums otherwise. The L2 figures are the project's goals; after each reason the worst seen.
+/// c = 4 everywhere but for Winograd's F(4x4): a rounding is half an ulp (2^-24), the error of a sum
+/// of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and
+/// other devices order their sums otherwise. The L2 figures are the project's goals; after each
+/// reason the worst seen.
 inline constexpr Tolerance kTolerances[] = {
     {"add", "y", 4, 1e-6, "a sum and a product"},
     {"add", "grad_a", 4, 1e-6, "one product"},
@@ -48,6 +49,10 @@ inline constexpr Tolerance kTolerances[] = {
     {"group_norm", "grad_gamma", 4, 5e-6,
      "N * H * W products, each with the error of xhat; seen 7.0e-7"},
     {"group_norm", "grad_beta", 4, 5e-6, "a sum of N * H * W terms that may cancel; seen 2.9e-7"},
+    {"l1", "loss", 4, 1e-6, "a tree of sums"},
+    {"l1", "grad_a", 4, 1e-6, "two products"},
+    {"l2", "loss", 4, 1e-6, "a tree of sums"},
+    {"l2", "grad_a", 4, 1e-6, "a difference and three products"},
     {"linear", "y", 4, 2e-6, "the inner dimension in sequence in the plain kernel; seen 1.8e-6"},
     {"linear", "grad_x", 4, 2e-6, "as y, over the outputs; seen 2.3e-7"},
     {"linear", "grad_weight", 4, 2e-6, "rows in blocks of 64, then the blocks; seen 1.1e-6"},
@@ -72,6 +77,8 @@ inline constexpr Tolerance kTolerances[] = {
      "its terms, |A^T| (|G| |w| * |B^T| |x|), are 5 to 16 times those of the sum in each dimension"},
     {"conv2d_winograd4", "grad_x", 16, 1e-5, "as y"},
     {"conv2d_winograd4", "grad_weight", 16, 1e-5, "as y, over the tiles"},
+    {"ssim", "loss", 4, 2e-6, "sums of 11 twice, a quotient, a tree of sums"},
+    {"ssim", "grad_a", 4, 5e-6, "two quotients by variances, sums of 11 four times"},
     {"tensor_stats", "mean", 4, 1e-6, "a sum in chunks; min, max and counts are exact"},
     {"quads", "y", 0, 0, "pack and unpack move bits: exact"},
 };

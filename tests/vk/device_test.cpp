@@ -130,6 +130,14 @@ TEST_F(Device, KernelsFollowSubgroups) {
     EXPECT_ERROR(open(silent), Code::kUnsupported, "shuffle");
 }
 
+TEST_F(Device, CpuKernelsNeed64BitIntegers) {
+    DeviceDesc poor = desc();
+    poor.fake = [](DeviceInfo& info) { info.features.int64 = false; };
+    EXPECT_EQ(vk::Device::create(poor).value()->kernels(), Kernels::kGpu);
+    poor.kernels = Kernels::kCpu;
+    EXPECT_ERROR(open(poor), Code::kUnsupported, "64-bit integers");
+}
+
 TEST_F(Device, FakedLimitsAreWhatTheRestSees) {
     ContextDesc lowered = test::context_desc();
     lowered.device.fake = [](DeviceInfo& info) { info.limits.max_groups = {2, 2, 2}; };

@@ -39,8 +39,10 @@ struct Measurement {
     Json attributes;
     Json shapes;
     std::string direction;  ///< "forward" or "backward"
-    KernelFigures plain;
+    KernelFigures plain;    ///< without times where the case asks for none
     KernelFigures fast;
+
+    [[nodiscard]] bool has_plain() const { return !plain.times_ms.empty(); }
 };
 
 /// Two devices on the same hardware, the one with plain kernels, the other with the best.

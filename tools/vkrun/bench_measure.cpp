@@ -90,8 +90,10 @@ std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_c
                                  const Effort& effort) {
     const CaseReference reference = reference_of(op_case);
     std::vector<Measurement> measurements;
-    Side plain{devices.plain.get(), CaseOnDevice(devices.plain.get(), op_case), nullptr};
-    Side fast{devices.fast.get(), CaseOnDevice(devices.fast.get(), op_case), nullptr};
+    std::vector<Side> sides;
+    if (op_case.plain)
+        sides.push_back({devices.plain.get(), CaseOnDevice(devices.plain.get(), op_case), nullptr});
+    sides.push_back({devices.fast.get(), CaseOnDevice(devices.fast.get(), op_case), nullptr});
     for (const bool backward : {false, true}) {
         Measurement one{op_case.op,
                         op_case.title,
@@ -100,22 +102,21 @@ std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_c
                         backward ? "backward" : "forward",
                         {},
                         {}};
-        plain.figures = &one.plain;
-        fast.figures = &one.fast;
-        for (Side* side : {&plain, &fast}) {  // a first run outside the figures: pipelines, caches
-            side->figures->kernels = kernels_name(info_of(side->device).kernels);
-            sample(*side, backward);
-            side->figures->times_ms.clear();
-            side->figures->layout_ms.clear();
-            side->figures->errors = backward ? backward_errors(op_case, side->run, reference)
-                                             : forward_errors(op_case, side->run, reference);
+        sides.front().figures = &one.plain;
+        sides.back().figures = &one.fast;
+        for (Side& side : sides) {  // a first run outside the figures: pipelines, caches
+            side.figures->kernels = kernels_name(info_of(side.device).kernels);
+            sample(side, backward);
+            side.figures->times_ms.clear();
+            side.figures->layout_ms.clear();
+            side.figures->errors = backward ? backward_errors(op_case, side.run, reference)
+                                            : forward_errors(op_case, side.run, reference);
         }
         const auto start = std::chrono::steady_clock::now();
         for (int i = 0; i < effort.repeat; ++i) {
             const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
             if (i >= kFewestRuns && passed.count() > effort.seconds) break;
-            sample(plain, backward);
-            sample(fast, backward);
+            for (Side& side : sides) sample(side, backward);
         }
         measurements.push_back(std::move(one));
     }

@@ -42,7 +42,7 @@ Json figures_json(const KernelFigures& figures) {
 
 /// Memory bounds an operator that does a few operations per element; arithmetic bounds a product.
 bool by_bytes(const Measurement& measurement) {
-    return measurement.op != "linear";
+    return measurement.op != "linear" && measurement.op != "conv2d";
 }
 
 }  // namespace
@@ -56,8 +56,9 @@ Json measurement_json(const Measurement& measurement) {
     json["direction"] = measurement.direction;
     json["bytes"] = measurement.fast.bytes;
     json["flops"] = measurement.fast.flops;
-    json["plain"] = figures_json(measurement.plain);
     json["fast"] = figures_json(measurement.fast);
+    if (!measurement.has_plain()) return json;
+    json["plain"] = figures_json(measurement.plain);
     json["ratio_min"] = measurement.plain.min_ms() / measurement.fast.min_ms();
     json["ratio_median"] = measurement.plain.median_ms() / measurement.fast.median_ms();
     return json;
@@ -81,7 +82,8 @@ std::string measurement_table(const std::vector<Measurement>& measurements) {
                            ">max error", ">layout ms"});
         }
         for (const KernelFigures* figures : {&m.plain, &m.fast}) {
-            const bool first = figures == &m.plain;
+            if (figures->times_ms.empty()) continue;
+            const bool first = figures == &m.plain || !m.has_plain();
             const TensorError most = worst(figures->errors);
             table.add({first && m.title != title ? "  " + m.title : "", first ? m.direction : "",
                        figures->kernels, format("%zu", figures->times_ms.size()),

@@ -23,6 +23,8 @@ the fast kernels of the device, which take turns (A B A B) within this one proce
   plain/fast         shortest plain run over shortest fast run: above 1, fast is faster
   rel. L2            norm of the difference to float64 over the norm of the float64 result
   max error          largest difference of an element to float64; both over all results
+  conv2d is compared with float64 at 256 elements of y, grad_x and grad_weight; GFLOP/s count the
+  operations of the definition, which Winograd's algorithms need not do
   layout ms          packing and unpacking beside it (median): a network does it once at its
                      edges and when a weight changes, so it is not in the other figures
 
@@ -80,7 +82,7 @@ std::vector<std::string> notes_on(const splat_device_info& plain, const splat_de
 std::vector<std::string> wrong_results(const std::vector<Measurement>& measurements) {
     std::vector<std::string> sentences;
     for (const Measurement& m : measurements)
-        for (const KernelFigures* figures : {&m.plain, &m.fast})
+        for (const KernelFigures* figures : {&m.plain, &m.fast})  // without errors if not run
             for (const TensorError& error : figures->errors)
                 if (!good({error}))
                     sentences.push_back(
@@ -152,13 +154,28 @@ int run_ops(Options options) {
     return wrong.empty() ? kSuccess : kFailed;
 }
 
+/// The sizes of the network; plain kernels, which take seconds, once each.
+std::vector<OpCase> conv2d_cases(bool quick) {
+    if (quick) return {conv2d_case(17, 9, 12, 2, true)};
+    struct Size {
+        std::size_t in, image, out;
+    };
+    std::vector<OpCase> cases;
+    for (const Size& size : {Size{128, 128, 128}, Size{256, 64, 256}, Size{256, 32, 256},
+                             Size{512, 32, 256}, Size{512, 16, 256}, Size{256, 16, 256}})
+        for (const int winograd : {0, 2, 4})
+            cases.push_back(conv2d_case(size.in, size.image, size.out, winograd, winograd == 0));
+    return cases;
+}
+
 }  // namespace
 
 std::vector<std::string> bench_ops() {
-    return {"group_norm", "linear"};
+    return {"conv2d", "group_norm", "linear"};
 }
 
 std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
+    if (op == "conv2d") return conv2d_cases(quick);
     if (op == "linear") {
         if (quick) return {linear_case(17, 32, 24)};
         // FiLM of a batch of 4, two layers on the pixels of 32x32 and 64x64 images, and an odd one.
@@ -187,7 +204,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     add_bench_raster(*bench, exit_code);
     const auto options = std::make_shared<Options>();
     ops->add_option("--only", options->only,
-                    "Operators to measure, separated by commas:\ngroup_norm, linear")
+                    "Operators to measure, separated by commas:\nconv2d, group_norm, linear")
         ->type_name("OP[,OP]")
         ->delimiter(',')
         ->allow_extra_args(false)

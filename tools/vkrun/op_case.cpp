@@ -5,6 +5,7 @@
 
 #include "ref/group_norm_ref.h"
 #include "ref/linear_ref.h"
+#include "vkrun/conv2d_samples.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -116,6 +117,25 @@ OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t 
     return result;
 }
 
+OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain) {
+    OpCase result;
+    result.op = "conv2d";
+    result.title = format("[1,%zu,%zu,%zu] -> %zu%s", in, size, size, out,
+                          winograd == 0   ? ""
+                          : winograd == 2 ? " F(2x2)"
+                                          : " F(4x4)");
+    result.attributes["scale"] = 1;
+    result.attributes["winograd"] = winograd;
+    const double deviation = 1 / std::sqrt(9 * static_cast<double>(in));  // y is of order 1
+    result.inputs = {filled("x", {1, in, size, size}, 1, 0, 1),
+                     filled("weight", {out, in, 3, 3}, 2, 0, deviation),
+                     filled("bias", {out}, 3, 0, 0.25),
+                     filled("residual", {1, out, size, size}, 4, 0, 1)};
+    result.output = filled("y", {1, out, size, size}, 5, 0, 1);
+    result.plain = plain;
+    return result;
+}
+
 OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
     OpCase result;
     result.op = "linear";
@@ -129,6 +149,7 @@ OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
 }
 
 CaseReference reference_of(const OpCase& op_case) {
+    if (op_case.op == "conv2d") return conv2d_samples(op_case);
     return op_case.op == "linear" ? linear_reference(op_case) : group_norm_reference(op_case);
 }
 
@@ -168,13 +189,15 @@ void CaseOnDevice::backward() {
 }
 
 TensorError compare(const std::string& name, const std::vector<float>& gpu,
-                    const ref::Summed<double>& reference) {
+                    const Samples& samples) {
+    const ref::Summed<double>& reference = samples.sums;
     TensorError error{.tensor = name};
     const double rounding = 0x1p-24 * (1 + std::sqrt(static_cast<double>(reference.terms)));
     double sum = 0;
     double reference_sum = 0;
-    for (std::size_t i = 0; i < gpu.size(); ++i) {
-        const double difference = std::abs(static_cast<double>(gpu[i]) - reference.value[i]);
+    for (std::size_t i = 0; i < reference.value.size(); ++i) {
+        const float got = gpu[samples.elements.empty() ? i : samples.elements[i]];
+        const double difference = std::abs(static_cast<double>(got) - reference.value[i]);
         sum += difference * difference;
         reference_sum += reference.value[i] * reference.value[i];
         error.max_abs = larger(error.max_abs, difference);

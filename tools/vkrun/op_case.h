@@ -27,16 +27,27 @@ struct OpCase {
     Json attributes;
     std::vector<CaseTensor> inputs;
     CaseTensor output;
+    bool plain = true;  ///< also time the plain kernels: another case of the same shapes does not
 };
 
 OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
                        std::size_t groups, bool silu);
+OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain);
 OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out);
+
+/// The float64 result of some elements of a tensor.
+struct Samples {
+    splat::ref::Summed<double> sums;
+    std::vector<std::size_t> elements;  ///< empty: all of them
+
+    Samples() = default;
+    Samples(splat::ref::Summed<double> all) : sums(std::move(all)) {}
+};
 
 /// The float64 results of a case.
 struct CaseReference {
-    splat::ref::Summed<double> y;
-    std::vector<splat::ref::Summed<double>> grad_inputs;  ///< in the order of the inputs
+    Samples y;
+    std::vector<Samples> grad_inputs;  ///< in the order of the inputs
 };
 CaseReference reference_of(const OpCase& op_case);
 
@@ -70,8 +81,7 @@ struct TensorError {
 };
 constexpr double kErrorLimit = 4;
 
-TensorError compare(const std::string& name, const std::vector<float>& gpu,
-                    const splat::ref::Summed<double>& reference);
+TensorError compare(const std::string& name, const std::vector<float>& gpu, const Samples& samples);
 
 std::vector<TensorError> forward_errors(const OpCase& op_case, const CaseOnDevice& run,
                                         const CaseReference& reference);

@@ -1,0 +1,28 @@
+#ifndef SPLAT_ADAM_PARAMS_H
+#define SPLAT_ADAM_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+// One step; what depends on its number comes from the host, computed in float64.
+struct AdamParams {
+    uint quads;
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    float beta1;
+    float rest1;  // 1 - beta1
+    float beta2;
+    float rest2;
+    float step_size;   // learning rate / (1 - beta1^step)
+    float root_scale;  // 1 / sqrt(1 - beta2^step)
+    float eps;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(AdamParams) <= 128);
+}
+#endif
+
+#endif

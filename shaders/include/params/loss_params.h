@@ -1,0 +1,24 @@
+#ifndef SPLAT_LOSS_PARAMS_H
+#define SPLAT_LOSS_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+// A mean over all elements of images that lie as quads.
+struct LossParams {
+    uint quads;
+    uint chunk;     // quads per workgroup of the forward pass
+    uint sums;      // loss_sum: partial sums, one per chunk
+    float scale;    // 1 / elements
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(LossParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,33 @@
+#version 460
+// One step of Adam on a quad of parameters, in place:
+//   m = beta1 m + (1 - beta1) g     v = beta2 v + (1 - beta2) g^2
+//   value -= step_size m / (root_scale sqrt(v) + eps)
+// One invocation updates one quad.
+// Bindings: value, grad, m, v, and again value, m, v to write; all quads.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/adam_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, value);
+QUADS(1, grad);
+QUADS(2, m);
+QUADS(3, v);
+layout(set = 0, binding = 4, std430) writeonly buffer ValueOut { vec4 value_out[]; };
+layout(set = 0, binding = 5, std430) writeonly buffer MOut { vec4 m_out[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer VOut { vec4 v_out[]; };
+layout(push_constant) uniform Push { AdamParams params; };
+
+#include "launch.glsl"
+
+void main() {
+    const uint i = invocation_index(params.groups_x);
+    if (i >= params.quads) return;
+    const vec4 g = LD4(grad, i);
+    const vec4 first = params.beta1 * LD4(m, i) + params.rest1 * g;
+    const vec4 second = params.beta2 * LD4(v, i) + params.rest2 * g * g;
+    const vec4 divisor = params.root_scale * sqrt(second) + params.eps;
+    value_out[i] = LD4(value, i) - params.step_size * (first / divisor);
+    m_out[i] = first;
+    v_out[i] = second;
+}

@@ -1,0 +1,10 @@
+#version 460
+// grad_a = grad_loss / elements * the slope: 2 (a - b). One invocation computes one quad.
+// Bindings: a, b (quads), grad_loss [1], grad_a (quads).
+#extension GL_GOOGLE_include_directive : require
+
+layout(local_size_x_id = 0) in;
+#define SLOPE(d) (2.0 * (d))
+#include "pixel_loss.glsl"
+
+void main() { slope_of_quad(); }

@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "core/json.h"
+#include "model/config_file.h"
+#include "scene/activate.h"
+
+using namespace splat;
+
+namespace {
+
+using ModelPointer = std::shared_ptr<api::ModelObject>;
+
+Result<model::Precision> precision_of(std::int32_t precision) {
+    switch (precision) {
+        case SPLAT_PRECISION_BALANCED:
+            return model::Precision::kBalanced;
+        case SPLAT_PRECISION_STRICT:
+            return model::Precision::kStrict;
+        case SPLAT_PRECISION_FAST:
+            return model::Precision::kFast;
+        default:
+            return error(Code::kInvalidArgument,
+                         "splat_model_desc.precision is %d, expected 0 to %d", precision,
+                         SPLAT_PRECISION_FAST);
+    }
+}
+
+Result<model::PredictorConfig> config_of(const char* text) {
+    if (text == nullptr) return model::PredictorConfig();
+    SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
+    return model::predictor_config(config);
+}
+
+std::string json_names(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + json_quote(name);
+    return "[" + list + "]";
+}
+
+std::string report_of(api::ModelObject& object) {
+    const model::Predictor& predictor = *object.predictor;
+    std::uint64_t trainable = 0;
+    for (const nn::Parameter& parameter : object.predictor->parameters().all())
+        if (parameter.trainable) trainable += parameter.shape.elements();
+    const nn::ExecutorMemory& memory = predictor.executor().memory();
+    const model::LoadReport& load = object.load;
+    const auto flag = [](bool value) { return value ? "true" : "false"; };
+    return format(
+               "{\"parameters\": %llu, \"trainable\": %llu, \"bytes\": {\"activations\": %llu, "
+               "\"prepared\": %llu},\n \"load\": {\"rays_differ\": %s, \"rays_taken\": %s, ",
+               static_cast<unsigned long long>(object.predictor->parameters().elements()),
+               static_cast<unsigned long long>(trainable),
+               static_cast<unsigned long long>(memory.arenas - memory.prepared),
+               static_cast<unsigned long long>(memory.prepared), flag(load.rays_differ),
+               flag(load.rays_taken)) +
+           "\"copied\": " + json_names(load.copied) + ", \"widened\": " + json_names(load.widened) +
+           ", \"fresh\": " + json_names(load.fresh) +
+           ", \"left_out\": " + json_names(load.left_out) +
+           "},\n \"config\": " + model::config_text(predictor.config()) + "}";
+}
+
+/// A live model and its device, locked while `body` runs.
+template <class Body>
+splat_result locked(splat_model model, Body&& body) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ModelPointer object, api::Models::find(model, "model"));
+        const std::lock_guard lock(object->context->mutex);
+        return body(*object);
+    });
+}
+
+/// Identity poses where the caller gives none.
+struct Poses {
+    std::vector<float> matrices;
+    std::vector<float> quaternions;
+
+    explicit Poses(std::size_t images) : matrices(16 * images), quaternions(4 * images) {
+        for (std::size_t i = 0; i < images; ++i) {
+            for (std::size_t axis = 0; axis < 4; ++axis) matrices[16 * i + 5 * axis] = 1;
+            quaternions[4 * i] = 1;
+        }
+    }
+};
+
+Status run(api::ModelObject& object, const splat_model_input& input) {
+    const model::PredictorConfig& c = object.predictor->config();
+    const std::size_t images = std::size_t{object.objects} * c.views;
+    const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
+    SPLAT_TRY(api::require(input.images, "splat_model_input.images"));
+    if ((input.view_to_world == nullptr) != (input.quaternions == nullptr))
+        return error(Code::kInvalidArgument,
+                     "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
+                     "or neither");
+    const Poses identity(images);
+    const auto span = [](const float* values, std::size_t count) {
+        return values == nullptr ? std::span<const float>() : std::span(values, count);
+    };
+    model::PredictorInput given;
+    given.images = span(input.images, images * c.input_channels() * pixels);
+    given.view_to_world = input.view_to_world == nullptr ? std::span<const float>(identity.matrices)
+                                                         : span(input.view_to_world, 16 * images);
+    given.quaternions = input.quaternions == nullptr ? std::span<const float>(identity.quaternions)
+                                                     : span(input.quaternions, 4 * images);
+    given.focals = span(input.focals, 2 * images);
+    given.embedding = span(input.embedding, images * c.embedding_length());
+    given.tokens = span(input.tokens, images * c.token_dim * c.tokens);
+    given.seed = input.seed;
+    given.step = input.step;
+    SPLAT_TRY(object.predictor->set_input(given));
+    SPLAT_TRY(object.predictor->forward());
+    object.ran = true;
+    return {};
+}
+
+Status expect_ran(const api::ModelObject& object) {
+    if (object.ran) return {};
+    return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
+}
+
+/// A result, a parameter or a gradient.
+Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& name) {
+    const auto outputs = object.predictor->outputs();
+    const std::pair<const char*, vk::BufferView> results[] = {
+        {"means", outputs.means},   {"opacities", outputs.opacities},
+        {"scales", outputs.scales}, {"rotations", outputs.rotations},
+        {"sh", outputs.sh},         {"raw", object.predictor->raw_output()}};
+    for (const auto& [known, view] : results)
+        if (name == known) {
+            SPLAT_TRY(expect_ran(object));
+            return view;
+        }
+    const bool gradient = name.starts_with("grad:");
+    const nn::Parameter* parameter =
+        object.predictor->parameters().find(gradient ? name.substr(5) : name);
+    if (parameter == nullptr)
+        return error(Code::kInvalidArgument,
+                     "'%s' is no result (means, opacities, scales, rotations, sh, raw) and no "
+                     "parameter of the model",
+                     name.c_str());
+    if (!gradient) return parameter->value;
+    if (parameter->grad.block == nullptr)
+        return error(Code::kInvalidState, "parameter '%s' is not trained and has no gradient",
+                     name.c_str() + 5);
+    return parameter->grad;
+}
+
+Status read_view(api::ModelObject& object, const vk::BufferView& view, std::vector<float>& values) {
+    values.resize(view.shape.elements());
+    return object.context->read(view, values.data(), values.size() * sizeof(float));
+}
+
+/// Object `i` of outputs that hold several.
+std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, std::uint32_t i) {
+    const auto count = static_cast<std::ptrdiff_t>(all.size() / objects);
+    return {all.begin() + i * count, all.begin() + (i + 1) * count};
+}
+
+Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
+    SPLAT_TRY(expect_ran(object));
+    if (index >= object.objects)
+        return error(Code::kInvalidArgument, "object is %u, and the model predicts %u", index,
+                     object.objects);
+    const auto outputs = object.predictor->outputs();
+    std::vector<float> means, opacities, scales, rotations, sh;
+    SPLAT_TRY(read_view(object, outputs.means, means));
+    SPLAT_TRY(read_view(object, outputs.opacities, opacities));
+    SPLAT_TRY(read_view(object, outputs.scales, scales));
+    SPLAT_TRY(read_view(object, outputs.rotations, rotations));
+    SPLAT_TRY(read_view(object, outputs.sh, sh));
+    scene::Gaussians made;
+    made.sh_degree = object.predictor->config().sh_degree;
+    made.means = part(means, object.objects, index);
+    made.rotations = part(rotations, object.objects, index);
+    made.sh = part(sh, object.objects, index);
+    // Scenes hold logarithms and logits, as files of Gaussians do.
+    made.log_scales = part(scales, object.objects, index);
+    for (float& scale : made.log_scales) scale = std::log(scale);
+    made.opacity_logits = part(opacities, object.objects, index);
+    for (float& opacity : made.opacity_logits) {
+        const auto o = static_cast<double>(opacity);
+        opacity = static_cast<float>(std::log(o / (1 - o)));
+    }
+    return made;
+}
+
+}  // namespace
+
+splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
+                                splat_model* model) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::require(model, "model"));
+        SPLAT_TRY(
+            api::check_desc(desc, "splat_model_desc", sizeof(splat_model_desc),
+                            SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING | SPLAT_MODEL_LOW_MEMORY));
+        model::PredictorOptions options;
+        SPLAT_ASSIGN(options.build.precision, precision_of(desc->precision));
+        SPLAT_ASSIGN(const model::PredictorConfig config, config_of(desc->config));
+        if (desc->objects > 4096)
+            return error(Code::kInvalidArgument,
+                         "splat_model_desc.objects is %u, expected at most 4096", desc->objects);
+        options.objects = desc->objects == 0 ? 1 : desc->objects;
+        options.gradients = (desc->flags & SPLAT_MODEL_GRADIENTS) != 0;
+        options.build.training = (desc->flags & SPLAT_MODEL_TRAINING) != 0;
+        options.keep_prepared = (desc->flags & SPLAT_MODEL_LOW_MEMORY) == 0;
+        auto object = std::make_shared<api::ModelObject>();
+        object->context = owner->context;
+        object->objects = options.objects;
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_ASSIGN(object->predictor,
+                     model::Predictor::create(*object->context, config, options));
+        *model = api::Models::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_model_init(splat_model model, uint64_t seed) {
+    return locked(model, [&](api::ModelObject& object) { return object.predictor->init(seed); });
+}
+
+splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_ASSIGN(const auto file, api::Weights::find(weights, "weights"));
+        constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_FROM_MASK - 1;
+        if ((flags & ~kKnown) != 0)
+            return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        model::LoadOptions options;
+        options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
+        options.take_rays = (flags & SPLAT_LOAD_TAKE_RAYS) != 0;
+        options.source = {(flags & SPLAT_LOAD_FROM_DEPTH) != 0,
+                          (flags & SPLAT_LOAD_FROM_NORMAL) != 0,
+                          (flags & SPLAT_LOAD_FROM_MASK) != 0};
+        return model::load_state(*object.predictor, file->file.tensors, options, object.load);
+    });
+}
+
+splat_result splat_model_store(splat_model model, splat_weights* weights) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        auto made = std::make_shared<api::WeightsObject>();
+        SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.predictor));
+        made->report = "{\"format\": \"model\", \"metadata\": {}, \"warnings\": []}";
+        *weights = api::Weights::add(std::move(made));
+        return {};
+    });
+}
+
+splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = locked(model, [&](api::ModelObject& object) -> Status {
+        const std::string text = report_of(object);
+        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(input, "input"));
+        if (input->struct_size < sizeof(splat_model_input))
+            return error(Code::kInvalidArgument,
+                         "splat_model_input.struct_size is %u, expected sizeof(splat_model_input) "
+                         "= %zu",
+                         input->struct_size, sizeof(splat_model_input));
+        return run(object, *input);
+    });
+}
+
+splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const vk::BufferView view, find_view(object, name));
+        const std::size_t needed = view.shape.elements() * sizeof(float);
+        if (bytes < needed)
+            return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
+                         needed);
+        return object.context->read(view, values, needed);
+    });
+}
+
+splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene) {
+    return locked(model, [&](api::ModelObject& from) -> Status {
+        SPLAT_TRY(api::require(scene, "scene"));
+        auto made = std::make_shared<api::SceneObject>();
+        SPLAT_ASSIGN(made->gaussians, gaussians_of(from, object));
+        *scene = api::Scenes::add(std::move(made));
+        return {};
+    });
+}
+
+splat_result splat_model_backward(splat_model model, const float* const gradients[5]) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(gradients, "gradients"));
+        SPLAT_TRY(expect_ran(object));
+        if (!object.predictor->has_gradients())
+            return error(Code::kInvalidState,
+                         "the model was created without SPLAT_MODEL_GRADIENTS");
+        const auto outputs = object.predictor->output_gradients();
+        const vk::BufferView views[5] = {outputs.means, outputs.opacities, outputs.scales,
+                                         outputs.rotations, outputs.sh};
+        for (std::size_t i = 0; i < 5; ++i) {
+            const std::uint64_t bytes = views[i].shape.elements() * sizeof(float);
+            SPLAT_TRY(gradients[i] == nullptr
+                          ? object.context->fill(views[i], 0)
+                          : object.context->write(views[i], gradients[i], bytes));
+        }
+        return object.predictor->backward();
+    });
+}
+
+splat_result splat_model_zero_gradients(splat_model model) {
+    return locked(model, [&](api::ModelObject& object) {
+        return object.predictor->parameters().zero_gradients();
+    });
+}
+
+splat_result splat_model_destroy(splat_model model) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Models::remove(model, "model"));
+        return {};
+    });
+}

@@ -1,0 +1,27 @@
+#include "ops/conv2d_algorithm.h"
+
+#include <algorithm>
+
+namespace splat::ops {
+namespace {
+
+constexpr std::uint32_t kSmallestImage = 3;
+/// The two finer levels of a network on images of 128 x 128 have 87 % of its multiplications.
+constexpr std::uint32_t kLargePixels = 64 * 64;
+
+}  // namespace
+
+std::int32_t conv2d_algorithm(const Conv2dDesc& desc, Conv2dPrecision precision) {
+    const bool small = std::min(desc.height, desc.width) < kSmallestImage;
+    if (desc.kernel != 3 || small) return 0;
+    switch (precision) {
+        case Conv2dPrecision::kFast:
+            return 4;
+        case Conv2dPrecision::kBalanced:
+            return desc.height * desc.width >= kLargePixels ? 4 : 2;
+        default:
+            return 2;
+    }
+}
+
+}  // namespace splat::ops

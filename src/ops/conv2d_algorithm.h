@@ -1,0 +1,29 @@
+#pragma once
+
+#include "ops/conv2d.h"
+
+namespace splat::ops {
+
+/// How much rounding a network allows its convolutions.
+enum class Conv2dPrecision : int {
+    kStrict,    ///< the fastest with an error like that of the definition: 5e-7
+    kBalanced,  ///< F(4x4) where the image is large, so that little of the network's depth uses it
+    kFast,      ///< F(4x4) wherever it is faster: 3e-6 per layer
+};
+
+/// Conv2dDesc::winograd for a convolution.
+///
+/// Errors are relative L2 against float64 for normal inputs, the definition in float32 having 2e-7:
+///
+///   class                    strict   balanced   fast     reason
+///   1x1                      0        0          0        there is nothing for a transform to save
+///   image below 3x3          0        0          0        most of a tile would lie outside
+///   image of 64x64 or more   2 (5e-7) 4 (3e-6)   4 (3e-6) most of the work lies here
+///   smaller image            2 (5e-7) 2 (5e-7)   4 (3e-6) most of the depth lies here, where errors add up
+///
+/// Any number of channels: for 3 -> 128 and 128 -> 24 on 128x128, F(4x4) takes a third and a fifth of the
+/// time of the direct kernel, F(2x2) two thirds (lavapipe).
+/// Plain kernels ignore it. Figures of lavapipe: BENCHMARKS.md.
+std::int32_t conv2d_algorithm(const Conv2dDesc& desc, Conv2dPrecision precision);
+
+}  // namespace splat::ops

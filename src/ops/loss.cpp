@@ -1,0 +1,77 @@
+#include "ops/loss.h"
+
+#include "core/checked_math.h"
+#include "ops/launch.h"
+#include "params/loss_params.h"
+
+namespace splat::ops {
+namespace {
+
+params::LossParams params_of(const QuadDims& dims, std::uint32_t groups_x) {
+    return {static_cast<std::uint32_t>(dims.quads()), kLossChunk, loss_chunks(dims),
+            loss_scale(dims), groups_x};
+}
+
+}  // namespace
+
+std::uint32_t loss_chunks(const QuadDims& dims) {
+    return static_cast<std::uint32_t>(ceil_div(dims.quads(), kLossChunk));
+}
+
+std::uint64_t loss_partial_bytes(const QuadDims& dims) {
+    return vk::quad_bytes(loss_chunks(dims));
+}
+
+float loss_scale(const QuadDims& dims) {
+    return static_cast<float>(1.0 / (static_cast<double>(dims.n) * dims.c * dims.p));
+}
+
+Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& partial,
+                const vk::BufferView& loss) {
+    const double sums = loss_chunks(dims);
+    return recorder.dispatch({
+        .op = "loss_sum",
+        .shader = "loss_sum",
+        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .push = params_of(dims, 1),
+        .accesses = {vk::read(partial), vk::write(loss)},
+        .groups = {1, 1, 1},
+        .work = {.flops = sums, .bytes = 4 * sums},
+    });
+}
+
+Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+                          const vk::BufferView& a, const vk::BufferView& b,
+                          const vk::BufferView& partial, const vk::BufferView& loss) {
+    const vk::Groups groups = groups_for(recorder.device(), loss_chunks(dims), 1);
+    const double bytes = static_cast<double>(dims.bytes());
+    SPLAT_TRY(recorder.dispatch({
+        .op = kernel.op,
+        .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
+        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .push = params_of(dims, groups[0]),
+        .accesses = {vk::read(a), vk::read(b), vk::write(partial)},
+        .groups = groups,
+        .work = {.flops = 0.75 * bytes, .bytes = 2 * bytes},
+    }));
+    return loss_sum(recorder, dims, partial, loss);
+}
+
+Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+                           const vk::BufferView& a, const vk::BufferView& b,
+                           const vk::BufferView& grad_loss, const vk::BufferView& grad_a) {
+    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
+    const double bytes = static_cast<double>(dims.bytes());
+    return recorder.dispatch({
+        .op = kernel.op,
+        .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
+        .constants = {{kWorkgroupSizeId, size}},
+        .push = params_of(dims, groups[0]),
+        .accesses = {vk::read(a), vk::read(b), vk::read(grad_loss), vk::write(grad_a)},
+        .groups = groups,
+        .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes},
+    });
+}
+
+}  // namespace splat::ops

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "ops/quads.h"
+
+/// What the losses share: sums over chunks of an image, and the mean of a term of each element.
+namespace splat::ops {
+
+/// Quads per workgroup of a forward pass: few enough that lanes sum few terms one after another.
+inline constexpr std::uint32_t kLossChunk = 1024;
+
+/// Partial sums of a loss over so many quads, and their bytes.
+std::uint32_t loss_chunks(const QuadDims& dims);
+std::uint64_t loss_partial_bytes(const QuadDims& dims);
+
+/// loss = the sum of the partial sums over the number of elements.
+///
+/// partial      [loss_chunks]
+/// loss         [1]
+/// Errors       the recorder's
+/// Precision    a few roundings: a tree of sums
+/// Determinism  bit-exact for any thread count
+Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& partial,
+                const vk::BufferView& loss);
+
+/// 1 / elements.
+float loss_scale(const QuadDims& dims);
+
+struct LossKernel {
+    const char* op;
+    const char* plain;
+    const char* cpu;
+};
+
+/// Both passes of a loss that is the mean of a term of a - b.
+Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+                          const vk::BufferView& a, const vk::BufferView& b,
+                          const vk::BufferView& partial, const vk::BufferView& loss);
+Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+                           const vk::BufferView& a, const vk::BufferView& b,
+                           const vk::BufferView& grad_loss, const vk::BufferView& grad_a);
+
+}  // namespace splat::ops

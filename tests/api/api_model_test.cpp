@@ -1,0 +1,128 @@
+// Models through the C API.
+#include <cmath>
+
+#include "api/api_calls.h"
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+constexpr std::size_t kSide = 16;
+constexpr std::size_t kGaussians = kSide * kSide;
+
+class ApiModel : public testing::Test {
+  protected:
+    void SetUp() override { device_ = open_device(); }
+
+    std::vector<float> read(const Model& model, const char* name, std::size_t count) {
+        std::vector<float> values(count);
+        EXPECT_DONE(splat_model_read(model, name, values.data(), count * sizeof(float))) << name;
+        return values;
+    }
+    void run(const Model& model) {
+        auto input = sized<splat_model_input>();
+        input.images = image_.data();
+        EXPECT_DONE(splat_model_forward(model, &input));
+    }
+    std::string report(const Model& model) {
+        std::size_t needed = 0;
+        EXPECT_EQ(splat_model_report(model, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+        std::string text(needed, '\0');
+        EXPECT_DONE(splat_model_report(model, text.data(), needed, nullptr));
+        return text;
+    }
+
+    Device device_;
+    std::vector<float> image_ = std::vector<float>(3 * kGaussians, 0.25F);
+};
+
+TEST_F(ApiModel, PredictsAScene) {
+    const Model model = make_model(device_);
+    ASSERT_DONE(splat_model_init(model, 3));
+    run(model);
+    const std::vector<float> means = read(model, "means", 3 * kGaussians);
+    for (std::size_t i = 0; i < kGaussians; ++i) {  // between the planes of the configuration
+        EXPECT_GT(means[3 * i + 2], 0.8F);
+        EXPECT_LT(means[3 * i + 2], 1.8F);
+    }
+    Scene scene;
+    ASSERT_DONE(splat_model_scene(model, 0, scene.out()));
+    auto info = sized<splat_scene_info>();
+    ASSERT_DONE(splat_scene_get_info(scene, &info));
+    EXPECT_EQ(info.count, kGaussians);
+    EXPECT_EQ(info.sh_degree, 1U);
+    EXPECT_EQ(info.non_finite, 0U);
+    EXPECT_NEAR(info.opacity_mean, 1 / (1 + std::exp(3.0)), 0.02) << "the bias of a fresh model";
+    std::vector<float> scene_means(means.size());
+    ASSERT_DONE(splat_scene_read(scene, "means", scene_means.data(), means.size() * sizeof(float)));
+    EXPECT_EQ(scene_means, means);
+    EXPECT_REFUSED(splat_model_scene(model, 1, scene.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "object is 1, and the model predicts 1");
+}
+
+TEST_F(ApiModel, WeightsGoRound) {
+    const Model first = make_model(device_);
+    ASSERT_DONE(splat_model_init(first, 3));
+    Weights weights;
+    ASSERT_DONE(splat_model_store(first, weights.out()));
+    const Model second = make_model(device_);
+    ASSERT_DONE(splat_model_load(second, weights, 0));
+    run(first);
+    run(second);
+    EXPECT_EQ(read(first, "raw", 24 * kGaussians), read(second, "raw", 24 * kGaussians));
+    EXPECT_NE(report(second).find("\"left_out\": []"), std::string::npos) << report(second);
+
+    splat_model_desc wide = model_desc();
+    const std::string config = std::string(kSmallModel) + "\n  use_pred_depth: true";
+    wide.config = config.c_str();
+    Model more;
+    ASSERT_DONE(splat_model_create(device_, &wide, more.out()));
+    EXPECT_REFUSED(splat_model_load(more, weights, 0), SPLAT_ERROR_SHAPE_MISMATCH, "graft");
+    ASSERT_DONE(splat_model_load(more, weights, SPLAT_LOAD_GRAFT));
+    EXPECT_NE(
+        report(more).find("\"widened\": [\"network_with_offset.encoder.enc.16x16_conv.weight\"]"),
+        std::string::npos)
+        << report(more);
+}
+
+TEST_F(ApiModel, GradientsAddUp) {
+    splat_model_desc desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    ASSERT_DONE(splat_model_zero_gradients(model));
+    run(model);
+    const std::vector<float> ones(kGaussians, 1.0F);
+    const float* const gradients[5] = {nullptr, ones.data(), nullptr, nullptr, nullptr};
+    ASSERT_DONE(splat_model_backward(model, gradients));
+    const char* name = "grad:network_with_offset.out.bias";
+    const std::vector<float> once = read(model, name, 24);
+    ASSERT_DONE(splat_model_backward(model, gradients));
+    const std::vector<float> twice = read(model, name, 24);
+    const std::vector<float> opacities = [&] { return read(model, "opacities", kGaussians); }();
+    double expected = 0;  // the sum of sigmoid's derivative
+    for (const float o : opacities)
+        expected += static_cast<double>(o) * (1 - static_cast<double>(o));
+    for (std::size_t i = 0; i < 24; ++i) {
+        EXPECT_EQ(twice[i], 2 * once[i]) << i;
+        EXPECT_NEAR(once[i], i == 4 ? expected : 0.0, 1e-5 * expected) << i;
+    }
+    const Model without = make_model(device_);
+    run(without);
+    EXPECT_REFUSED(splat_model_backward(without, gradients), SPLAT_ERROR_INVALID_STATE,
+                   "SPLAT_MODEL_GRADIENTS");
+    std::vector<float> bias(24);
+    EXPECT_DONE(splat_model_read(without, "network_with_offset.out.bias", bias.data(), 96));
+}
+
+TEST_F(ApiModel, MeansOfTheCarsModelAreItsConfiguration) {
+    splat_model_desc desc = model_desc();
+    desc.config = nullptr;
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    EXPECT_NE(report(model).find("\"parameters\": 56378736"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace splat::test

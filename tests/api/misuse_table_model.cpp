@@ -1,0 +1,103 @@
+// The rows of models.
+#include "api/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
+
+}  // namespace
+
+void MisuseTable::model_rows() {
+    const splat_model_desc good = model_desc();
+    const auto on_model = [this](const char* name, std::function<splat_result(splat_model)> call) {
+        handles<splat_model>(name, "model", std::move(call), kHandle);
+    };
+    handles<splat_device>(
+        "splat_model_create", "device",
+        [this, good](splat_device d) { return splat_model_create(d, &good, outputs.model.out()); },
+        kHandle);
+    descs<splat_model_desc>("splat_model_create", good, [this](const splat_model_desc* desc) {
+        return splat_model_create(device_, desc, outputs.model.out());
+    });
+    add("splat_model_create", "desc", "NULL", kArgument,
+        [this] { return splat_model_create(device_, nullptr, outputs.model.out()); });
+    add("splat_model_create", "model", "NULL", kArgument,
+        [this, good] { return splat_model_create(device_, &good, nullptr); });
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_model_desc&)) {
+        splat_model_desc desc = good;
+        spoil(desc);
+        add("splat_model_create", "desc", what, kArgument,
+            [this, desc] { return splat_model_create(device_, &desc, outputs.model.out()); });
+    };
+    spoilt("a precision that is none", [](splat_model_desc& d) { d.precision = 3; });
+    spoilt("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
+    spoilt("no configuration", [](splat_model_desc& d) { d.config = "]"; });
+    spoilt("an unknown key", [](splat_model_desc& d) { d.config = "model: {base_dims: 8}"; });
+    spoilt("a resolution that does not divide",
+           [](splat_model_desc& d) { d.config = "data: {training_resolution: 30}"; });
+
+    on_model("splat_model_init", [](splat_model m) { return splat_model_init(m, 1); });
+    on_model("splat_model_load",
+             [this](splat_model m) { return splat_model_load(m, weights_, 0); });
+    handles<splat_weights>(
+        "splat_model_load", "weights",
+        [this](splat_weights w) { return splat_model_load(model_, w, 0); }, kHandle);
+    add("splat_model_load", "weights", "of another network", kArgument,
+        [this] { return splat_model_load(model_, weights_, 0); });
+    add("splat_model_load", "flags", "unknown", kArgument,
+        [this] { return splat_model_load(model_, weights_, 1U << 5); });
+    on_model("splat_model_store",
+             [this](splat_model m) { return splat_model_store(m, outputs.weights.out()); });
+    add("splat_model_store", "weights", "NULL", kArgument,
+        [this] { return splat_model_store(model_, nullptr); });
+    on_model("splat_model_report", [this](splat_model m) {
+        return splat_model_report(m, *outputs.text.out(), 16, outputs.size.out());
+    });
+
+    const splat_model_input input = sized<splat_model_input>();
+    on_model("splat_model_forward",
+             [input](splat_model m) { return splat_model_forward(m, &input); });
+    add("splat_model_forward", "input", "NULL", kArgument,
+        [this] { return splat_model_forward(model_, nullptr); });
+    add("splat_model_forward", "input", "struct_size cut", kArgument, [this, input] {
+        splat_model_input cut = input;
+        cut.struct_size -= 1;
+        return splat_model_forward(model_, &cut);
+    });
+    add("splat_model_forward", "input", "no images", kArgument,
+        [this, input] { return splat_model_forward(model_, &input); });
+    on_model("splat_model_read", [this](splat_model m) {
+        return splat_model_read(m, "means", *outputs.values.out(), 64);
+    });
+    add("splat_model_read", "name", "NULL", kArgument,
+        [this] { return splat_model_read(model_, nullptr, *outputs.values.out(), 64); });
+    add("splat_model_read", "name", "nothing of that name", kArgument,
+        [this] { return splat_model_read(model_, "mean", *outputs.values.out(), 64); });
+    add("splat_model_read", "name", "before the first pass", kState,
+        [this] { return splat_model_read(model_, "means", *outputs.values.out(), 64); });
+    add("splat_model_read", "values", "NULL", kArgument,
+        [this] { return splat_model_read(model_, "means", nullptr, 64); });
+    add("splat_model_read", "bytes", "too few", kArgument, [this] {
+        return splat_model_read(model_, "network_with_offset.out.bias", *outputs.values.out(), 64);
+    });
+    on_model("splat_model_scene",
+             [this](splat_model m) { return splat_model_scene(m, 0, outputs.scene.out()); });
+    add("splat_model_scene", "scene", "NULL", kArgument,
+        [this] { return splat_model_scene(model_, 0, nullptr); });
+    add("splat_model_scene", "object", "before the first pass", kState,
+        [this] { return splat_model_scene(model_, 0, outputs.scene.out()); });
+    static const float* const kNone[5] = {};
+    on_model("splat_model_backward", [](splat_model m) { return splat_model_backward(m, kNone); });
+    add("splat_model_backward", "gradients", "NULL", kArgument,
+        [this] { return splat_model_backward(model_, nullptr); });
+    add("splat_model_backward", "gradients", "before the first pass", kState,
+        [this] { return splat_model_backward(model_, kNone); });
+    on_model("splat_model_zero_gradients",
+             [](splat_model m) { return splat_model_zero_gradients(m); });
+    on_model("splat_model_destroy", [](splat_model m) { return splat_model_destroy(m); });
+}
+
+}  // namespace splat::test

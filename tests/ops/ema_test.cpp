@@ -1,0 +1,106 @@
+#include "ops/ema.h"
+
+#include <gtest/gtest.h>
+
+#include "op_harness.h"
+#include "support/golden.h"
+#include "support/gpu_buffers.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+class Ema : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(Ema);
+
+std::vector<float> update(vk::Context& context, double decay, const std::vector<float>& value,
+                          const std::vector<float>& shadow) {
+    const vk::Buffer online = upload(context, value);
+    const vk::Buffer average = upload(context, shadow);
+    vk::Recorder recorder(context);
+    EXPECT_OK(ops::ema(recorder, decay, online.range(), average.range()));
+    vk::CommandList list = std::move(recorder.finish().value());
+    EXPECT_OK(context.run(list));
+    return download(context, average.range(), shadow.size());
+}
+
+TEST_P(Ema, MatchesFloat64) {
+    for (const std::size_t elements : {4U, 8U, 1028U})
+        for (const double decay : {0.5, 0.9, 0.9999, 1.0}) {
+            const std::vector<float> value = normal_fill(elements, 1);
+            const std::vector<float> shadow = normal_fill(elements, 2);
+            const std::vector<float> gpu = update(context(), decay, value, shadow);
+            for (std::size_t i = 0; i < elements; ++i) {
+                const auto before = static_cast<double>(shadow[i]);
+                const auto online = static_cast<double>(value[i]);
+                EXPECT_NEAR(gpu[i], before - (before - online) * (1 - decay),
+                            3e-7 * (std::abs(before) + std::abs(online)))  // three roundings
+                    << decay << " " << i;
+            }
+        }
+}
+
+TEST_P(Ema, ADecayOfZeroCopiesBits) {
+    const std::vector<float> value = normal_fill(64, 3);
+    EXPECT_EQ(update(context(), 0, value, normal_fill(64, 4, 0, 1e6)), value);
+}
+
+TEST_P(Ema, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "train")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        const std::vector<float> series = golden_tensor(npz.value(), "ema.series").values;
+        const std::vector<double> expected = golden_values(npz.value(), "ema.out");
+        std::vector<float> shadow(4, 0);
+        for (std::size_t call = 0; call < series.size() / 4; ++call) {
+            const std::vector<float> value = {series[4 * call], series[4 * call + 1],
+                                              series[4 * call + 2], series[4 * call + 3]};
+            const std::optional<double> decay = ops::ema_decay(call);
+            if (decay) shadow = update(context(), *decay, value, shadow);
+            for (std::size_t i = 0; i < 4; ++i)  // float32 on both sides, thirty updates
+                ASSERT_NEAR(shadow[i], expected[4 * call + i], 1e-6) << path << " call " << call;
+        }
+    }
+}
+
+TEST_P(Ema, RefusesWhatDoesNotFit) {
+    const vk::Buffer block = device_buffer(context(), 8);
+    const vk::Buffer other = device_buffer(context(), 4);
+    vk::Recorder recorder(context());
+    EXPECT_ERROR(ops::ema(recorder, 1.5, block.range(), block.range()), Code::kInvalidArgument,
+                 "decay is 1.5");
+    EXPECT_ERROR(ops::ema(recorder, -0.1, block.range(), block.range()), Code::kInvalidArgument,
+                 "decay is -0.1");
+    EXPECT_ERROR(ops::ema(recorder, 0.5, block.range(), other.range()), Code::kShape, "32 bytes");
+    EXPECT_TRUE(recorder.finish().value().empty()) << "nothing is recorded on error";
+}
+
+/// Where it is updated at all, and the decay of those calls; the first one after the copies is a copy, too.
+TEST(EmaDecay, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "train")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        const std::vector<double> expected = golden_values(npz.value(), "ema.decay");
+        for (std::size_t call = 0; call < expected.size(); ++call) {
+            const std::optional<double> decay = ops::ema_decay(call);
+            ASSERT_EQ(decay.has_value(), expected[call] >= 0) << call;
+            if (!decay) continue;
+            EXPECT_NEAR(*decay, call == 110 ? 0 : expected[call], 1e-12) << call;
+        }
+    }
+}
+
+TEST(EmaDecay, GrowsToItsLimit) {
+    EXPECT_EQ(ops::ema_decay(7), std::nullopt);
+    EXPECT_EQ(ops::ema_decay(0), 0);
+    EXPECT_EQ(ops::ema_decay(100), 0);
+    EXPECT_LT(*ops::ema_decay(900000), 0.9999);
+    EXPECT_EQ(ops::ema_decay(2000000), 0.9999);
+    EXPECT_EQ(ops::ema_decay(6, {.update_every = 3, .update_after = 2, .most = 0.25, .power = 1}),
+              0.25);
+}
+
+}  // namespace
+}  // namespace splat::test
