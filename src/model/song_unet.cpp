@@ -59,10 +59,9 @@ ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu) {
 ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId residual,
                            double scale) {
     if (!graph_.status().ok()) return kNoValue;
-    const bool wide = graph_.value(weight).shape[2] == 3;
-    const std::int64_t winograd = !wide ? 0 : options_.precision == Precision::kStrict ? 2 : 4;
+    const auto precision = static_cast<std::int64_t>(options_.precision) + 1;  // 0: no table
     return graph_.op("conv2d", {x, weight, bias, residual},
-                     {{"scale", scale}, {"winograd", winograd}});
+                     {{"scale", scale}, {"precision", precision}});
 }
 
 ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out,

@@ -8,20 +8,22 @@ namespace splat::nn {
 namespace {
 
 constexpr const OpRow* kOps[] = {
-    &kAddRow,           //
-    &kAttentionRow,     //
-    &kConcatRow,        //
-    &kConv2dRow,        //
-    &kFilmRow,          //
-    &kGaussianHeadRow,  //
-    &kGroupNormRow,     //
-    &kL1Row,            //
-    &kL2Row,            //
-    &kLinearRow,        //
-    &kResample2dRow,    //
-    &kSiluRow,          //
-    &kSplit3Row,        //
-    &kSsimRow,          //
+    &kAddRow,                  //
+    &kAttentionRow,            //
+    &kConcatRow,               //
+    &kConv2dRow,               //
+    &kDropoutRow,              //
+    &kFilmRow,                 //
+    &kGaussianHeadRow,         //
+    &kGroupNormRow,            //
+    &kL1Row,                   //
+    &kL2Row,                   //
+    &kLinearRow,               //
+    &kPositionalEmbeddingRow,  //
+    &kResample2dRow,           //
+    &kSiluRow,                 //
+    &kSplit3Row,               //
+    &kSsimRow,                 //
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "nn/op_rows.h"
 #include "ops/conv2d.h"
+#include "ops/conv2d_algorithm.h"
 
 namespace splat::nn {
 namespace {
@@ -15,20 +16,27 @@ constexpr Port kConv2dInputs[] = {{"x"},
 constexpr Attribute kConv2dAttributes[] = {
     {"scale", "number", "1", "factor of the output"},
     {"winograd", "integer", "0", "2 or 4: by F(2x2) or F(4x4), for kernels of 3x3; 0: directly"},
+    {"precision", "integer", "0",
+     "1 strict, 2 balanced, 3 fast: winograd by the table for the shape"},
 };
 
 ops::Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const Shape& weight,
                             bool bias) {
-    return {.n = x[0],
-            .in_channels = x[1],
-            .height = x[2],
-            .width = x[3],
-            .out_channels = weight[0],
-            .kernel = weight[2],
-            .bias = bias,
-            .scale = static_cast<float>(attributes.number("scale")),
-            .winograd = static_cast<std::int32_t>(
-                std::clamp<std::int64_t>(attributes.integer("winograd"), -1, 99))};
+    ops::Conv2dDesc desc{.n = x[0],
+                         .in_channels = x[1],
+                         .height = x[2],
+                         .width = x[3],
+                         .out_channels = weight[0],
+                         .kernel = weight[2],
+                         .bias = bias,
+                         .scale = static_cast<float>(attributes.number("scale")),
+                         .winograd = static_cast<std::int32_t>(
+                             std::clamp<std::int64_t>(attributes.integer("winograd"), -1, 99))};
+    const std::int64_t precision = attributes.integer("precision");
+    if (precision > 0 && desc.kernel == 3)
+        desc.winograd = ops::conv2d_algorithm(
+            desc, static_cast<ops::Conv2dPrecision>(std::min<std::int64_t>(precision, 3) - 1));
+    return desc;
 }
 
 Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attributes,

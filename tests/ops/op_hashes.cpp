@@ -38,7 +38,11 @@ OpCall linear_call(std::uint32_t rows, std::uint32_t in, std::uint32_t out) {
 int print_all() {
     int failed = 0;
     for (const ConvShape& shape : {ConvShape{2, 33, 12, 12, 40, 3}, ConvShape{3, 7, 5, 7, 9, 1}})
-        failed |= print_hashes(Conv2dCase::normal(shape, 1).call(), "conv2d " + shape.text());
+        for (const int winograd : winograds(vk::Kernels::kCpu, shape)) {
+            Conv2dCase c = Conv2dCase::normal(shape, 1);
+            c.winograd = winograd;
+            failed |= print_hashes(c.call(), "conv2d " + c.text());
+        }
     for (const NormShape& shape :
          {NormShape{2, 32, 33, 31, 8}, NormShape{3, 9, 17, 15, 3}, NormShape{1, 4, 128, 128, 1}})
         failed |= print_hashes(GroupNormCase(shape, true, 1).call(), "group_norm " + shape.text());

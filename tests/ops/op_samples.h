@@ -1,5 +1,7 @@
 #pragma once
 
+#include <bit>
+
 #include <algorithm>
 
 #include "op_harness.h"
@@ -54,82 +56,82 @@ inline void add_attention_samples(std::vector<OpCall>& calls) {
         calls.push_back(sample("concat", Json::object(),
                                {normal_tensor({2, channels, 6}, 15), normal_tensor({2, 6, 6}, 16)},
                                {Shape{2, channels + 6, 6}}));
-    /// Which optional tensors a head's call has, and whether its matrices are perspective.
-    struct HeadCameras {
-        bool focal;
-        bool origin;
-        bool projective;
-    };
+}
 
-    /// A call of gaussian_head with cameras at random: `images` is [images, height, width].
-    inline OpCall head_sample(const Shape& images, std::uint32_t views, std::uint32_t degree,
-                              bool offset, const HeadCameras& with, std::uint64_t seed) {
-        const std::uint32_t n = images[0];
-        const std::uint32_t batch = n / views;
-        const std::uint32_t each = views * images[1] * images[2];
-        HostTensor rays =
-            normal_tensor({3, images[1], images[2]}, seed + 1, 0, with.focal ? 40 : 0.5);
-        std::fill(rays.values.end() - images[1] * images[2], rays.values.end(), 1.0F);
-        HostTensor matrices = normal_tensor({n, 4, 4}, seed + 2);
-        for (std::size_t i = 3; i < matrices.values.size(); i += 4) {  // the column that gives w
-            const float w = i % 16 == 15 ? 1.0F : 0.0F;
-            matrices.values[i] = with.projective ? 4 * w + 0.2F * matrices.values[i] : w;
-        }
-        OpCall call = sample(
-            "gaussian_head",
-            {{"views", views},
-             {"sh_degree", degree},
-             {"offset", offset},
-             {"isotropic", false},
-             {"activate", true},
-             {"znear", 0.8},
-             {"zfar", 1.8}},
-            {normal_tensor({n, 12 + 9 * degree + (offset ? 3 : 0), images[1], images[2]}, seed),
-             rays, matrices, normal_tensor({n, 4}, seed + 3),
-             normal_tensor({n, 2}, seed + 4, 40, 2), normal_tensor({n}, seed + 5, 2, 0.1)},
-            {Shape{batch, each, 3},
-             {batch, each, 1},
-             {batch, each, 3},
-             {batch, each, 4},
-             {batch, each, 1 + 3 * degree, 3}});
-        if (!with.focal) call.inputs[4] = {};
-        if (!with.origin) call.inputs[5] = {};
-        return call;
-    }
+/// Which optional tensors a head's call has, and whether its matrices are perspective.
+struct HeadCameras {
+    bool focal;
+    bool origin;
+    bool projective;
+};
 
-    inline std::vector<OpCall> op_samples() {
-        std::vector<OpCall> calls;
-        for (const std::uint32_t channels : {8U, 6U})  // whole quads per group, and not
-            calls.push_back(sample("group_norm", {{"groups", 2}, {"silu", true}},
-                                   {normal_tensor({2, channels, 5, 7}, 5),
-                                    normal_tensor({channels}, 6), normal_tensor({channels}, 7)},
-                                   {Shape{2, channels, 5, 7}}));
-        calls.push_back(sample(
-            "linear", Json::object(),
-            {normal_tensor({17, 15}, 8), normal_tensor({31, 15}, 9), normal_tensor({31}, 10)},
-            {Shape{17, 31}}));
-        for (const std::uint32_t kernel : {1U, 3U})
-            for (const int winograd : {0, 2, 4})
-                calls.push_back(sample(
-                    "conv2d", {{"scale", 0.5}, {"winograd", kernel == 3 ? winograd : 0}},
-                    {normal_tensor({2, 5, 3, 7}, 11), normal_tensor({6, 5, kernel, kernel}, 12),
-                     normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
-                    {Shape{2, 6, 3, 7}}));
-        add_elementwise_samples(calls);
-        add_attention_samples(calls);
-        calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
-        return calls;
+/// A call of gaussian_head with cameras at random: `images` is [images, height, width].
+inline OpCall head_sample(const Shape& images, std::uint32_t views, std::uint32_t degree,
+                          bool offset, const HeadCameras& with, std::uint64_t seed) {
+    const std::uint32_t n = images[0];
+    const std::uint32_t batch = n / views;
+    const std::uint32_t each = views * images[1] * images[2];
+    HostTensor rays = normal_tensor({3, images[1], images[2]}, seed + 1, 0, with.focal ? 40 : 0.5);
+    std::fill(rays.values.end() - images[1] * images[2], rays.values.end(), 1.0F);
+    HostTensor matrices = normal_tensor({n, 4, 4}, seed + 2);
+    for (std::size_t i = 3; i < matrices.values.size(); i += 4) {  // the column that gives w
+        const float w = i % 16 == 15 ? 1.0F : 0.0F;
+        matrices.values[i] = with.projective ? 4 * w + 0.2F * matrices.values[i] : w;
     }
+    OpCall call =
+        sample("gaussian_head",
+               {{"views", views},
+                {"sh_degree", degree},
+                {"offset", offset},
+                {"isotropic", false},
+                {"activate", true},
+                {"znear", 0.8},
+                {"zfar", 1.8}},
+               {normal_tensor({n, 12 + 9 * degree + (offset ? 3 : 0), images[1], images[2]}, seed),
+                rays, matrices, normal_tensor({n, 4}, seed + 3),
+                normal_tensor({n, 2}, seed + 4, 40, 2), normal_tensor({n}, seed + 5, 2, 0.1)},
+               {Shape{batch, each, 3},
+                {batch, each, 1},
+                {batch, each, 3},
+                {batch, each, 4},
+                {batch, each, 1 + 3 * degree, 3}});
+    if (!with.focal) call.inputs[4] = {};
+    if (!with.origin) call.inputs[5] = {};
+    return call;
+}
+
+inline void add_random_samples(std::vector<OpCall>& calls) {
+    const Shape image{2, 6, 4, 6};
+    // Words of the counter are bits: small floats of other value.
+    const HostTensor counter{{4},
+                             {std::bit_cast<float>(7U), std::bit_cast<float>(9U),
+                              std::bit_cast<float>(3U), std::bit_cast<float>(0U)}};
+    calls.push_back(sample("dropout", {{"p", 0.3}}, {normal_tensor(image, 23), counter}, {image}));
+    calls.push_back(sample("positional_embedding", {{"dimension", 10}, {"swap_halves", true}},
+                           {normal_tensor({3, 6}, 24)}, {Shape{3, 60}}));
+}
+
+inline std::vector<OpCall> op_samples() {
+    std::vector<OpCall> calls;
+    for (const std::uint32_t channels : {8U, 6U})  // whole quads per group, and not
+        calls.push_back(sample("group_norm", {{"groups", 2}, {"silu", true}},
+                               {normal_tensor({2, channels, 5, 7}, 5), normal_tensor({channels}, 6),
+                                normal_tensor({channels}, 7)},
+                               {Shape{2, channels, 5, 7}}));
+    calls.push_back(
         sample("linear", Json::object(),
                {normal_tensor({17, 15}, 8), normal_tensor({31, 15}, 9), normal_tensor({31}, 10)},
                {Shape{17, 31}}));
     for (const std::uint32_t kernel : {1U, 3U})
-        calls.push_back(
-            sample("conv2d", {{"scale", 0.5}},
-                   {normal_tensor({2, 5, 3, 7}, 11), normal_tensor({6, 5, kernel, kernel}, 12),
-                    normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
-                   {Shape{2, 6, 3, 7}}));
+        for (const int winograd : {0, 2, 4})
+            calls.push_back(
+                sample("conv2d", {{"scale", 0.5}, {"winograd", kernel == 3 ? winograd : 0}},
+                       {normal_tensor({2, 5, 3, 7}, 11), normal_tensor({6, 5, kernel, kernel}, 12),
+                        normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
+                       {Shape{2, 6, 3, 7}}));
     add_elementwise_samples(calls);
+    add_attention_samples(calls);
+    add_random_samples(calls);
     calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
     for (const char* loss : {"l1", "l2", "ssim"})
         calls.push_back(sample(loss, Json::object(),

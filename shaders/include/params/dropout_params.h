@@ -1,0 +1,23 @@
+#ifndef SPLAT_DROPOUT_PARAMS_H
+#define SPLAT_DROPOUT_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct DropoutParams {
+    uint quads;
+    uint stream;     // sets the calls of one step apart
+    uint threshold;  // random words below it drop their element
+    float scale;     // 1 / (1 - p)
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(DropoutParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,24 @@
+#ifndef SPLAT_POSITIONAL_EMBEDDING_PARAMS_H
+#define SPLAT_POSITIONAL_EMBEDDING_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct PositionalEmbeddingParams {
+    uint rows;
+    uint features;   // of x
+    uint dimension;  // values per feature; half cosines, half sines
+    uint swap;       // 1: the halves of the result change places
+    float ratio;     // from one frequency to the next
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(PositionalEmbeddingParams) <= 128);
+}
+#endif
+
+#endif

@@ -1,0 +1,82 @@
+#include "ops/positional_embedding.h"
+
+#include <gtest/gtest.h>
+
+#include "op_samples.h"
+#include "ref/positional_embedding_ref.h"
+#include "support/golden.h"
+
+namespace splat::test {
+namespace {
+
+class PositionalEmbedding : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(PositionalEmbedding);
+
+OpCall embedding_call(const ref::EmbeddingShape& s, std::uint64_t seed) {
+    const auto rows = static_cast<std::uint32_t>(s.rows);
+    const auto features = static_cast<std::uint32_t>(s.features);
+    const auto dimension = static_cast<std::uint32_t>(s.dimension);
+    return sample("positional_embedding", {{"dimension", dimension}, {"swap_halves", s.swap}},
+                  {normal_tensor({rows, features}, seed, 0, 3)},
+                  {Shape{rows, features * dimension}});
+}
+
+TEST_P(PositionalEmbedding, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const ref::EmbeddingShape& shape :
+         {ref::EmbeddingShape{1, 1, 2, false}, ref::EmbeddingShape{3, 6, 10, false},
+          ref::EmbeddingShape{3, 6, 10, true}, ref::EmbeddingShape{5, 3, 4, true},
+          ref::EmbeddingShape{70, 7, 6, false}, ref::EmbeddingShape{2, 2, 64, false}}) {
+        const OpCall call = embedding_call(shape, ++seed);
+        const std::vector<double> x = to_double(call.inputs[0].values);
+        expect_matches(
+            context(), call, {ref::positional_embedding_forward(shape, x)},
+            {ref::positional_embedding_backward(shape, x, to_double(call.grad_outputs[0].values))},
+            call.attributes.dump());
+    }
+}
+
+TEST_P(PositionalEmbedding, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    for (const std::string& path : golden_files("net", "norm")) {
+        const auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        OpCall call;
+        call.op = "positional_embedding";
+        call.attributes = {
+            {"dimension", static_cast<int>(golden_integers(npz.value(), "pe.cfg").at(0))}};
+        call.inputs = {golden_tensor(npz.value(), "pe.x")};
+        const OpResult gpu = run_op(context(), call);
+        ASSERT_OK(gpu.status);
+        EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), "pe.y"), kGoldenLayer,
+                          kGoldenLayer, {"y", reproduce(path)}));
+    }
+}
+
+TEST_P(PositionalEmbedding, RejectsBadShapes) {
+    const auto status = [&](int dimension, const Shape& x) {
+        return run_op(context(), sample("positional_embedding", {{"dimension", dimension}},
+                                        {normal_tensor(x, 1)}, std::vector<HostTensor>{}))
+            .status;
+    };
+    EXPECT_OK(status(2, {3, 5}));
+    for (const int dimension : {0, -2, 3, 66})
+        EXPECT_ERROR(status(dimension, {3, 5}), Code::kInvalidArgument, "dimension");
+    EXPECT_ERROR(status(2, {3, 5, 1}), Code::kShape, "'x'");
+}
+
+TEST(PositionalEmbeddingReference, GradcheckFloat64) {
+    for (const bool swap : {false, true}) {
+        const ref::EmbeddingShape shape{2, 3, 4, swap};
+        const std::vector<double> x = to_double(normal_fill(6, 1));
+        const std::vector<double> grad_y = to_double(normal_fill(24, 2));
+        expect_gradcheck({x},
+                         [&](const Arrays& in) {
+                             return Arrays{ref::positional_embedding_forward(shape, in[0]).value};
+                         },
+                         {grad_y}, {ref::positional_embedding_backward(shape, x, grad_y).value});
+    }
+}
+
+}  // namespace
+}  // namespace splat::test
