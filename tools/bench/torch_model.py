@@ -285,6 +285,12 @@ def check(path):
     return 0 if worst < 2e-4 and wrong < 1e-4 else 1
 
 
+def loaded(library):
+    """Whether a shared library of this name is in this process."""
+    with open("/proc/self/maps", encoding="utf-8") as maps:
+        return library in maps.read()
+
+
 class Passes:
     def __init__(self):
         self.settings = Settings(OPTIONS)
@@ -312,7 +318,7 @@ class Passes:
     def about(self):
         parameters = list(self.model.parameters())
         return {"torch": torch.__version__, "threads": torch.get_num_threads(), "isa": OPTIONS.isa,
-                "layout": OPTIONS.layout, "onednn": torch.backends.mkldnn.is_available(),
+                "layout": OPTIONS.layout, "openblas": loaded("openblas"), "onednn": torch.backends.mkldnn.is_available(),
                 "parameters": sum(p.numel() for p in parameters),
                 "trainable": sum(p.numel() for p in parameters if p.requires_grad)}
 
