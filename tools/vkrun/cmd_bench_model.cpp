@@ -15,7 +15,8 @@ namespace {
 
 constexpr const char* kFooter =
     R"(A network with random weights runs forward and, with --backward, forward and backward with all
-gradients of outputs 1; wall time of the calls, inputs and their checks included.
+gradients of outputs 1; wall time of the calls, inputs and their checks included. Forward alone is that
+of a model made without gradients, which keeps prepared weights; one that trains prepares them anew.
 
   first ms           the first call: kernels are compiled or found in the cache, weights prepared
   min ms, median ms  of --rounds further calls
@@ -25,12 +26,12 @@ gradients of outputs 1; wall time of the calls, inputs and their checks included
   peer               --peer: the same network in PyTorch, on the CPU with 2 threads, in a process
                      of tools/bench/torch_model.py; both take turns (A B A B)
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
-  memory             activations and prepared weights of the model; all that the device holds
+  memory             activations and prepared weights of each model; all that the device holds
   --profile          times of one more pass by operator; every pass then has timestamps
 
-JSON: {library, device, config, precision, objects, parameters, trainable, gflop, create_ms, init_ms,
-memory, forward, forward_backward, peer, ratio_forward, ratio_forward_backward, profile}; what was
-not asked for is null.
+JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
+forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; what was not asked
+for is null.
 
 Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device.
 
@@ -86,15 +87,10 @@ Json times_json(const PassTimes& times, double gflop) {
     return json;
 }
 
-Json ratio_json(const PassTimes& peer, const PassTimes& ours) {
-    if (peer.times_ms.empty()) return nullptr;
-    return peer.min_ms() / ours.min_ms();
-}
-
-Json memory_json(splat_device device, const Json& report) {
+Json memory_json(splat_device device) {
     auto memory = sized<splat_memory_info>();
     check(splat_device_get_memory(device, &memory));
-    Json json = report.at("bytes");
+    Json json;
     json["used"] = memory.used_bytes;
     json["live"] = memory.live_bytes;
     json["peak"] = memory.peak_bytes;
@@ -102,32 +98,61 @@ Json memory_json(splat_device device, const Json& report) {
     return json;
 }
 
-/// All figures but the device and the profile.
-Json result_json(const Options& options, const ModelRun& run, const ModelMeasurement& measured,
-                 const ModelPeer* peer) {
-    const Json& report = run.report();
-    const double gflop = run.gflop();
-    const double step_gflop = report.at("config").contains("opt") ? 0 : 3 * gflop;
-    Json json;
-    json["config"] = report.at("config");
+/// The figures of one kind of pass go below its key, those of the peer below "peer".
+void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer, const Options& options) {
+    const bool step = std::string(key) == "forward_backward";
+    const PassMeasurement measured = measure_pass(run, peer, step, options.rounds);
+    const bool adapters = run.report().at("config").contains("opt");
+    const double gflop = !step ? run.gflop() : adapters ? 0 : 3 * run.gflop();
+    json[key] = times_json(measured.ours, gflop);
+    json[key]["bytes"] = run.report().at("bytes");
+    json[key]["create_ms"] = run.create_ms();
+    json[key]["init_ms"] = run.init_ms();
+    if (peer == nullptr) return;
+    json["peer"][key] = times_json(measured.peer, gflop);
+    json[std::string("ratio_") + key] = measured.peer.min_ms() / measured.ours.min_ms();
+}
+
+void describe(Json& json, const ModelRun& run, const Options& options) {
+    json["config"] = run.report().at("config");
     json["precision"] = options.precision_name;
     json["objects"] = options.objects;
-    json["parameters"] = report.at("parameters");
-    json["trainable"] = report.at("trainable");
-    json["gflop"] = gflop;
-    json["create_ms"] = run.create_ms();
-    json["init_ms"] = run.init_ms();
-    json["forward"] = times_json(measured.forward, gflop);
-    json["forward_backward"] = times_json(measured.step, step_gflop);
-    json["peer"] = nullptr;
-    if (peer != nullptr) {
-        json["peer"] = peer->about();
-        json["peer"]["forward"] = times_json(measured.peer_forward, gflop);
-        json["peer"]["forward_backward"] = times_json(measured.peer_step, step_gflop);
+    json["parameters"] = run.report().at("parameters");
+    json["trainable"] = run.report().at("trainable");
+    json["gflop"] = run.gflop();
+    for (const char* key : {"forward", "forward_backward", "peer", "ratio_forward",
+                            "ratio_forward_backward", "profile"})
+        json[key] = nullptr;
+}
+
+std::string profile_text(splat_device device,
+                         splat_result (*get)(splat_device, char*, std::size_t, std::size_t*)) {
+    return whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+        return get(device, buffer, capacity, needed);
+    });
+}
+
+/// Both kinds of passes, each on a model of its own, one after the other; the profile is that of one
+/// more pass of the last.
+void measure(Json& json, splat_device device, const Options& options) {
+    std::unique_ptr<ModelPeer> peer;
+    for (const bool step : {false, true}) {
+        if (step && !options.backward) return;
+        ModelBenchOptions made = options;
+        made.backward = step;
+        ModelRun run(device, made);
+        if (!step) {
+            describe(json, run, options);
+            peer = start_peer(options, run.report().at("config"));
+            if (peer != nullptr) json["peer"] = peer->about();
+        }
+        add_pass(json, step ? "forward_backward" : "forward", run, peer.get(), options);
+        json["memory"] = memory_json(device);
+        if (!options.profile || step != options.backward) continue;
+        check(splat_device_profile_reset(device));
+        step ? run.step() : run.forward();
+        json["profile"] = Json::parse(profile_text(device, splat_device_profile_json)).at("ops");
     }
-    json["ratio_forward"] = ratio_json(measured.peer_forward, measured.forward);
-    json["ratio_forward_backward"] = ratio_json(measured.peer_step, measured.step);
-    return json;
 }
 
 void add_row(Table& table, const char* pass, const char* who, const Json& times,
@@ -150,10 +175,19 @@ void print_tables(const Json& json) {
         "%llu parameters, %llu of them trained; %.3f GFLOP forward; precision %s; %llu objects\n",
         count("parameters"), count("trainable"), json.at("gflop").get<double>(),
         json.at("precision").get<std::string>().c_str(), count("objects"));
-    std::printf("created in %.1f ms, started at random in %.1f ms\n",
-                json.at("create_ms").get<double>(), json.at("init_ms").get<double>());
-    std::printf("memory: activations %s, prepared weights %s; device %s, at most %s of %s\n",
-                bytes("activations").c_str(), bytes("prepared").c_str(), bytes("used").c_str(),
+    for (const char* key : {"forward", "forward_backward"}) {
+        const Json& pass = json.at(key);
+        if (pass.is_null()) continue;
+        const auto size = [&](const char* of) {
+            return bytes_text(pass.at("bytes").at(of).get<unsigned long long>());
+        };
+        std::printf(
+            "%s: created in %.1f ms, started at random in %.1f ms; activations %s, "
+            "prepared weights %s\n",
+            key, pass.at("create_ms").get<double>(), pass.at("init_ms").get<double>(),
+            size("activations").c_str(), size("prepared").c_str());
+    }
+    std::printf("device memory: %s, at most %s of %s\n", bytes("used").c_str(),
                 bytes("peak").c_str(), bytes("budget").c_str());
     const Json& peer = json.at("peer");
     if (!peer.is_null())
@@ -179,29 +213,10 @@ int run(Options options) {
     if (options.profile) desc.flags = SPLAT_DEVICE_PROFILE;
     const Device device = open_device(desc);
     const splat_device_info info = info_of(device.get());
-    ModelRun model(device.get(), options);
-    const auto peer = start_peer(options, model.report().at("config"));
-    const ModelMeasurement measured =
-        measure_model(model, peer.get(), options.backward, options.rounds);
-    if (options.profile) {
-        check(splat_device_profile_reset(device.get()));
-        if (options.backward)
-            model.step();
-        else
-            model.forward();
-    }
-    const auto profile = [&](auto get) {
-        return whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return get(device.get(), buffer, capacity, needed);
-        });
-    };
     Json json;
     json["library"] = splat_version_string();
     json["device"] = device_json(info);
-    json.update(result_json(options, model, measured, peer.get()));
-    json["memory"] = memory_json(device.get(), model.report());
-    json["profile"] =
-        options.profile ? Json::parse(profile(splat_device_profile_json)).at("ops") : Json(nullptr);
+    measure(json, device.get(), options);
     if (options.json) {
         std::printf("%s\n", json_text(json).c_str());
         return kSuccess;
@@ -209,7 +224,8 @@ int run(Options options) {
     std::printf("device %u: %s (%s, %s); libsplat %s\n", info.index, info.name,
                 kind_name(info.kind), info.driver, splat_version_string());
     print_tables(json);
-    if (options.profile) std::printf("\n%s", profile(splat_device_profile_table).c_str());
+    if (options.profile)
+        std::printf("\n%s", profile_text(device.get(), splat_device_profile_table).c_str());
     return kSuccess;
 }
 

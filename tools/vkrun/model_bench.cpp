@@ -291,8 +291,8 @@ std::string find_peer_script() {
                   "one; --peer-script FILE names it");
 }
 
-ModelMeasurement measure_model(ModelRun& run, ModelPeer* peer, bool backward, int rounds) {
-    ModelMeasurement result;
+PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds) {
+    PassMeasurement result;
     const auto take = [](PassTimes& times, double ms, bool first) {
         if (first)
             times.first_ms = ms;
@@ -300,12 +300,8 @@ ModelMeasurement measure_model(ModelRun& run, ModelPeer* peer, bool backward, in
             times.times_ms.push_back(ms);
     };
     for (int round = 0; round <= rounds; ++round) {
-        const bool first = round == 0;
-        take(result.forward, run.forward(), first);
-        if (peer != nullptr) take(result.peer_forward, peer->run("forward"), first);
-        if (!backward) continue;
-        take(result.step, run.step(), first);
-        if (peer != nullptr) take(result.peer_step, peer->run("step"), first);
+        take(result.ours, step ? run.step() : run.forward(), round == 0);
+        if (peer != nullptr) take(result.peer, peer->run(step ? "step" : "forward"), round == 0);
     }
     return result;
 }

@@ -90,12 +90,14 @@ std::vector<std::string> peer_arguments(const Json& config, std::uint32_t object
 /// tools/bench/torch_model.py in a folder above this program or above the current folder.
 std::string find_peer_script();
 
-struct ModelMeasurement {
-    PassTimes forward, step;
-    PassTimes peer_forward, peer_step;  ///< empty without a peer
+struct PassMeasurement {
+    PassTimes ours;
+    PassTimes peer;  ///< empty without one
 };
 
-/// Every kind of pass once, then `rounds` times, ours and the peer's (may be null) in turns.
-ModelMeasurement measure_model(ModelRun& run, ModelPeer* peer, bool backward, int rounds);
+/// One kind of pass, once and then `rounds` times, ours and the peer's (may be null) in turns.
+///
+/// step  forward and backward, of a model made with gradients; else forward
+PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds);
 
 }  // namespace vkrun
