@@ -144,7 +144,10 @@ void measure(Json& json, splat_device device, const Options& options) {
         if (!step) {
             describe(json, run, options);
             peer = start_peer(options, run.report().at("config"));
-            if (peer != nullptr) json["peer"] = peer->about();
+            if (peer != nullptr) {
+                json["peer"] = peer->about();
+                json["peer"]["forward"] = json["peer"]["forward_backward"] = nullptr;
+            }
         }
         add_pass(json, step ? "forward_backward" : "forward", run, peer.get(), options);
         json["memory"] = memory_json(device);
