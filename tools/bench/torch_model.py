@@ -318,7 +318,8 @@ class Passes:
     def about(self):
         parameters = list(self.model.parameters())
         return {"torch": torch.__version__, "threads": torch.get_num_threads(), "isa": OPTIONS.isa,
-                "layout": OPTIONS.layout, "openblas": loaded("openblas"), "onednn": torch.backends.mkldnn.is_available(),
+                "layout": OPTIONS.layout, "openblas": loaded("openblas"),
+                "onednn": torch.backends.mkldnn.is_available(),
                 "parameters": sum(p.numel() for p in parameters),
                 "trainable": sum(p.numel() for p in parameters if p.requires_grad)}
 
