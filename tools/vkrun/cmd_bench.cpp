@@ -197,11 +197,12 @@ void add_bench(CLI::App& app, int& exit_code) {
     CLI::App* bench = app.add_subcommand("bench", "Measure speed and error on this machine.");
     bench->group("Commands");
     bench->require_subcommand(1);
-    bench->footer("'vkrun bench ops --help' and 'vkrun bench raster --help' tell more.\n");
+    bench->footer("'vkrun bench ops --help', and so for raster and model, tell more.\n");
     CLI::App* ops = bench->add_subcommand(
         "ops", "Time fast kernels against plain ones, and compare both with float64.");
     ops->group("Commands");
     add_bench_raster(*bench, exit_code);
+    add_bench_model(*bench, exit_code);
     const auto options = std::make_shared<Options>();
     ops->add_option("--only", options->only,
                     "Operators to measure, separated by commas:\nconv2d, group_norm, linear")

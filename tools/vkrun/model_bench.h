@@ -1,0 +1,103 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vkrun/device_text.h"
+#include "vkrun/objects.h"
+
+namespace vkrun {
+
+using Model = Owner<splat_model, splat_model_destroy>;
+
+struct ModelBenchOptions {
+    std::string config;  ///< text; empty: the cars model
+    std::int32_t precision = SPLAT_PRECISION_BALANCED;
+    std::uint32_t objects = 1;
+    std::uint32_t lora = 0;  ///< rank; 0: as the configuration says
+    bool backward = false;
+    bool low_memory = false;
+    int rounds = 5;
+};
+
+/// Wall times of one kind of pass.
+struct PassTimes {
+    double first_ms = 0;
+    std::vector<double> times_ms;  ///< one per round, the first call not among them
+
+    [[nodiscard]] double min_ms() const;
+    [[nodiscard]] double median_ms() const;
+};
+
+/// A network on a device with inputs and gradients for its passes.
+class ModelRun {
+  public:
+    ModelRun(splat_device device, const ModelBenchOptions& options);
+
+    /// Each returns its wall time in ms.
+    double forward();
+    double step();  ///< forward, then backward with all gradients of outputs 1
+
+    [[nodiscard]] const Json& report() const { return report_; }
+    [[nodiscard]] double create_ms() const { return create_ms_; }
+    [[nodiscard]] double init_ms() const { return init_ms_; }
+
+    /// 1e9 operations of a forward pass, two per multiplication: convolutions and the products of
+    /// attention over pixels.
+    [[nodiscard]] double gflop() const { return gflop_; }
+
+  private:
+    void make_inputs(std::uint32_t objects);
+    void count_operations(std::uint32_t objects);
+
+    Model model_;
+    Json report_;
+    double create_ms_ = 0;
+    double init_ms_ = 0;
+    double gflop_ = 0;
+    std::vector<float> images_, focals_, embedding_, tokens_;
+    std::vector<float> ones_;  ///< as long as the longest output
+};
+
+/// What runs the same network in turns with ours: a process of tools/bench/torch_model.py.
+class ModelPeer {
+  public:
+    /// command  the program and its arguments. Throws if it does not get ready.
+    explicit ModelPeer(const std::vector<std::string>& command);
+    ~ModelPeer();
+    ModelPeer(const ModelPeer&) = delete;
+    ModelPeer& operator=(const ModelPeer&) = delete;
+
+    [[nodiscard]] const Json& about() const { return about_; }
+
+    /// pass  "forward" or "step"; Returns  its time in ms
+    double run(const std::string& pass);
+
+  private:
+    std::string read_line();
+
+    int socket_ = -1;
+    int process_ = -1;
+    std::string received_;
+    Json about_;
+};
+
+/// The arguments of torch_model.py for a configuration as reports hold it. Throws where the peer has no
+/// such network.
+std::vector<std::string> peer_arguments(const Json& config, std::uint32_t objects);
+
+/// tools/bench/torch_model.py in a folder above this program or above the current folder.
+std::string find_peer_script();
+
+struct PassMeasurement {
+    PassTimes ours;
+    PassTimes peer;  ///< empty without one
+};
+
+/// One kind of pass, once and then `rounds` times, ours and the peer's (may be null) in turns.
+///
+/// step  forward and backward, of a model made with gradients; else forward
+PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds);
+
+}  // namespace vkrun
