@@ -2,9 +2,9 @@
 // it with different numbers of driver threads and compares.
 #include <cstdio>
 
-#include "conv2d_case.h"
-#include "group_norm_case.h"
+#include "ops/conv2d_case.h"
 #include "ops/every/op_samples.h"
+#include "ops/group_norm_case.h"
 
 namespace splat::test {
 namespace {
