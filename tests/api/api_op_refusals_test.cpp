@@ -58,7 +58,7 @@ TEST_F(ApiOpRefuses, UnknownTypes) {
     OpRequest request = linear();
     for (const char* type : {"conv9d", "", "LINEAR", "linear "}) {
         request.type = type;
-        expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "group_norm, linear");
+        expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "group_norm, l1, l2, linear");
     }
     request.type = nullptr;
     expect(request, SPLAT_ERROR_INVALID_ARGUMENT, "type is NULL");

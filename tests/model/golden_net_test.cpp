@@ -154,15 +154,16 @@ void expect_output(const std::string& what, const std::vector<float>& got,
     EXPECT_LE(worst, kOutput) << what;
 }
 
+/// `own` is the relative error of the expected tensor itself.
 void expect_gradient(const std::string& what, const std::vector<float>& got,
-                     const std::vector<double>& expected) {
+                     const std::vector<double>& expected, double own = 0) {
     ASSERT_EQ(got.size(), expected.size()) << what;
     double difference = 0, norm = 0;
     for (std::size_t i = 0; i < got.size(); ++i) {
         difference += std::pow(static_cast<double>(got[i]) - expected[i], 2);
         norm += expected[i] * expected[i];
     }
-    EXPECT_LE(std::sqrt(difference), kGradient * std::sqrt(norm)) << what;
+    EXPECT_LE(std::sqrt(difference), (kGradient + own) * std::sqrt(norm)) << what;
 }
 
 /// [norm, sum, sum_i g_i cos(0.37 i)] of every gradient. An error of relative norm e moves the norm by
@@ -220,17 +221,20 @@ std::vector<double> image_gradient(const Golden& golden, const PredictorConfig& 
 }
 
 void expect_gradients(const Session& session, const Golden& golden) {
+    // Gradients of parameters are those of a float32 run; so far is its whole gradient from float64's
+    // (2.7e-5 in net_2v, where single tensors are off by 5e-5 and more). The digests are float64's.
+    const double own = golden.doubles("grad_rel_err32")[0];
     for (const nn::Parameter& parameter : session.predictor->parameters().all())
         if (golden.npz.has("d." + parameter.name))
             expect_gradient(golden.name + " " + parameter.name, session.get(parameter.grad),
-                            to_double(golden.floats("d." + parameter.name)));
+                            to_double(golden.floats("d." + parameter.name)), own);
     if (golden.npz.has("d_x64"))
         expect_gradient(golden.name + " x", session.get(session.predictor->image_gradient()),
                         image_gradient(golden, session.predictor->config()));
     if (golden.npz.has("d_emb")) {
         std::vector<float> gradient;
         ASSERT_OK(session.predictor->embedding_gradient(gradient));
-        expect_gradient(golden.name + " emb", gradient, to_double(golden.floats("d_emb")));
+        expect_gradient(golden.name + " emb", gradient, to_double(golden.floats("d_emb")), own);
     }
 }
 
