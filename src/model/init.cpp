@@ -32,8 +32,8 @@ struct Group {
     HeadInit init;
 };
 
-/// Output channels of the last convolution in their order. Rotations, SH coefficients: spec/model.md
-/// lists the same gains for every configuration.
+/// Output channels of the last convolution in their order. The gains of rotations and spherical
+/// harmonics are the same in every published configuration.
 std::vector<Group> head_groups(const PredictorConfig& c) {
     std::vector<Group> groups = {{1, c.init_depth}};
     if (c.offset) groups.push_back({3, c.init_offset});

@@ -127,7 +127,7 @@ ValueId SongUnet::modulate(const std::string& name, ValueId x, std::uint32_t c) 
     return x;
 }
 
-/// The six values per level that follow one another in a block are in the order of the state dict.
+/// A residual block: y = (conv1(act(norm1(conv0(act(norm0(x)))))) + skip(x)) / sqrt(2), then attention.
 ValueId SongUnet::block(const std::string& name, ValueId x, const BlockShape& shape) {
     if (!graph_.status().ok()) return kNoValue;
     const bool resamples = shape.up || shape.down;

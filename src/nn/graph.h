@@ -61,7 +61,7 @@ class Graph {
     /// row-major values their number of elements. Errors: kShape.
     ValueId reshape(ValueId value, const Shape& shape);
 
-    /// kInvalidArgument if `ok` is false: what building code finds wrong by itself.
+    /// Keep an error that building code finds by itself, unless there is one already.
     void fail(Status status);
 
     [[nodiscard]] const Status& status() const { return status_; }

@@ -36,7 +36,7 @@ std::uint64_t attention_backward_bytes(const vk::Recorder& recorder, const Atten
 /// Errors       those of attention_check; nothing is recorded on error
 /// Precision    relative L2 2e-6 (tests/ops/attention_test.cpp)
 /// Determinism  bit-exact for any thread count
-/// Source       Vaswani et al. 2017, arXiv:1706.03762, eq. 1; register tiles: BENCHMARKS.md
+/// Source       Vaswani et al. 2017, arXiv:1706.03762, eq. 1; register tiles: ops/linear.h
 Status attention_forward(vk::Recorder& recorder, const AttentionDesc& desc, const vk::BufferView& q,
                          const vk::BufferView& k, const vk::BufferView& v, const vk::BufferView& y,
                          const vk::BufferView& weights, const vk::BufferView& workspace);
