@@ -1033,6 +1033,107 @@ SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
 /* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_model_destroy(splat_model model);
 
+/* ---- Training -------------------------------------------------------------------------------- */
+
+/* A configuration of network and training with every value, as JSON that splat_model_create and
+ * splat_trainer_create take, from the text of a YAML or JSON file and changes to it.
+ * text    NULL: the defaults, those of the published cars model
+ * values  `count` texts "key=value", as "opt.base_lr=1e-4"; later ones win
+ * Keys and their meanings: src/model/config_file.h and src/train/train_config.h.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (a key that nobody knows, with the
+ *   nearest one; a value beyond its range) */
+SPLAT_API splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
+                                          char* buffer, size_t capacity, size_t* needed);
+
+/* A network in training: parameters, Adam's moments, averaged weights, and the rasterizer that its
+ * Gaussians are drawn with. Externally synchronised. */
+typedef struct splat_trainer_s* splat_trainer;
+
+typedef struct splat_trainer_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    const char* config; /* as of splat_config_merge; NULL: the defaults */
+} splat_trainer_desc;
+
+/* Returns as splat_model_create. */
+SPLAT_API splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
+                                            splat_trainer* trainer);
+
+/* The network in training, to be initialised, loaded, stored and read; a handle of its own, to be
+ * destroyed, that keeps the trainer's memory alive. Its passes end with dropout as in training. */
+SPLAT_API splat_result splat_trainer_model(splat_trainer trainer, splat_model* model);
+
+/* B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target images;
+ * poses are relative to the object's first input image. */
+typedef struct splat_trainer_batch {
+    uint32_t struct_size;
+    uint32_t reserved;          /* 0 */
+    const float* images;        /* [B*V,channels,R,R] */
+    const float* view_to_world; /* [B*V,4,4] row vectors */
+    const float* quaternions;   /* [B*V,4] w x y z */
+    const float* focals;        /* [B*V,2] pixels; NULL unless data.fov is 0 */
+    const float* embedding;     /* [B*V,length] of a custom embedding, else NULL */
+    const float* tokens;        /* [B*V,token_dim,tokens], else NULL */
+    const float* targets;       /* [B*T,3,R,R] */
+    const splat_camera* cameras; /* B*T, of R x R pixels */
+} splat_trainer_batch;
+
+typedef struct splat_trainer_info {
+    uint32_t struct_size;
+    uint32_t skipped; /* 1: loss or gradients were not finite, and nothing was updated */
+    uint64_t step;    /* updates done */
+    uint64_t pairs;   /* (tile, Gaussian) drawn */
+    double loss;      /* mean over the batch, as the following */
+    double squared_error;
+    double pixel_loss;
+    double ssim; /* 0 unless opt.lambda_ssim > 0 */
+    double network_ms;
+    double render_ms;
+    double update_ms;
+} splat_trainer_info;
+
+/* One update. Arrays are read before the call returns.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
+ *   not finite), SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on
+ *   error the update is not done */
+SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
+                                          splat_trainer_info* info);
+
+/* JSON: {"step", "attempts" (calls that ran, skipped ones too), "parameters", "trainable", "config"}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
+                                            size_t* needed);
+
+/* The averaged weights (opt.ema) as a state dict, else the current ones. */
+SPLAT_API splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights);
+
+/* Write all that the next step depends on to a .safetensors file, whole or not at all; and go on from
+ * there, bit by bit. Returns SPLAT_OK, or for resume
+ *   SPLAT_ERROR_INVALID_ARGUMENT      no such file, damaged (it has a checksum), of another network or
+ *                                     optimiser; the trainer is as it was */
+SPLAT_API splat_result splat_trainer_save(splat_trainer trainer, const char* path);
+SPLAT_API splat_result splat_trainer_resume(splat_trainer trainer, const char* path);
+
+/* Destroy a trainer. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_trainer_destroy(splat_trainer trainer);
+
+typedef struct splat_image_scores {
+    uint32_t struct_size;
+    uint32_t reserved;
+    double squared_error; /* mean */
+    double psnr;          /* dB, for values from 0 to 1; infinite for equal images */
+    double ssim;
+} splat_image_scores;
+
+/* Compare two images [channels,height,width] in double precision: PSNR, and SSIM with a Gaussian window
+ * of 11 x 11 pixels (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are not finite),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (a size of 0) */
+SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint32_t channels,
+                                           uint32_t height, uint32_t width,
+                                           splat_image_scores* scores);
+
 /* ---- Image files ----------------------------------------------------------------------------- */
 
 /* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy

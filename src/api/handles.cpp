@@ -22,6 +22,8 @@ template <>
 constexpr const char* kKind<WeightsObject> = "splat_weights";
 template <>
 constexpr const char* kKind<ModelObject> = "splat_model";
+template <>
+constexpr const char* kKind<TrainerObject> = "splat_trainer";
 
 struct Entry {
     const char* kind;
@@ -71,6 +73,11 @@ OpObject::~OpObject() {
 ModelObject::~ModelObject() {
     const std::lock_guard lock(context->mutex);
     predictor.reset();
+}
+
+TrainerObject::~TrainerObject() {
+    const std::lock_guard lock(context->mutex);
+    trainer.reset();
 }
 
 PackedScene::~PackedScene() {
@@ -128,5 +135,6 @@ template struct Handles<SceneObject, splat_scene>;
 template struct Handles<RasterizerObject, splat_rasterizer>;
 template struct Handles<WeightsObject, splat_weights>;
 template struct Handles<ModelObject, splat_model>;
+template struct Handles<TrainerObject, splat_trainer>;
 
 }  // namespace splat::api

@@ -10,6 +10,7 @@
 #include "nn/op_instance.h"
 #include "raster/pack.h"
 #include "splat.h"
+#include "train/trainer.h"
 #include "vk/context.h"
 
 namespace splat::api {
@@ -85,11 +86,19 @@ struct WeightsObject {
 struct ModelObject {
     std::shared_ptr<vk::Context> context;
     std::uint32_t objects = 1;  ///< per pass
-    std::unique_ptr<model::Predictor> predictor;
+    std::shared_ptr<model::Predictor> predictor;  ///< its own, or a trainer's
     model::LoadReport load;  ///< of the latest load
     bool ran = false;
 
     ~ModelObject();
+};
+
+/// What stands behind splat_trainer.
+struct TrainerObject {
+    std::shared_ptr<vk::Context> context;
+    std::shared_ptr<train::Trainer> trainer;
+
+    ~TrainerObject();
 };
 
 /// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
@@ -111,6 +120,7 @@ using Scenes = Handles<SceneObject, splat_scene>;
 using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
 using Weights = Handles<WeightsObject, splat_weights>;
 using Models = Handles<ModelObject, splat_model>;
+using Trainers = Handles<TrainerObject, splat_trainer>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
@@ -119,5 +129,6 @@ extern template struct Handles<SceneObject, splat_scene>;
 extern template struct Handles<RasterizerObject, splat_rasterizer>;
 extern template struct Handles<WeightsObject, splat_weights>;
 extern template struct Handles<ModelObject, splat_model>;
+extern template struct Handles<TrainerObject, splat_trainer>;
 
 }  // namespace splat::api

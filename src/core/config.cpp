@@ -1,6 +1,7 @@
 #include "core/config.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <unordered_set>
 
@@ -80,6 +81,16 @@ Status Config::append(const std::string& key, ConfigScalar value) {
         return error(Code::kInvalidArgument, "%s: '%s' is no list", what_.c_str(), key.c_str());
     entries_[place->second].values.push_back(std::move(value));
     return {};
+}
+
+void Config::set(ConfigEntry entry) {
+    const auto place = places_.find(entry.key);
+    if (place != places_.end()) {
+        entries_[place->second] = std::move(entry);
+        return;
+    }
+    places_.emplace(entry.key, entries_.size());
+    entries_.push_back(std::move(entry));
 }
 
 const ConfigEntry* Config::find(const std::string& key) const {
@@ -165,6 +176,60 @@ Result<Config> read_config(std::string_view text, const std::string& what) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     if (first != std::string_view::npos && text[first] == '{') return read_json_config(text, what);
     return read_yaml_config(text, what);
+}
+
+namespace {
+
+std::string scalar_text(const ConfigScalar& value) {
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+    if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
+    if (const auto* real = std::get_if<double>(&value)) {
+        // 17 digits give every double back; the shortest text that does is easier to read.
+        for (int digits = 6; digits < 17; ++digits) {
+            std::string text = format("%.*g", digits, *real);
+            if (std::strtod(text.c_str(), nullptr) == *real) return text;
+        }
+        return format("%.17g", *real);
+    }
+    if (const auto* text = std::get_if<std::string>(&value)) return json_quote(*text);
+    return "null";
+}
+
+std::string entry_text(const ConfigEntry& entry) {
+    if (entry.map) return "{}";
+    if (!entry.list) return scalar_text(entry.values[0]);
+    std::string text;
+    for (const ConfigScalar& value : entry.values)
+        text += (text.empty() ? "" : ", ") + scalar_text(value);
+    return "[" + text + "]";
+}
+
+/// The members of the map whose keys start with `prefix`, which ends in a dot or is empty.
+std::string map_text(const std::vector<ConfigEntry>& entries, const std::string& prefix,
+                     int depth) {
+    std::vector<std::string> done;
+    std::string text;
+    const std::string indent(static_cast<std::size_t>(2 * depth + 2), ' ');
+    for (const ConfigEntry& entry : entries) {
+        if (!entry.key.starts_with(prefix)) continue;
+        const std::string name =
+            entry.key.substr(prefix.size(), entry.key.find('.', prefix.size()) - prefix.size());
+        if (std::find(done.begin(), done.end(), name) != done.end()) continue;
+        done.push_back(name);
+        const std::string inside = prefix + name + ".";
+        const bool nested = std::any_of(entries.begin(), entries.end(), [&](const ConfigEntry& e) {
+            return e.key.starts_with(inside);
+        });
+        text += (text.empty() ? "" : ",\n") + indent + json_quote(name) + ": " +
+                (nested ? map_text(entries, inside, depth + 1) : entry_text(entry));
+    }
+    return "{\n" + text + "\n" + indent.substr(2) + "}";
+}
+
+}  // namespace
+
+std::string config_json(const Config& config) {
+    return map_text(config.entries(), "", 0) + "\n";
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -34,6 +34,9 @@ class Config {
     /// A value at the end of the list with this key.
     Status append(const std::string& key, ConfigScalar value);
 
+    /// Replace the entry of this key, or add it.
+    void set(ConfigEntry entry);
+
     [[nodiscard]] const std::string& what() const { return what_; }
     [[nodiscard]] const std::vector<ConfigEntry>& entries() const { return entries_; }
     [[nodiscard]] const ConfigEntry* find(const std::string& key) const;
@@ -76,6 +79,10 @@ Result<Config> read_json_config(std::string_view text, const std::string& what);
 
 /// Either: JSON if the first letter is a brace.
 Result<Config> read_config(std::string_view text, const std::string& what);
+
+/// The same table as a JSON object, its maps nested again; read_json_config() reads it back. Lists of
+/// lists and maps become maps whose names are indices.
+std::string config_json(const Config& config);
 
 /// How many insertions, deletions and replacements of a letter lead from a to b.
 std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -1,8 +1,8 @@
 #include "model/config_file.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "core/config_reader.h"
 #include "core/json.h"
 
 namespace splat::model {
@@ -24,6 +24,8 @@ const std::vector<std::string> kKnown = {"data.training_resolution",
                                          "data.white_background",
                                          "data.subset",
                                          "data.root",
+                                         "data.format",
+                                         "data.cache_mib",
                                          "data.name",
                                          "data.split",
                                          "cam_embd.embedding",
@@ -59,74 +61,7 @@ bool describes_network(const std::string& key) {
     return key.starts_with("data.") || key.starts_with("cam_embd.") || key.starts_with("model.");
 }
 
-/// Reads values into fields; the first error sticks.
-class Reader {
-  public:
-    explicit Reader(const Config& config) : config_(config) {}
-
-    void count(const char* key, std::uint32_t& field) {
-        const auto value = config_.get<std::int64_t>(key, field);
-        if (!take(value.status())) return;
-        if (value.value() < 0 || value.value() > 1'000'000) {
-            fail(key, static_cast<double>(value.value()), "0 to 1000000");
-            return;
-        }
-        field = static_cast<std::uint32_t>(value.value());
-    }
-    void number(const char* key, float& field) {
-        const auto value = config_.get<double>(key, static_cast<double>(field));
-        if (!take(value.status())) return;
-        if (!std::isfinite(value.value())) fail(key, value.value(), "a finite number");
-        field = static_cast<float>(value.value());
-    }
-    void flag(const char* key, bool& field) {
-        const auto value = config_.get<bool>(key, field);
-        if (take(value.status())) field = value.value();
-    }
-    std::string text(const char* key, const char* otherwise,
-                     const std::vector<std::string>& allowed) {
-        const auto value = config_.get<std::string>(key, otherwise);
-        if (!take(value.status())) return otherwise;
-        if (std::find(allowed.begin(), allowed.end(), value.value()) == allowed.end()) {
-            std::string list;
-            for (const std::string& name : allowed) list += (list.empty() ? "" : ", ") + name;
-            take(error(Code::kInvalidArgument, "%s: '%s' is '%s', expected one of %s",
-                       config_.what().c_str(), key, value.value().c_str(), list.c_str()));
-        }
-        return value.value();
-    }
-    void counts(const char* key, std::vector<std::uint32_t>& field) {
-        const auto values = config_.get_list<std::int64_t>(
-            key, std::vector<std::int64_t>(field.begin(), field.end()));
-        if (!take(values.status())) return;
-        field.clear();
-        for (const std::int64_t value : values.value()) {
-            if (value < 1 || value > 1'000'000) fail(key, static_cast<double>(value), "at least 1");
-            field.push_back(static_cast<std::uint32_t>(value));
-        }
-    }
-    void texts(const char* key, std::vector<std::string>& field) {
-        const auto values = config_.get_list<std::string>(key, field);
-        if (take(values.status())) field = values.value();
-    }
-
-    [[nodiscard]] const Status& status() const { return status_; }
-
-  private:
-    bool take(Status status) {
-        if (status_.ok()) status_ = std::move(status);
-        return status_.ok();
-    }
-    void fail(const char* key, double value, const char* expected) {
-        take(error(Code::kInvalidArgument, "%s: '%s' is %g, expected %s", config_.what().c_str(),
-                   key, value, expected));
-    }
-
-    const Config& config_;
-    Status status_;
-};
-
-void read_data(Reader& read, PredictorConfig& c) {
+void read_data(ConfigReader& read, PredictorConfig& c) {
     read.count("data.training_resolution", c.resolution);
     read.number("data.fov", c.fov_degrees);
     read.number("data.znear", c.znear);
@@ -138,8 +73,8 @@ void read_data(Reader& read, PredictorConfig& c) {
     read.flag("data.use_mask", c.mask);
 }
 
-void read_embedding(Reader& read, PredictorConfig& c) {
-    const std::string kind = read.text("cam_embd.embedding", "none", {"none", "pose", "index"});
+void read_embedding(ConfigReader& read, PredictorConfig& c) {
+    const std::string kind = read.choice("cam_embd.embedding", "none", {"none", "pose", "index"});
     bool custom = false;
     read.flag("data.custom_embedding", custom);
     if (kind != "none")
@@ -148,12 +83,12 @@ void read_embedding(Reader& read, PredictorConfig& c) {
                                         : Embedding::kPose;
     read.count("cam_embd.dimension", c.embedding_dim);
     if (c.embedding == Embedding::kNone) c.embedding_dim = PredictorConfig().embedding_dim;
-    c.film = read.text("cam_embd.film", "reference", {"reference", "affine"}) == "affine"
+    c.film = read.choice("cam_embd.film", "reference", {"reference", "affine"}) == "affine"
                  ? Film::kAffine
                  : Film::kReference;
 }
 
-void read_network(Reader& read, PredictorConfig& c) {
+void read_network(ConfigReader& read, PredictorConfig& c) {
     read.count("model.base_dim", c.base_dim);
     read.count("model.num_blocks", c.num_blocks);
     read.counts("model.channel_mult", c.channel_mult);
@@ -179,7 +114,7 @@ void read_network(Reader& read, PredictorConfig& c) {
     read.count("model.tokens", c.tokens);
 }
 
-void read_lora(Reader& read, PredictorConfig& c) {
+void read_lora(ConfigReader& read, PredictorConfig& c) {
     bool finetune = false;
     read.flag("opt.lora_finetune", finetune);
     if (!finetune) return;
@@ -204,7 +139,7 @@ Result<PredictorConfig> predictor_config(const Config& config) {
                      nearest.empty() ? "" : "'?");
     }
     PredictorConfig c;
-    Reader read(config);
+    ConfigReader read(config);
     read_data(read, c);
     read_embedding(read, c);
     read_network(read, c);

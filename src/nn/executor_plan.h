@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -60,7 +61,11 @@ class ExecutorPlan {
 
   private:
     std::size_t tensor(std::string name, std::uint64_t bytes, std::uint32_t first);
-    void touch(std::size_t tensor) { tensors_[tensor].life.last = clock_; }
+    /// Lives until now at least; what is kept stays so.
+    void touch(std::size_t tensor) {
+        Lifetime& life = tensors_[tensor].life;
+        life.last = std::max(life.last, clock_);
+    }
     void keep(std::size_t tensor);
     Result<std::uint64_t> bytes_of(ValueId id) const;
     Status find_wanted();

@@ -155,6 +155,22 @@ Model make_model(const Device& device) {
     return model;
 }
 
+splat_trainer_desc trainer_desc() {
+    static const std::string config = std::string(kSmallModel) +
+                                      "\nopt: {batch_size: 2, imgs_per_obj: 2, base_lr: 1e-3,"
+                                      " ema: {update_every: 1, update_after_step: 0}}";
+    auto desc = sized<splat_trainer_desc>();
+    desc.config = config.c_str();
+    return desc;
+}
+
+Trainer make_trainer(const Device& device) {
+    const splat_trainer_desc desc = trainer_desc();
+    Trainer trainer;
+    EXPECT_DONE(splat_trainer_create(device, &desc, trainer.out()));
+    return trainer;
+}
+
 Weights make_weights() {
     std::string header = R"({"__metadata__":{"k":"v"},"a":{"dtype":"F32","shape":[2,2],)"
                          R"("data_offsets":[0,16]},"b":{"dtype":"F16","shape":[],)"

@@ -74,6 +74,7 @@ using Scene = Owned<splat_scene, splat_scene_destroy>;
 using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Model = Owned<splat_model, splat_model_destroy>;
+using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.
@@ -103,6 +104,10 @@ inline constexpr const char* kSmallModel =
     "  training_resolution: 16";
 splat_model_desc model_desc();
 Model make_model(const Device& device);
+
+/// A trainer of the same model, two objects with two targets a step.
+splat_trainer_desc trainer_desc();
+Trainer make_trainer(const Device& device);
 
 /// A splat_op_desc with the vectors that it points to.
 struct OpRequest {

@@ -2,7 +2,6 @@
 // may change.
 #include <gtest/gtest.h>
 
-#include <cstddef>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -10,29 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "splat.h"
+#include "api/layout_network.h"
 
+namespace splat::test {
 namespace {
-
-struct Field {
-    const char* name;
-    std::size_t offset;  ///< as compiled
-    std::size_t size;
-    std::size_t frozen_offset;
-    std::size_t frozen_size;
-};
-
-struct Layout {
-    const char* name;
-    std::size_t size;  ///< as compiled
-    std::size_t frozen_size;
-    std::vector<Field> fields;
-};
-
-#define SPLAT_FIELD(type, field, frozen_offset, frozen_size)                           \
-    Field {                                                                            \
-#field, offsetof(type, field), sizeof(type::field), frozen_offset, frozen_size \
-    }
 
 const Layout kDeviceInfo = {  // clang-format off
     "splat_device_info",
@@ -339,53 +319,12 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, reserved, 60, 4),}
 };  // clang-format on
 
-const Layout kWeightsInfo = {  // clang-format off
-    "splat_weights_info",
-    sizeof(splat_weights_info),
-    96,
-    {
-    SPLAT_FIELD(splat_weights_info, struct_size, 0, 4),
-    SPLAT_FIELD(splat_weights_info, rank, 4, 4),
-    SPLAT_FIELD(splat_weights_info, dims, 8, 64),
-    SPLAT_FIELD(splat_weights_info, elements, 72, 8),
-    SPLAT_FIELD(splat_weights_info, name, 80, 8),
-    SPLAT_FIELD(splat_weights_info, dtype, 88, 8),}
-};  // clang-format on
-
-const Layout kModelDesc = {  // clang-format off
-    "splat_model_desc",
-    sizeof(splat_model_desc),
-    32,
-    {
-    SPLAT_FIELD(splat_model_desc, struct_size, 0, 4),
-    SPLAT_FIELD(splat_model_desc, flags, 4, 4),
-    SPLAT_FIELD(splat_model_desc, next, 8, 8),
-    SPLAT_FIELD(splat_model_desc, config, 16, 8),
-    SPLAT_FIELD(splat_model_desc, objects, 24, 4),
-    SPLAT_FIELD(splat_model_desc, precision, 28, 4),}
-};  // clang-format on
-
-const Layout kModelInput = {  // clang-format off
-    "splat_model_input",
-    sizeof(splat_model_input),
-    64,
-    {
-    SPLAT_FIELD(splat_model_input, struct_size, 0, 4),
-    SPLAT_FIELD(splat_model_input, step, 4, 4),
-    SPLAT_FIELD(splat_model_input, seed, 8, 8),
-    SPLAT_FIELD(splat_model_input, images, 16, 8),
-    SPLAT_FIELD(splat_model_input, view_to_world, 24, 8),
-    SPLAT_FIELD(splat_model_input, quaternions, 32, 8),
-    SPLAT_FIELD(splat_model_input, focals, 40, 8),
-    SPLAT_FIELD(splat_model_input, embedding, 48, 8),
-    SPLAT_FIELD(splat_model_input, tokens, 56, 8),}
-};  // clang-format on
-
 const Layout kLayouts[] = {
-    kModelDesc,     kModelInput,     kDeviceInfo, kDeviceDesc,     kMemoryInfo,     kTensorDesc,
-    kTensorInfo,    kTensorStats,    kOpDesc,     kSceneDesc,      kSceneFileDesc,  kSimilarity,
-    kSceneInfo,     kCamera,         kOrbitDesc,  kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
-    kGradientsDesc, kRasterizerInfo, kWeightsInfo};
+    kTrainerDesc,    kTrainerBatch,  kTrainerInfo,   kImageScores,    kModelDesc,
+    kModelInput,     kDeviceInfo,    kDeviceDesc,    kMemoryInfo,     kTensorDesc,
+    kTensorInfo,     kTensorStats,   kOpDesc,        kSceneDesc,      kSceneFileDesc,
+    kSimilarity,     kSceneInfo,     kCamera,        kOrbitDesc,      kCameraFileDesc,
+    kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -458,3 +397,4 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
 }
 
 }  // namespace
+}  // namespace splat::test

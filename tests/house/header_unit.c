@@ -23,3 +23,7 @@ splat_rasterizer_info sample_rasterizer_info;
 splat_weights_info sample_weights_info;
 splat_model_desc sample_model_desc;
 splat_model_input sample_model_input;
+splat_trainer_desc sample_trainer_desc;
+splat_trainer_batch sample_trainer_batch;
+splat_trainer_info sample_trainer_info;
+splat_image_scores sample_image_scores;

@@ -16,6 +16,8 @@ Outputs::Outputs() {
     scene_info.set_struct_size(sizeof(splat_scene_info));
     rasterizer_info.set_struct_size(sizeof(splat_rasterizer_info));
     weights_info.set_struct_size(sizeof(splat_weights_info));
+    trainer_info.set_struct_size(sizeof(splat_trainer_info));
+    image_scores.set_struct_size(sizeof(splat_image_scores));
 }
 
 bool Outputs::untouched() const {
@@ -24,7 +26,8 @@ bool Outputs::untouched() const {
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
-           weights.untouched() && model.untouched() && weights_info.untouched();
+           weights.untouched() && model.untouched() && weights_info.untouched() &&
+           trainer.untouched() && trainer_info.untouched() && image_scores.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -35,6 +38,7 @@ MisuseTable::MisuseTable() {
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
     stale_weights_ = number(make_weights().destroy());
     stale_model_ = number(make_model(device_).destroy());
+    stale_trainer_ = number(make_trainer(device_).destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -55,6 +59,9 @@ MisuseTable::MisuseTable() {
     image_rows();
     weights_rows();
     model_rows();
+    config_rows();
+    trainer_rows();
+    image_score_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

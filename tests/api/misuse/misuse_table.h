@@ -27,6 +27,9 @@ struct Outputs {
     Output<splat_rasterizer> rasterizer;
     Output<splat_weights> weights;
     Output<splat_model> model;
+    Output<splat_trainer> trainer;
+    Output<splat_trainer_info> trainer_info;
+    Output<splat_image_scores> image_scores;
     Output<splat_weights_info> weights_info;
     Output<splat_camera> camera;
     Output<splat_scene_info> scene_info;
@@ -73,6 +76,10 @@ class MisuseTable {
     void model_rows();
     void model_state_rows();
     void model_pass_rows();
+    void config_rows();
+    void trainer_rows();
+    void trainer_step_rows();
+    void image_score_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {
@@ -105,6 +112,7 @@ class MisuseTable {
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     Weights weights_ = make_weights();
     Model model_ = make_model(device_);
+    Trainer trainer_ = make_trainer(device_);
     std::uintptr_t stale_device_ = 0;
     std::uintptr_t stale_tensor_ = 0;
     std::uintptr_t stale_op_ = 0;
@@ -112,6 +120,7 @@ class MisuseTable {
     std::uintptr_t stale_rasterizer_ = 0;
     std::uintptr_t stale_weights_ = 0;
     std::uintptr_t stale_model_ = 0;
+    std::uintptr_t stale_trainer_ = 0;
     std::vector<Misuse> rows_;
 };
 
@@ -126,6 +135,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
     constexpr bool weights = std::is_same_v<Handle, splat_weights>;
     constexpr bool model = std::is_same_v<Handle, splat_model>;
+    constexpr bool trainer = std::is_same_v<Handle, splat_trainer>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
         add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
@@ -137,6 +147,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
     if (!weights) bad("weights", number(weights_.get()));
     if (!model) bad("a model", number(model_.get()));
+    if (!trainer) bad("a trainer", number(trainer_.get()));
     bad("a destroyed device", stale_device_);
     bad("a destroyed tensor", stale_tensor_);
     bad("a destroyed operator", stale_op_);
@@ -144,6 +155,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     bad("a destroyed rasterizer", stale_rasterizer_);
     bad("destroyed weights", stale_weights_);
     bad("a destroyed model", stale_model_);
+    bad("a destroyed trainer", stale_trainer_);
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});

@@ -1,0 +1,226 @@
+#include "api/api_guard.h"
+#include "api/camera_value.h"
+#include "api/handles.h"
+#include "eval/image_scores.h"
+#include "model/config_file.h"
+
+using namespace splat;
+
+namespace {
+
+struct Configurations {
+    model::PredictorConfig network;
+    train::TrainConfig training;
+};
+
+Result<Configurations> configurations_of(const char* text, std::span<const std::string> values) {
+    Config config("configuration");
+    if (text != nullptr) {
+        SPLAT_ASSIGN(config, read_config(text, "configuration"));
+    }
+    SPLAT_ASSIGN(config, train::with_values(config, values));
+    Configurations made;
+    SPLAT_ASSIGN(made.network, model::predictor_config(config));
+    SPLAT_ASSIGN(made.training, train::train_config(config));
+    return made;
+}
+
+/// A live trainer, its device locked while `body` runs.
+template <class Body>
+splat_result locked(splat_trainer trainer, Body&& body) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
+        const std::lock_guard lock(object->context->mutex);
+        return body(*object);
+    });
+}
+
+/// The caller's arrays with the lengths that the configuration says.
+struct Arrays {
+    std::vector<scene::Camera> cameras;
+    train::TrainBatch batch;
+};
+
+Status take(const splat_trainer_batch& from, const model::PredictorConfig& network,
+            const train::TrainConfig& training, Arrays& to) {
+    SPLAT_TRY(api::require(from.images, "splat_trainer_batch.images"));
+    SPLAT_TRY(api::require(from.view_to_world, "splat_trainer_batch.view_to_world"));
+    SPLAT_TRY(api::require(from.quaternions, "splat_trainer_batch.quaternions"));
+    SPLAT_TRY(api::require(from.targets, "splat_trainer_batch.targets"));
+    SPLAT_TRY(api::require(from.cameras, "splat_trainer_batch.cameras"));
+    const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
+    const std::size_t inputs = std::size_t{training.batch_size} * network.views;
+    const std::size_t targets = std::size_t{training.batch_size} * training.targets;
+    const auto span = [](const float* values, std::size_t count) {
+        return values == nullptr ? std::span<const float>() : std::span(values, count);
+    };
+    for (std::size_t i = 0; i < targets; ++i)
+        to.cameras.push_back(api::camera_of(from.cameras[i], format("cameras[%zu]", i)));
+    to.batch.images = span(from.images, inputs * network.input_channels() * pixels);
+    to.batch.view_to_world = span(from.view_to_world, 16 * inputs);
+    to.batch.quaternions = span(from.quaternions, 4 * inputs);
+    to.batch.focals = span(from.focals, 2 * inputs);
+    to.batch.embedding = span(from.embedding, inputs * network.embedding_length());
+    to.batch.tokens = span(from.tokens, inputs * network.token_dim * network.tokens);
+    to.batch.targets = span(from.targets, targets * 3 * pixels);
+    to.batch.cameras = to.cameras;
+    return {};
+}
+
+splat_trainer_info info_of(const train::TrainStep& step) {
+    splat_trainer_info info{};
+    info.skipped = step.skipped ? 1 : 0;
+    info.step = step.step;
+    info.pairs = step.pairs;
+    info.loss = step.loss.total;
+    info.squared_error = step.loss.squared;
+    info.pixel_loss = step.loss.pixel;
+    info.ssim = step.loss.ssim;
+    info.network_ms = 1e3 * step.network_seconds;
+    info.render_ms = 1e3 * step.render_seconds;
+    info.update_ms = 1e3 * step.update_seconds;
+    return info;
+}
+
+}  // namespace
+
+splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
+                                char* buffer, size_t capacity, size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        if (count > 0) SPLAT_TRY(api::require(values, "values"));
+        std::vector<std::string> texts;
+        for (size_t i = 0; i < count; ++i) {
+            SPLAT_TRY(api::require(values[i], format("values[%zu]", i).c_str()));
+            texts.emplace_back(values[i]);
+        }
+        SPLAT_ASSIGN(const Configurations made, configurations_of(text, texts));
+        const std::string merged = train::merged_config_text(made.network, made.training);
+        given = api::give_text(merged.data(), merged.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
+                                  splat_trainer* trainer) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::require(trainer, "trainer"));
+        SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
+        SPLAT_ASSIGN(const Configurations made, configurations_of(desc->config, {}));
+        auto object = std::make_shared<api::TrainerObject>();
+        object->context = owner->context;
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->device().alive());
+        SPLAT_ASSIGN(object->trainer,
+                     train::Trainer::create(*object->context, made.network, made.training));
+        *trainer = api::Trainers::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(model, "model"));
+        auto made = std::make_shared<api::ModelObject>();
+        made->context = object.context;
+        made->objects = object.trainer->config().micro_batch;
+        made->predictor = {object.trainer, &object.trainer->predictor()};
+        *model = api::Models::add(std::move(made));
+        return {};
+    });
+}
+
+splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
+                                splat_trainer_info* info) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(batch, "batch"));
+        if (batch->struct_size < sizeof(splat_trainer_batch))
+            return error(Code::kInvalidArgument,
+                         "splat_trainer_batch.struct_size is %u, expected "
+                         "sizeof(splat_trainer_batch) = %zu",
+                         batch->struct_size, sizeof(splat_trainer_batch));
+        SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
+        Arrays arrays;
+        SPLAT_TRY(
+            take(*batch, object.trainer->predictor().config(), object.trainer->config(), arrays));
+        train::TrainStep step;
+        SPLAT_TRY(object.trainer->step(arrays.batch, step));
+        api::give(info_of(step), info);
+        return {};
+    });
+}
+
+splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
+                                  size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = locked(trainer, [&](api::TrainerObject& object) -> Status {
+        train::Trainer& made = *object.trainer;
+        std::uint64_t trainable = 0;
+        for (const nn::Parameter& parameter : made.predictor().parameters().all())
+            if (parameter.trainable) trainable += parameter.shape.elements();
+        const auto number = [](std::uint64_t value) { return std::to_string(value); };
+        const std::string text =
+            "{\"step\": " + number(made.steps()) + ", \"attempts\": " + number(made.attempts()) +
+            ", \"parameters\": " + number(made.predictor().parameters().elements()) +
+            ", \"trainable\": " + number(trainable) +
+            ", \"config\": " + train::merged_config_text(made.predictor().config(), made.config()) +
+            "}";
+        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        auto made = std::make_shared<api::WeightsObject>();
+        SPLAT_ASSIGN(made->file.tensors, object.trainer->averaged_state());
+        made->report = "{\"format\": \"model\", \"metadata\": {}, \"warnings\": []}";
+        *weights = api::Weights::add(std::move(made));
+        return {};
+    });
+}
+
+splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
+        return io::save_weights(file, path);
+    });
+}
+
+splat_result splat_trainer_resume(splat_trainer trainer, const char* path) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_ASSIGN(const io::WeightsFile file, io::load_weights(path));
+        return object.trainer->resume(file);
+    });
+}
+
+splat_result splat_trainer_destroy(splat_trainer trainer) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Trainers::remove(trainer, "trainer"));
+        return {};
+    });
+}
+
+splat_result splat_image_compare(const float* a, const float* b, uint32_t channels, uint32_t height,
+                                 uint32_t width, splat_image_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(a, "a"));
+        SPLAT_TRY(api::require(b, "b"));
+        SPLAT_TRY(api::check_info(scores, "splat_image_scores", sizeof(splat_image_scores)));
+        const std::size_t count = std::size_t{channels} * height * width;
+        SPLAT_ASSIGN(const eval::ImageScores made,
+                     eval::compare_images({a, count}, {b, count}, channels, height, width));
+        splat_image_scores filled{};
+        filled.squared_error = made.squared_error;
+        filled.psnr = made.psnr;
+        filled.ssim = made.ssim;
+        api::give(filled, scores);
+        return {};
+    });
+}

@@ -1,0 +1,76 @@
+// Trainer::checkpoint and resume: one file of weights that holds the whole state of a training.
+
+#include <charconv>
+
+#include "core/json.h"
+#include "io/compress.h"
+#include "train/trainer.h"
+
+namespace splat::train {
+namespace {
+
+constexpr const char* kFormat = "libsplat training state 1";
+
+/// Over all names and values, in their order.
+std::uint32_t checksum(const io::NamedTensors& tensors) {
+    std::uint32_t sum = 0;
+    for (const io::NamedTensor& tensor : tensors) {
+        sum = io::crc32_of(io::as_bytes(tensor.name), sum);
+        sum = io::crc32_of(std::as_bytes(std::span(tensor.values)), sum);
+    }
+    return sum;
+}
+
+Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string& key) {
+    for (const auto& [name, text] : metadata) {
+        if (name != key) continue;
+        std::uint64_t value = 0;
+        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (failed == std::errc() && end == text.data() + text.size()) return value;
+    }
+    return error(Code::kInvalidArgument,
+                 "checkpoint: no number '%s' in its metadata: the file is no training state",
+                 key.c_str());
+}
+
+}  // namespace
+
+Result<io::WeightsFile> Trainer::checkpoint() {
+    io::WeightsFile file;
+    SPLAT_ASSIGN(file.tensors, model::save_state(*predictor_));
+    SPLAT_TRY(optimiser_->save(file.tensors));
+    file.metadata = {{"format", kFormat},
+                     {"step", std::to_string(optimiser_->steps())},
+                     {"attempts", std::to_string(attempts_)},
+                     {"crc32", std::to_string(checksum(file.tensors))},
+                     {"config", merged_config_text(predictor_->config(), config_)}};
+    return file;
+}
+
+Status Trainer::resume(const io::WeightsFile& file) {
+    SPLAT_ASSIGN(const std::uint64_t steps, number_of(file.metadata, "step"));
+    SPLAT_ASSIGN(const std::uint64_t attempts, number_of(file.metadata, "attempts"));
+    SPLAT_ASSIGN(const std::uint64_t expected, number_of(file.metadata, "crc32"));
+    const std::uint32_t sum = checksum(file.tensors);
+    if (sum != expected)
+        return error(Code::kInvalidArgument,
+                     "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
+                     static_cast<unsigned long long>(expected));
+    // The state of the optimiser is no part of a state dict.
+    io::NamedTensors weights;
+    for (const io::NamedTensor& tensor : file.tensors)
+        if (tensor.name.find(':') == std::string::npos) SPLAT_TRY(weights.add(tensor));
+    SPLAT_TRY(optimiser_->check(file.tensors));
+    model::LoadOptions options;
+    options.take_rays = true;  // whatever the training began with
+    model::LoadReport report;
+    SPLAT_TRY(model::load_state(*predictor_, weights, options, report));
+    if (!report.fresh.empty())
+        return error(Code::kInvalidArgument, "checkpoint: '%s' is missing",
+                     report.fresh.front().c_str());
+    SPLAT_TRY(optimiser_->load(file.tensors, steps));
+    attempts_ = attempts;
+    return {};
+}
+
+}  // namespace splat::train

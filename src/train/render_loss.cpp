@@ -1,0 +1,131 @@
+#include "train/render_loss.h"
+
+#include <algorithm>
+
+#include "ops/add.h"
+#include "ops/l1.h"
+#include "ops/l2.h"
+#include "ops/loss.h"
+#include "ops/ssim.h"
+#include "ops/strided_copy.h"
+
+namespace splat::train {
+namespace {
+
+ops::QuadDims quads_of(const RenderLossDesc& desc) {
+    return {desc.views, 3, desc.height * desc.width};
+}
+
+ops::SsimDesc ssim_of(const RenderLossDesc& desc) {
+    return {desc.views, 3, desc.height, desc.width};
+}
+
+/// Bytes from one scalar to the next: the largest offset alignment that Vulkan allows a device.
+constexpr std::uint64_t kScalarBytes = 256;
+
+vk::BufferView scalar(const vk::Buffer& buffer, std::uint64_t i) {
+    vk::BufferView view = buffer.range();
+    view.offset += kScalarBytes * i;
+    view.bytes = 16;
+    view.shape = Shape{1};
+    return view;
+}
+
+}  // namespace
+
+Result<RenderLoss> RenderLoss::create(vk::Context& context, const RenderLossDesc& desc) {
+    RenderLoss loss(context, desc);
+    SPLAT_TRY(loss.allocate());
+    return loss;
+}
+
+Status RenderLoss::allocate() {
+    const ops::QuadDims dims = quads_of(desc_);
+    const auto make = [&](vk::Buffer& buffer, std::uint64_t bytes) -> Status {
+        SPLAT_ASSIGN(buffer, context_->memory().allocate(bytes, vk::MemoryKind::kDevice,
+                                                         "loss of rendered images"));
+        return context_->fill(buffer.range(), 0);
+    };
+    SPLAT_TRY(make(rgb_, dims.bytes()));  // its fourth channel stays zero
+    SPLAT_TRY(make(targets_, dims.bytes()));
+    SPLAT_TRY(make(partial_, ops::loss_partial_bytes(dims)));
+    SPLAT_TRY(make(losses_, 3 * kScalarBytes));
+    SPLAT_TRY(make(weights_, 2 * kScalarBytes));
+    if (desc_.ssim_weight == 0) return {};
+    const ops::SsimDesc ssim = ssim_of(desc_);
+    SPLAT_TRY(make(slopes_, ops::ssim_slopes_bytes(ssim)));
+    SPLAT_TRY(make(
+        rows_, std::max(ops::ssim_forward_rows_bytes(ssim), ops::ssim_backward_rows_bytes(ssim))));
+    return make(grad_ssim_, dims.bytes());
+}
+
+Status RenderLoss::set_targets(std::span<const float> targets) {
+    const std::size_t pixels = std::size_t{desc_.height} * desc_.width;
+    if (targets.size() != desc_.views * pixels * 3)
+        return error(Code::kShape, "targets: %zu numbers, expected %u x 3 x %u x %u",
+                     targets.size(), desc_.views, desc_.height, desc_.width);
+    std::vector<float> quads(4 * desc_.views * pixels);
+    for (std::size_t view = 0; view < desc_.views; ++view)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float* const plane = targets.data() + (3 * view + c) * pixels;
+            for (std::size_t i = 0; i < pixels; ++i) quads[4 * (view * pixels + i) + c] = plane[i];
+        }
+    return context_->write(targets_.range(), quads.data(), quads.size() * sizeof(float));
+}
+
+Status RenderLoss::record_backward(vk::Recorder& recorder, const vk::BufferView& grad_image) {
+    const ops::QuadDims dims = quads_of(desc_);
+    const vk::BufferView& a = rgb_.range();
+    const vk::BufferView& b = targets_.range();
+    const vk::BufferView weight = scalar(weights_, 0);
+    SPLAT_TRY(desc_.pixel_loss == PixelLoss::kL1
+                  ? ops::l1_backward(recorder, dims, a, b, weight, grad_image)
+                  : ops::l2_backward(recorder, dims, a, b, weight, grad_image));
+    if (desc_.ssim_weight == 0) return {};
+    SPLAT_TRY(ops::ssim_backward(recorder, ssim_of(desc_), a, b, slopes_.range(), rows_.range(),
+                                 scalar(weights_, 1), grad_ssim_.range()));
+    return ops::add_forward(recorder, {dims, 1}, grad_image, grad_ssim_.range(), grad_image);
+}
+
+Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& grad_image) {
+    const ops::QuadDims dims = quads_of(desc_);
+    const vk::BufferView& a = rgb_.range();
+    const vk::BufferView& b = targets_.range();
+    vk::Recorder recorder(*context_);
+    SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, image, a));
+    SPLAT_TRY(ops::l2_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 0)));
+    if (desc_.pixel_loss == PixelLoss::kL1)
+        SPLAT_TRY(ops::l1_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 1)));
+    if (desc_.ssim_weight != 0)
+        SPLAT_TRY(ops::ssim_forward(recorder, ssim_of(desc_), a, b, rows_.range(), slopes_.range(),
+                                    partial_.range(), scalar(losses_, 2)));
+    SPLAT_TRY(record_backward(recorder, grad_image));
+    SPLAT_ASSIGN(list_, recorder.finish());
+    image_ = image;
+    grad_image_ = grad_image;
+    return {};
+}
+
+Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_image, float weight,
+                       LossTerms& terms) {
+    if (list_.empty() || !image_.same_range(image) || !grad_image_.same_range(grad_image))
+        SPLAT_TRY(record(image, grad_image));
+    const float gradients[2] = {weight * static_cast<float>(desc_.pixel_weight),
+                                // the loss falls where the similarity rises
+                                -weight * static_cast<float>(desc_.ssim_weight)};
+    for (std::uint64_t i = 0; i < 2; ++i)
+        SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));
+    SPLAT_TRY(context_->run(list_));
+    float losses[3] = {};
+    for (std::uint64_t i = 0; i < 3; ++i)
+        SPLAT_TRY(context_->read(scalar(losses_, i), &losses[i], sizeof(float)));
+    const bool l1 = desc_.pixel_loss == PixelLoss::kL1;
+    terms.squared = static_cast<double>(losses[0]);
+    terms.pixel = static_cast<double>(losses[l1 ? 1 : 0]);
+    terms.ssim = static_cast<double>(losses[2]);
+    terms.total = desc_.pixel_weight * terms.pixel +
+                  (desc_.ssim_weight == 0 ? 0 : desc_.ssim_weight * (1 - terms.ssim));
+    return {};
+}
+
+}  // namespace splat::train

@@ -1,0 +1,245 @@
+#include "train/trainer.h"
+
+#include <chrono>
+#include <cmath>
+
+namespace splat::train {
+namespace {
+
+/// Seconds since the last call, added to a sum.
+class Stopwatch {
+  public:
+    void add_to(double& seconds) {
+        const auto now = std::chrono::steady_clock::now();
+        seconds += std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Object `i` of a tensor [objects, ...], flattened.
+vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std::uint32_t i,
+                         const Shape& shape) {
+    vk::BufferView part = view;
+    part.bytes = view.shape.elements() / objects * 4;
+    part.offset += part.bytes * i;
+    part.shape = shape;
+    return part;
+}
+
+raster::AttributeViews attributes_of(const model::Predictor::Outputs& outputs,
+                                     std::uint32_t objects, std::uint32_t i) {
+    const std::uint32_t n = outputs.means.shape[1];
+    const auto part = [&](const vk::BufferView& view, const Shape& shape) {
+        return object_of(view, objects, i, shape);
+    };
+    return {.means = part(outputs.means, {n, 3}),
+            .scales = part(outputs.scales, {n, 3}),
+            .rotations = part(outputs.rotations, {n, 4}),
+            .opacities = part(outputs.opacities, {n}),
+            .colors = part(outputs.sh, {n, outputs.sh.shape[2], 3})};
+}
+
+template <class T>
+std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_t first,
+                           std::size_t number) {
+    if (all.empty()) return {};
+    const std::size_t each = all.size() / count;
+    return all.subspan(first * each, number * each);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
+                                                 const model::PredictorConfig& network,
+                                                 const TrainConfig& config) {
+    std::unique_ptr<Trainer> self(new Trainer(context, config));
+    SPLAT_TRY(self->build(network));
+    return self;
+}
+
+Status Trainer::build(const model::PredictorConfig& network) {
+    model::PredictorOptions options;
+    options.objects = config_.micro_batch;
+    options.gradients = true;
+    options.build.training = true;
+    options.build.precision = config_.precision;
+    SPLAT_ASSIGN(predictor_, model::Predictor::create(context_, network, options));
+    SPLAT_ASSIGN(Optimiser optimiser,
+                 Optimiser::create(context_, predictor_->parameters(), config_));
+    optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
+
+    raster::RasterDesc desc;
+    desc.gaussians = network.views * network.resolution * network.resolution;
+    desc.views = config_.targets;
+    desc.width = desc.height = network.resolution;
+    desc.sh_degree = network.sh_degree;
+    desc.backward = true;
+    SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, desc));
+    SPLAT_ASSIGN(scene_, raster::allocate_packed(context_, desc));
+    SPLAT_ASSIGN(grad_scene_, raster::allocate_packed(context_, desc));
+    SPLAT_ASSIGN(grad_image_,
+                 context_.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
+                                            "gradient of rendered images"));
+    SPLAT_ASSIGN(grad_depth_,
+                 context_.memory().allocate(16, vk::MemoryKind::kDevice, "gradient of the depth"));
+    SPLAT_TRY(context_.fill(grad_depth_.range(), 0));
+
+    RenderLossDesc loss;
+    loss.views = desc.views;
+    loss.height = loss.width = network.resolution;
+    loss.pixel_loss = config_.pixel_loss;
+    loss.ssim_weight = config_.ssim_weight;
+    loss.pixel_weight = 1 - config_.ssim_weight - config_.lpips_weight;
+    SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
+    loss_ = std::make_unique<RenderLoss>(std::move(made));
+
+    for (std::uint32_t i = 0; i < config_.micro_batch; ++i) {
+        vk::Recorder pack(context_);
+        SPLAT_TRY(raster::pack_attributes(
+            pack, desc, attributes_of(predictor_->outputs(), config_.micro_batch, i),
+            scene_.input()));
+        SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
+        pack_.push_back(std::move(packed));
+        vk::Recorder unpack(context_);
+        SPLAT_TRY(raster::unpack_attributes(
+            unpack, desc, grad_scene_.input(),
+            attributes_of(predictor_->output_gradients(), config_.micro_batch, i), false));
+        SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
+        unpack_.push_back(std::move(unpacked));
+    }
+    return {};
+}
+
+Status Trainer::check(const TrainBatch& batch) const {
+    const model::PredictorConfig& c = predictor_->config();
+    const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
+    const std::size_t objects = config_.batch_size;
+    const std::size_t inputs = objects * c.views;
+    const std::size_t targets = objects * config_.targets;
+    const auto expect = [](const char* name, std::size_t got, std::size_t expected) -> Status {
+        if (got == expected) return {};
+        return error(Code::kShape, "training batch: %s has %zu numbers, expected %zu", name, got,
+                     expected);
+    };
+    SPLAT_TRY(expect("images", batch.images.size(), inputs * c.input_channels() * pixels));
+    SPLAT_TRY(expect("view_to_world", batch.view_to_world.size(), inputs * 16));
+    SPLAT_TRY(expect("quaternions", batch.quaternions.size(), inputs * 4));
+    SPLAT_TRY(expect("targets", batch.targets.size(), targets * 3 * pixels));
+    if (batch.cameras.size() != targets)
+        return error(Code::kShape, "training batch: %zu cameras, expected %zu",
+                     batch.cameras.size(), targets);
+    for (const float value : batch.targets)
+        if (!std::isfinite(value))
+            return error(Code::kInvalidArgument, "training batch: targets hold %g",
+                         static_cast<double>(value));
+    return {};
+}
+
+Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
+    SPLAT_TRY(check(batch));
+    result = {};
+    SPLAT_TRY(predictor_->parameters().zero_gradients());
+    for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
+        SPLAT_TRY(pass(batch, first, result));
+    Stopwatch watch;
+    SPLAT_ASSIGN(const std::uint64_t broken, optimiser_->count_not_finite());
+    result.skipped = broken > 0 || !std::isfinite(result.loss.total);
+    if (!result.skipped) SPLAT_TRY(optimiser_->step());
+    watch.add_to(result.update_seconds);
+    result.step = optimiser_->steps();
+    ++attempts_;
+    return {};
+}
+
+Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result) {
+    const std::uint32_t all = config_.batch_size;
+    const std::uint32_t objects = config_.micro_batch;
+    model::PredictorInput input;
+    input.images = part_of(batch.images, all, first, objects);
+    input.view_to_world = part_of(batch.view_to_world, all, first, objects);
+    input.quaternions = part_of(batch.quaternions, all, first, objects);
+    input.focals = part_of(batch.focals, all, first, objects);
+    input.embedding = part_of(batch.embedding, all, first, objects);
+    input.tokens = part_of(batch.tokens, all, first, objects);
+    input.seed = config_.seed;
+    // A number of its own for each pass, that what dropout takes depends on.
+    input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
+    Stopwatch watch;
+    SPLAT_TRY(predictor_->set_input(input));
+    SPLAT_TRY(predictor_->forward());
+    watch.add_to(result.network_seconds);
+    for (std::uint32_t i = 0; i < objects; ++i) SPLAT_TRY(render(batch, first + i, i, result));
+    if (config_.scale_terms) SPLAT_TRY(hold_scales());
+    watch.add_to(result.render_seconds);
+    SPLAT_TRY(predictor_->backward());
+    watch.add_to(result.network_seconds);
+    return {};
+}
+
+Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
+                       TrainStep& result) {
+    const std::array<float, 3> background =
+        config_.white_background ? std::array<float, 3>{1, 1, 1} : std::array<float, 3>{};
+    SPLAT_ASSIGN(
+        const raster::PackedViews views,
+        raster::pack_views(rasterizer_->desc(),
+                           part_of(batch.cameras, config_.batch_size, object, 1), background));
+    SPLAT_TRY(context_.run(pack_[slot]));
+    SPLAT_TRY(rasterizer_->forward(scene_.input(), views));
+    SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
+    LossTerms terms;
+    const float weight = 1 / static_cast<float>(config_.batch_size);
+    SPLAT_TRY(
+        loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, terms));
+    SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.input()));
+    SPLAT_TRY(context_.run(unpack_[slot]));
+    const auto share = static_cast<double>(weight);
+    result.loss.total += share * terms.total;
+    result.loss.squared += share * terms.squared;
+    result.loss.pixel += share * terms.pixel;
+    result.loss.ssim += share * terms.ssim;
+    result.pairs += rasterizer_->stats().pairs;
+    return {};
+}
+
+/// CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) of a pass, by their gradients: means
+/// are those of the pass, weighted by its share of the batch.
+Status Trainer::hold_scales() {
+    constexpr float kMost = 20, kLeast = 1e-5F;
+    const vk::BufferView scales = predictor_->outputs().scales;
+    const vk::BufferView gradients = predictor_->output_gradients().scales;
+    std::vector<float> s(scales.shape.elements());
+    std::vector<float> g(s.size());
+    SPLAT_TRY(context_.read(scales, s.data(), s.size() * sizeof(float)));
+    std::size_t large = 0, small = 0;
+    for (const float value : s) {
+        large += value > kMost ? 1 : 0;
+        small += value < kLeast ? 1 : 0;
+    }
+    if (large + small == 0) return {};
+    SPLAT_TRY(context_.read(gradients, g.data(), g.size() * sizeof(float)));
+    const float share =
+        0.1F * static_cast<float>(config_.micro_batch) / static_cast<float>(config_.batch_size);
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        if (s[i] > kMost) g[i] += share / static_cast<float>(large);
+        if (s[i] < kLeast) g[i] -= share / static_cast<float>(small) / s[i];
+    }
+    return context_.write(gradients, g.data(), g.size() * sizeof(float));
+}
+
+Result<io::NamedTensors> Trainer::averaged_state() {
+    SPLAT_ASSIGN(const io::NamedTensors current, model::save_state(*predictor_));
+    io::NamedTensors state;
+    for (const io::NamedTensor& tensor : current) {
+        io::NamedTensor copy = tensor;
+        const nn::Parameter* parameter = predictor_->parameters().find(tensor.name);
+        if (parameter != nullptr) SPLAT_TRY(optimiser_->read_average(*parameter, copy.values));
+        SPLAT_TRY(state.add(std::move(copy)));
+    }
+    return state;
+}
+
+}  // namespace splat::train

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+
+#include "io/weights_file.h"
+#include "model/predictor.h"
+#include "model/weights.h"
+#include "raster/pack.h"
+#include "train/optimiser.h"
+#include "train/render_loss.h"
+
+namespace splat::train {
+
+/// The images of one step, in host memory: B = batch_size objects with V input views and T target views
+/// each, R x R pixels. Cameras are relative to the object's first input view.
+struct TrainBatch {
+    std::span<const float> images;           ///< [B*V, input channels, R, R]
+    std::span<const float> view_to_world;    ///< [B*V, 4, 4] row vectors
+    std::span<const float> quaternions;      ///< [B*V, 4] w x y z
+    std::span<const float> focals;           ///< [B*V, 2] pixels, or empty
+    std::span<const float> embedding;        ///< [B*V, length], or empty
+    std::span<const float> tokens;           ///< [B*V, token_dim, tokens], or empty
+    std::span<const float> targets;          ///< [B*T, 3, R, R]
+    std::span<const scene::Camera> cameras;  ///< B*T
+};
+
+struct TrainStep {
+    std::uint64_t step = 0;   ///< updates done
+    LossTerms loss;           ///< means over the batch
+    bool skipped = false;     ///< loss or gradients were not finite: nothing was updated
+    std::uint64_t pairs = 0;  ///< (tile, Gaussian) of all targets
+    double network_seconds = 0, render_seconds = 0, update_seconds = 0;
+};
+
+/// Splatter Image's training: predict, render, compare, and back.
+///
+/// Gradients of all objects of a batch are added up in passes of micro_batch objects, with the weights of
+/// the whole batch's mean, so the size of a pass changes nothing but rounding and which activations
+/// dropout takes.
+///
+/// Errors       kShape and kInvalidArgument for a batch that does not fit, before anything ran; those of
+///              Context::run, after which the step counts as not done
+/// Determinism  the same bits for the same batches, seed and device
+/// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3.3
+class Trainer {
+  public:
+    static Result<std::unique_ptr<Trainer>> create(vk::Context& context,
+                                                   const model::PredictorConfig& network,
+                                                   const TrainConfig& config);
+
+    Status step(const TrainBatch& batch, TrainStep& result);
+
+    [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
+    [[nodiscard]] const TrainConfig& config() const { return config_; }
+    [[nodiscard]] std::uint64_t steps() const { return optimiser_->steps(); }
+
+    /// Calls of step() that ran to their end, those that were skipped included.
+    [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
+
+    /// The averaged weights as a state dict; the current ones without averaging.
+    Result<io::NamedTensors> averaged_state();
+
+    /// Everything that the next step depends on, but for the batch: parameters, moments, averages and
+    /// counters, with the configuration and a checksum.
+    Result<io::WeightsFile> checkpoint();
+
+    /// Go on from there, bit by bit. All or nothing. Errors: kInvalidArgument for another network or
+    /// optimiser, or a checksum that is wrong.
+    Status resume(const io::WeightsFile& file);
+
+  private:
+    Trainer(vk::Context& context, const TrainConfig& config) : context_(context), config_(config) {}
+    Status build(const model::PredictorConfig& network);
+    Status check(const TrainBatch& batch) const;
+    Status pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
+    Status render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
+                  TrainStep& result);
+    Status hold_scales();
+
+    vk::Context& context_;
+    TrainConfig config_;
+    std::unique_ptr<model::Predictor> predictor_;
+    std::unique_ptr<Optimiser> optimiser_;
+    std::unique_ptr<raster::Rasterizer> rasterizer_;
+    std::unique_ptr<RenderLoss> loss_;
+    raster::PackedArrays scene_, grad_scene_;
+    vk::Buffer grad_image_, grad_depth_;
+    std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
+    std::uint64_t attempts_ = 0;
+};
+
+}  // namespace splat::train

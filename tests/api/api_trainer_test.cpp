@@ -1,0 +1,127 @@
+// Training through the C API.
+#include <cmath>
+#include <filesystem>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+constexpr std::size_t kSide = 16;
+constexpr std::size_t kPixels = kSide * kSide;
+
+class ApiTrainer : public testing::Test {
+  protected:
+    void SetUp() override {
+        device_ = open_device();
+        for (int i = 0; i < 2; ++i) {
+            for (int k = 0; k < 16; ++k) poses_.push_back(k % 5 == 0 ? 1.0F : 0.0F);
+            for (int k = 0; k < 4; ++k) quaternions_.push_back(k == 0 ? 1.0F : 0.0F);
+        }
+        splat_camera camera{};
+        camera.width = camera.height = kSide;
+        camera.fx = camera.fy = 16;
+        camera.cx = camera.cy = 8;
+        for (int k = 0; k < 16; ++k) camera.world_to_camera[k] = k % 5 == 0 ? 1 : 0;
+        cameras_.assign(4, camera);
+    }
+    splat_trainer_info step(const Trainer& trainer) {
+        auto batch = sized<splat_trainer_batch>();
+        batch.images = images_.data();
+        batch.view_to_world = poses_.data();
+        batch.quaternions = quaternions_.data();
+        batch.targets = targets_.data();
+        batch.cameras = cameras_.data();
+        auto info = sized<splat_trainer_info>();
+        EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
+        return info;
+    }
+    Model initialised(const Trainer& trainer) {
+        Model model;
+        EXPECT_DONE(splat_trainer_model(trainer, model.out()));
+        EXPECT_DONE(splat_model_init(model, 3));
+        return model;
+    }
+    std::vector<float> bias(const Model& model) {
+        std::vector<float> values(24);
+        EXPECT_DONE(splat_model_read(model, "network_with_offset.out.bias", values.data(), 96));
+        return values;
+    }
+
+    Device device_;
+    std::vector<float> images_ = std::vector<float>(2 * 3 * kPixels, 0.5F);
+    std::vector<float> targets_ = std::vector<float>(4 * 3 * kPixels, 0.25F);
+    std::vector<float> poses_, quaternions_;
+    std::vector<splat_camera> cameras_;
+};
+
+TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
+    const Trainer trainer = make_trainer(device_);
+    const Model model = initialised(trainer);
+    const splat_trainer_info first = step(trainer);
+    EXPECT_EQ(first.step, 1U);
+    EXPECT_EQ(first.skipped, 0U);
+    EXPECT_GT(first.pairs, 0U);
+    splat_trainer_info last{};
+    for (int i = 0; i < 5; ++i) last = step(trainer);
+    EXPECT_LT(last.loss, first.loss);
+
+    const auto path = std::filesystem::temp_directory_path() / "splat_api_trainer.safetensors";
+    ASSERT_DONE(splat_trainer_save(trainer, path.c_str()));
+    const Trainer other = make_trainer(device_);
+    const Model other_model = initialised(other);
+    ASSERT_DONE(splat_trainer_resume(other, path.c_str()));
+    EXPECT_EQ(bias(other_model), bias(model));
+    EXPECT_EQ(step(other).loss, step(trainer).loss);
+    EXPECT_EQ(bias(other_model), bias(model));
+    std::filesystem::remove(path);
+}
+
+TEST_F(ApiTrainer, ItsModelOutlivesIt) {
+    Trainer trainer = make_trainer(device_);
+    const Model model = initialised(trainer);
+    step(trainer);
+    const std::vector<float> values = bias(model);
+    Weights averaged;
+    ASSERT_DONE(splat_trainer_store(trainer, averaged.out()));
+    trainer.destroy();
+    EXPECT_EQ(bias(model), values);
+    const Model fresh = make_model(device_);
+    ASSERT_DONE(splat_model_load(fresh, averaged, 0));
+    EXPECT_EQ(bias(fresh), values) << "the first average is a copy";
+}
+
+TEST_F(ApiTrainer, MergesConfigurations) {
+    const char* const values[] = {"opt.base_lr=1e-4", "data.training_resolution=32"};
+    std::size_t needed = 0;
+    ASSERT_EQ(splat_config_merge(kSmallModel, values, 2, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::string text(needed, '\0');
+    ASSERT_DONE(splat_config_merge(kSmallModel, values, 2, text.data(), needed, nullptr));
+    EXPECT_NE(text.find("\"base_lr\": 0.0001"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"training_resolution\": 32"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"base_dim\": 8"), std::string::npos) << text;
+    EXPECT_REFUSED(splat_config_merge("opt: {base_rate: 1}", nullptr, 0, nullptr, 0, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
+}
+
+TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
+    const Trainer trainer = make_trainer(device_);
+    const Model model = initialised(trainer);
+    const auto path = std::filesystem::temp_directory_path() / "splat_api_weights.safetensors";
+    Weights weights;
+    ASSERT_DONE(splat_model_store(model, weights.out()));
+    ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));
+    EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "is no training state");
+    std::filesystem::remove(path);
+}
+
+TEST_F(ApiTrainer, ComparesImages) {
+    auto scores = sized<splat_image_scores>();
+    ASSERT_DONE(splat_image_compare(images_.data(), targets_.data(), 3, kSide, kSide, &scores));
+    EXPECT_NEAR(scores.psnr, -10 * std::log10(0.0625), 1e-9);
+    EXPECT_LT(scores.ssim, 1);
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,136 @@
+// The rows of training and of image scores.
+#include "api/misuse/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+
+}  // namespace
+
+void MisuseTable::config_rows() {
+    const auto merge = [this](const char* text, const char* const* values, std::size_t count) {
+        return splat_config_merge(text, values, count, *outputs.text.out(), 16, outputs.size.out());
+    };
+    add("splat_config_merge", "text", "no configuration", kArgument,
+        [merge] { return merge("]", nullptr, 0); });
+    add("splat_config_merge", "text", "an unknown key", kArgument,
+        [merge] { return merge("opt: {base_rate: 1}", nullptr, 0); });
+    add("splat_config_merge", "values", "NULL", kArgument,
+        [merge] { return merge(nullptr, nullptr, 1); });
+    static const char* const kNone[] = {nullptr};
+    static const char* const kOdd[] = {"opt.base_lr"};
+    static const char* const kWrong[] = {"opt.base_lr=fast"};
+    for (const auto* values : {kNone, kOdd, kWrong})
+        add("splat_config_merge", "values", "NULL, no value, one of another kind", kArgument,
+            [merge, values] { return merge(nullptr, values, 1); });
+    add("splat_config_merge", "count", "beyond the array", kArgument,
+        [merge] { return merge(nullptr, kNone, 1); });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_config_merge", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [] { return splat_config_merge(nullptr, nullptr, 0, nullptr, 0, nullptr); });
+}
+
+void MisuseTable::trainer_rows() {
+    const splat_trainer_desc good = trainer_desc();
+    handles<splat_device>(
+        "splat_trainer_create", "device",
+        [this, good](splat_device d) {
+            return splat_trainer_create(d, &good, outputs.trainer.out());
+        },
+        kHandle);
+    descs<splat_trainer_desc>("splat_trainer_create", good, [this](const splat_trainer_desc* desc) {
+        return splat_trainer_create(device_, desc, outputs.trainer.out());
+    });
+    add("splat_trainer_create", "desc", "NULL", kArgument,
+        [this] { return splat_trainer_create(device_, nullptr, outputs.trainer.out()); });
+    add("splat_trainer_create", "trainer", "NULL", kArgument,
+        [this, good] { return splat_trainer_create(device_, &good, nullptr); });
+    add("splat_trainer_create", "desc", "an unknown key", kArgument, [this, good] {
+        splat_trainer_desc desc = good;
+        desc.config = "opt: {batchsize: 1}";
+        return splat_trainer_create(device_, &desc, outputs.trainer.out());
+    });
+    const auto on_trainer = [this](const char* name,
+                                   std::function<splat_result(splat_trainer)> call) {
+        handles<splat_trainer>(name, "trainer", std::move(call), kHandle);
+    };
+    on_trainer("splat_trainer_model",
+               [this](splat_trainer t) { return splat_trainer_model(t, outputs.model.out()); });
+    add("splat_trainer_model", "model", "NULL", kArgument,
+        [this] { return splat_trainer_model(trainer_, nullptr); });
+    on_trainer("splat_trainer_store",
+               [this](splat_trainer t) { return splat_trainer_store(t, outputs.weights.out()); });
+    add("splat_trainer_store", "weights", "NULL", kArgument,
+        [this] { return splat_trainer_store(trainer_, nullptr); });
+    on_trainer("splat_trainer_report", [this](splat_trainer t) {
+        return splat_trainer_report(t, *outputs.text.out(), 16, outputs.size.out());
+    });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_trainer_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_trainer_report(trainer_, nullptr, 0, nullptr); });
+    on_trainer("splat_trainer_save",
+               [](splat_trainer t) { return splat_trainer_save(t, "state.safetensors"); });
+    on_trainer("splat_trainer_resume",
+               [](splat_trainer t) { return splat_trainer_resume(t, "state.safetensors"); });
+    for (const char* path : {static_cast<const char*>(nullptr), "/nowhere/state.safetensors"}) {
+        add("splat_trainer_save", "path", "NULL, in no folder", kArgument,
+            [this, path] { return splat_trainer_save(trainer_, path); });
+        add("splat_trainer_resume", "path", "NULL, no file", kArgument,
+            [this, path] { return splat_trainer_resume(trainer_, path); });
+    }
+    add("splat_trainer_save", "path", "of another format", SPLAT_ERROR_UNSUPPORTED,
+        [this] { return splat_trainer_save(trainer_, "state.pth"); });
+    handles<splat_trainer>("splat_trainer_destroy", "trainer", splat_trainer_destroy, SPLAT_OK);
+    trainer_step_rows();
+}
+
+void MisuseTable::trainer_step_rows() {
+    const auto batch = sized<splat_trainer_batch>();
+    handles<splat_trainer>(
+        "splat_trainer_step", "trainer",
+        [this, batch](splat_trainer t) {
+            return splat_trainer_step(t, &batch, outputs.trainer_info.out());
+        },
+        kHandle);
+    add("splat_trainer_step", "batch", "NULL", kArgument,
+        [this] { return splat_trainer_step(trainer_, nullptr, outputs.trainer_info.out()); });
+    add("splat_trainer_step", "batch", "no images", kArgument,
+        [this, batch] { return splat_trainer_step(trainer_, &batch, outputs.trainer_info.out()); });
+    add("splat_trainer_step", "batch", "struct_size cut", kArgument, [this, batch] {
+        splat_trainer_batch cut = batch;
+        cut.struct_size -= 1;
+        return splat_trainer_step(trainer_, &cut, outputs.trainer_info.out());
+    });
+    infos<splat_trainer_info>("splat_trainer_step", "info",
+                              [this, batch](splat_trainer_info* info) {
+                                  return splat_trainer_step(trainer_, &batch, info);
+                              });
+}
+
+void MisuseTable::image_score_rows() {
+    static const float kImage[12] = {};
+    static const float kBroken[12] = {__builtin_nanf("")};
+    const auto compare = [this](const float* a, const float* b, std::uint32_t channels,
+                                std::uint32_t height, std::uint32_t width) {
+        return splat_image_compare(a, b, channels, height, width, outputs.image_scores.out());
+    };
+    for (const float* wrong : {static_cast<const float*>(nullptr), kBroken}) {
+        add("splat_image_compare", "a", "NULL, not finite", kArgument,
+            [=] { return compare(wrong, kImage, 3, 2, 2); });
+        add("splat_image_compare", "b", "NULL, not finite", kArgument,
+            [=] { return compare(kImage, wrong, 3, 2, 2); });
+    }
+    add("splat_image_compare", "channels", "0", SPLAT_ERROR_SHAPE_MISMATCH,
+        [=] { return compare(kImage, kImage, 0, 2, 2); });
+    add("splat_image_compare", "height", "0", SPLAT_ERROR_SHAPE_MISMATCH,
+        [=] { return compare(kImage, kImage, 3, 0, 2); });
+    add("splat_image_compare", "width", "0", SPLAT_ERROR_SHAPE_MISMATCH,
+        [=] { return compare(kImage, kImage, 3, 2, 0); });
+    infos<splat_image_scores>("splat_image_compare", "scores", [](splat_image_scores* scores) {
+        return splat_image_compare(kImage, kImage, 3, 2, 2, scores);
+    });
+}
+
+}  // namespace splat::test

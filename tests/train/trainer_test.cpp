@@ -1,0 +1,275 @@
+#include "train/trainer.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "ops/op_harness.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using train::TrainBatch;
+using train::TrainConfig;
+using train::Trainer;
+using train::TrainStep;
+
+/// Two levels of 8 and 4 pixels, attention at 4.
+model::PredictorConfig small_network() {
+    model::PredictorConfig c;
+    c.resolution = 8;
+    c.base_dim = 8;
+    c.num_blocks = 1;
+    c.channel_mult = {1, 2};
+    c.attention_resolutions = {4};
+    c.dropout = 0;
+    // Visible from the start, so that gradients are of ordinary size. Gaussians start at the centres
+    // of pixels; of this size they end (alpha 1/255) 2.45 pixels away, where no other centre is: else
+    // all would enter and leave pixels at once.
+    c.init_opacity = {1, 0};
+    c.init_scale = {0.1F, 0.09F};
+    return c;
+}
+
+TrainConfig small_training() {
+    TrainConfig c;
+    c.batch_size = 2;
+    c.targets = 2;
+    c.learning_rate = 1e-3;
+    c.ema_schedule = {1, 2, 0.9, 2.0 / 3.0};
+    return c;
+}
+
+/// Images of two objects seen from the front, and their targets a little from the sides.
+struct Batch {
+    Batch(const model::PredictorConfig& network, const TrainConfig& training,
+          std::uint64_t seed = 3) {
+        const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
+        const std::size_t objects = training.batch_size;
+        images = normal_fill(objects * network.input_channels() * pixels, seed, 0.5, 0.2);
+        targets = normal_fill(objects * training.targets * 3 * pixels, seed + 1, 0.5, 0.2);
+        for (std::size_t i = 0; i < objects; ++i) {
+            const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+            poses.insert(poses.end(), pose, pose + 16);
+            quaternions.insert(quaternions.end(), {1, 0, 0, 0});
+            for (std::uint32_t view = 0; view < training.targets; ++view) {
+                scene::Camera camera;
+                camera.width = camera.height = network.resolution;
+                camera.fx = camera.fy = 131.25 / 128 * network.resolution;
+                camera.cx = camera.cy = network.resolution / 2.0;
+                camera.world_to_camera = {1, 0, 0, 0.05 * view, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+                cameras.push_back(camera);
+            }
+        }
+    }
+    [[nodiscard]] TrainBatch view() const {
+        TrainBatch batch;
+        batch.images = images;
+        batch.view_to_world = poses;
+        batch.quaternions = quaternions;
+        batch.targets = targets;
+        batch.cameras = cameras;
+        return batch;
+    }
+    std::vector<float> images, targets, poses, quaternions;
+    std::vector<scene::Camera> cameras;
+};
+
+class TrainerRules : public KernelsTest {
+  protected:
+    std::unique_ptr<Trainer> make(const model::PredictorConfig& network,
+                                  const TrainConfig& training) {
+        auto made = Trainer::create(context(), network, training);
+        EXPECT_OK(made.status());
+        if (!made.ok()) return nullptr;
+        EXPECT_OK(made.value()->predictor().init(7));
+        return std::move(made.value());
+    }
+    TrainStep run(Trainer& trainer, const Batch& batch) {
+        TrainStep step;
+        EXPECT_OK(trainer.step(batch.view(), step));
+        return step;
+    }
+    std::vector<float> gradient(Trainer& trainer, const char* name) {
+        std::vector<float> values;
+        const nn::Parameter* parameter = trainer.predictor().parameters().find(name);
+        EXPECT_NE(parameter, nullptr);
+        if (parameter == nullptr) return values;
+        EXPECT_OK(trainer.predictor().parameters().read(parameter->grad, values));
+        return values;
+    }
+    static constexpr const char* kBias = "network_with_offset.out.bias";
+};
+SPLAT_INSTANTIATE_KERNELS(TrainerRules);
+
+TEST_P(TrainerRules, LearnsABatchByHeart) {
+    TrainConfig training = small_training();
+    training.ssim_weight = 0.2;
+    const auto trainer = make(small_network(), training);
+    ASSERT_TRUE(trainer);
+    const Batch batch(small_network(), training);
+    const TrainStep first = run(*trainer, batch);
+    TrainStep last;
+    for (int i = 0; i < 20; ++i) last = run(*trainer, batch);
+    EXPECT_FALSE(last.skipped);
+    EXPECT_EQ(last.step, 21U);
+    EXPECT_GT(first.pairs, 0U);
+    EXPECT_LT(last.loss.total, 0.8 * first.loss.total);
+    EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.ssim), 1e-12);
+    EXPECT_EQ(last.loss.pixel, last.loss.squared);
+}
+
+/// The gradient of the whole chain against central differences, for those parameters that every
+/// Gaussian shares: colours, opacity, size, depth and offset.
+TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
+    for (const train::PixelLoss kind : {train::PixelLoss::kL2, train::PixelLoss::kL1}) {
+        TrainConfig training = small_training();
+        training.learning_rate = 0;
+        training.pixel_loss = kind;
+        training.ssim_weight = kind == train::PixelLoss::kL1 ? 0.3 : 0;
+        const auto trainer = make(small_network(), training);
+        ASSERT_TRUE(trainer);
+        const Batch batch(small_network(), training);
+        run(*trainer, batch);
+        const std::vector<float> expected = gradient(*trainer, kBias);
+        nn::Parameters& parameters = trainer->predictor().parameters();
+        const nn::Parameter& bias = *parameters.find(kBias);
+        std::vector<float> values;
+        ASSERT_OK(parameters.read(bias.value, values));
+        double largest = 0;
+        for (const float g : expected)
+            largest = std::max(largest, std::abs(static_cast<double>(g)));
+        ASSERT_GT(largest, 1e-4);
+        for (const std::size_t i : {0, 1, 4, 5, 12}) {
+            const float kept = values[i];
+            constexpr float kStep = 4e-3F;  // of logits and logarithms
+            double losses[2] = {};
+            for (const int side : {0, 1}) {
+                values[i] = kept + (side == 0 ? -kStep : kStep);
+                ASSERT_OK(parameters.write(bias, values));
+                losses[side] = run(*trainer, batch).loss.total;
+            }
+            values[i] = kept;
+            ASSERT_OK(parameters.write(bias, values));
+            const double difference = (losses[1] - losses[0]) / (2.0 * static_cast<double>(kStep));
+            // The float32 loss is good to 1e-6 of its size of about 0.3, which the step turns into
+            // 4e-5; pixels that Gaussians enter and leave (alpha 1/255) add as much.
+            EXPECT_NEAR(difference, static_cast<double>(expected[i]), 2e-4 + 0.02 * largest)
+                << "bias " << i;
+        }
+    }
+}
+
+TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
+    TrainConfig one = small_training();
+    TrainConfig two = small_training();
+    two.micro_batch = 2;
+    const auto single = make(small_network(), one);
+    const auto pair = make(small_network(), two);
+    ASSERT_TRUE(single && pair);
+    const Batch batch(small_network(), one);
+    const TrainStep a = run(*single, batch);
+    const TrainStep b = run(*pair, batch);
+    EXPECT_NEAR(a.loss.total, b.loss.total, 1e-6 * a.loss.total);
+    const std::vector<float> ga = gradient(*single, kBias);
+    const std::vector<float> gb = gradient(*pair, kBias);
+    double difference = 0, norm = 0;
+    for (std::size_t i = 0; i < ga.size(); ++i) {
+        difference += std::pow(static_cast<double>(ga[i]) - static_cast<double>(gb[i]), 2);
+        norm += std::pow(static_cast<double>(gb[i]), 2);
+    }
+    EXPECT_LE(std::sqrt(difference / norm), 1e-4) << "sums of a larger pass are tiled otherwise";
+}
+
+TEST_P(TrainerRules, ResumesBitByBit) {
+    model::PredictorConfig network = small_network();
+    network.dropout = 0.1F;
+    const TrainConfig training = small_training();
+    const auto whole = make(network, training);
+    const auto first = make(network, training);
+    ASSERT_TRUE(whole && first);
+    const auto batch = [&](std::uint64_t i) { return Batch(network, training, 100 + i); };
+    for (std::uint64_t i = 0; i < 3; ++i) run(*first, batch(i));
+    const auto file = first->checkpoint();
+    ASSERT_OK(file.status());
+    const auto second = make(network, training);
+    ASSERT_TRUE(second);
+    run(*second, batch(50));  // whatever it did before is gone
+    ASSERT_OK(second->resume(file.value()));
+    EXPECT_EQ(second->steps(), 3U);
+    for (std::uint64_t i = 0; i < 6; ++i) run(*whole, batch(i));
+    for (std::uint64_t i = 3; i < 6; ++i) run(*second, batch(i));
+    const auto expected = whole->checkpoint();
+    const auto got = second->checkpoint();
+    ASSERT_OK(expected.status());
+    ASSERT_OK(got.status());
+    EXPECT_EQ(expected.value().metadata, got.value().metadata);
+    const auto average = whole->averaged_state();
+    ASSERT_OK(average.status());
+    const io::NamedTensor* averaged = average.value().find(kBias);
+    const io::NamedTensor* current = expected.value().tensors.find(kBias);
+    ASSERT_TRUE(averaged != nullptr && current != nullptr);
+    EXPECT_NE(averaged->values, current->values);
+    EXPECT_EQ(averaged->values, expected.value().tensors.find(std::string("ema:") + kBias)->values);
+    for (const io::NamedTensor& tensor : expected.value().tensors) {
+        const io::NamedTensor* other = got.value().tensors.find(tensor.name);
+        ASSERT_NE(other, nullptr);
+        EXPECT_EQ(tensor.values, other->values) << tensor.name;
+    }
+}
+
+TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
+    const auto trainer = make(small_network(), small_training());
+    ASSERT_TRUE(trainer);
+    auto file = trainer->checkpoint();
+    ASSERT_OK(file.status());
+    model::PredictorConfig other = small_network();
+    other.base_dim = 16;
+    const auto wider = make(other, small_training());
+    ASSERT_TRUE(wider);
+    EXPECT_ERROR(wider->resume(file.value()), Code::kInvalidArgument, "of another configuration");
+    for (auto& [key, text] : file.value().metadata)
+        if (key == "crc32") text = "1";
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "the file is damaged");
+    file.value().metadata.clear();
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is no training state");
+}
+
+TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
+    const auto trainer = make(small_network(), small_training());
+    ASSERT_TRUE(trainer);
+    const Batch batch(small_network(), small_training());
+    run(*trainer, batch);
+    nn::Parameters& parameters = trainer->predictor().parameters();
+    const nn::Parameter& bias = *parameters.find(kBias);
+    std::vector<float> good;
+    ASSERT_OK(parameters.read(bias.value, good));
+    std::vector<float> bad = good;
+    bad[1] = std::numeric_limits<float>::quiet_NaN();  // an offset
+    ASSERT_OK(parameters.write(bias, bad));
+    const TrainStep step = run(*trainer, batch);
+    EXPECT_TRUE(step.skipped);
+    EXPECT_EQ(step.step, 1U);
+    ASSERT_OK(parameters.write(bias, good));
+    EXPECT_FALSE(run(*trainer, batch).skipped);
+    EXPECT_EQ(trainer->steps(), 2U);
+}
+
+TEST_P(TrainerRules, RefusesABatchThatDoesNotFit) {
+    const auto trainer = make(small_network(), small_training());
+    ASSERT_TRUE(trainer);
+    Batch batch(small_network(), small_training());
+    TrainStep step;
+    batch.targets.pop_back();
+    EXPECT_ERROR(trainer->step(batch.view(), step), Code::kShape, "targets has 767 numbers");
+    batch.targets.push_back(std::numeric_limits<float>::infinity());
+    EXPECT_ERROR(trainer->step(batch.view(), step), Code::kInvalidArgument, "targets hold inf");
+    batch.targets.back() = 0;
+    batch.cameras.pop_back();
+    EXPECT_ERROR(trainer->step(batch.view(), step), Code::kShape, "3 cameras, expected 4");
+    EXPECT_EQ(trainer->steps(), 0U);
+}
+
+}  // namespace
+}  // namespace splat::test
