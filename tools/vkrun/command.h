@@ -15,6 +15,11 @@ enum ExitCode : int {
     kFailed = 1,
     kUsageError = 2,
     kNoDevice = 3,
+    kBadData = 4,
+    kOutOfMemory = 5,
+    kGateMissed = 6,  ///< a comparison found a loss, a gate was missed
+    kNotFinite = 7,
+    kInterrupted = 130,
 };
 
 /// Ends a command: main() prints the sentence on standard error and exits with the status.
@@ -38,5 +43,7 @@ void add_convert(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
+void add_train(CLI::App& app, int& exit_code);
+void add_eval(CLI::App& app, int& exit_code);
 
 }  // namespace vkrun

@@ -22,6 +22,11 @@ constexpr const char* kFooter = R"(Exit status:
   1  failure: a check failed, a result is wrong, or an error of the library
   2  wrong usage of the command line
   3  no Vulkan loader, no driver, or no usable device
+  4  data that is damaged or does not fit together
+  5  out of memory, of the host or the device
+  6  a comparison or a gate that was missed
+  7  numbers that are not finite
+  130  interrupted
 
 Environment:
   SPLAT_KERNELS=auto|plain|cpu|gpu  which shaders run, on every device
@@ -129,6 +134,8 @@ int run(int argc, char** argv) {
     add_inspect(app, exit_code);
     add_convert(app, exit_code);
     add_weights(app, exit_code);
+    add_train(app, exit_code);
+    add_eval(app, exit_code);
     add_bench(app, exit_code);
     try {
         app.parse(argc, argv);

@@ -23,7 +23,11 @@ void print_message(void*, splat_log_level level, const char* message) {
 
 void check(splat_result result) {
     if (result >= SPLAT_OK) return;
-    const ExitCode code = result == SPLAT_ERROR_NO_DEVICE ? kNoDevice : kFailed;
+    const bool memory =
+        result == SPLAT_ERROR_OUT_OF_HOST_MEMORY || result == SPLAT_ERROR_OUT_OF_DEVICE_MEMORY;
+    const ExitCode code = result == SPLAT_ERROR_NO_DEVICE ? kNoDevice
+                          : memory                        ? kOutOfMemory
+                                                          : kFailed;
     std::string sentence = splat_last_error_message();
     if (sentence.empty()) sentence = splat_result_sentence(result);
     throw Failure(code, sentence + " (" + splat_result_name(result) + ")");

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "vkrun/train/data_set.h"
+
+namespace vkrun {
+
+/// The numbers of one splat_trainer_batch.
+struct Batch {
+    std::vector<float> images, view_to_world, quaternions, focals, targets;
+    std::vector<splat_camera> cameras;
+    std::vector<std::string> names;  ///< of the objects
+
+    [[nodiscard]] splat_trainer_batch desc() const;
+};
+
+struct BatchShape {
+    std::uint32_t objects = 0;  ///< per batch
+    std::uint32_t views = 0;    ///< input images of each
+    std::uint32_t targets = 0;  ///< images to be rendered, the input images first among them
+    std::uint64_t seed = 0;
+};
+
+/// The batches of a training. Batch `n` depends on the seed and n alone: each pass over the objects has
+/// an order of its own, each visit draws the object's views anew.
+class BatchSource {
+  public:
+    BatchSource(const DataSet& data, const ImageChannels& channels, const BatchShape& shape)
+        : data_(data), channels_(channels), shape_(shape) {}
+
+    [[nodiscard]] Batch make(std::uint64_t n) const;
+
+  private:
+    [[nodiscard]] std::uint32_t object_at(std::uint64_t position) const;
+
+    const DataSet& data_;
+    ImageChannels channels_;
+    BatchShape shape_;
+};
+
+/// Makes batches ahead in a thread of its own.
+class Prefetch {
+  public:
+    Prefetch(const BatchSource& source, std::uint64_t first, std::size_t ahead);
+    ~Prefetch();
+    Prefetch(const Prefetch&) = delete;
+    Prefetch& operator=(const Prefetch&) = delete;
+
+    /// The next batch. Throws what the source threw.
+    Batch next();
+
+  private:
+    void run();
+
+    const BatchSource& source_;
+    std::uint64_t at_;
+    std::size_t ahead_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<Batch> ready_;
+    std::exception_ptr failed_;
+    bool stop_ = false;
+    std::thread thread_;
+};
+
+}  // namespace vkrun

@@ -1,0 +1,176 @@
+// vkrun eval: predict the objects of a data set and compare with their images.
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+
+#include "vkrun/command.h"
+#include "vkrun/progress.h"
+#include "vkrun/table.h"
+#include "vkrun/train/picture.h"
+#include "vkrun/train/run_folder.h"
+#include "vkrun/train/scores.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kFooter =
+    R"(Each object is predicted from its conditioning views (64, and 128 for two, of the 251 of SRN's tests;
+else the first) and drawn in all its views. PSNR and SSIM are means over an object's views, then over
+objects, conditioning and novel views apart. A view without any difference is counted and left out of the
+mean PSNR; one whose target is black all over is left out.
+
+OUT gets results.json, per_object.csv, scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter
+Image writes it; lpips is nan, there being no weights of its network) and, with --images N, contact sheets
+of the first N objects: target above prediction.
+
+Exit status: 0 done, 1 failed, 2 wrong usage, 3 no device, 4 bad data.
+
+Examples:
+  vkrun eval run/weights_best.safetensors --data cars --out eval
+  vkrun eval model_best.pth --config config.yaml --data srn_cars --split test --out eval --images 4
+)";
+
+struct Options {
+    std::string weights, config, data, split = "test", out;
+    std::vector<std::string> changes;
+    std::uint32_t objects = 0, views = 0, images = 0;
+    std::string device = "best";
+    bool json = false;
+};
+
+Json scores_json(const Scores& scores) {
+    return {{"psnr", scores.psnr},
+            {"ssim", scores.ssim},
+            {"views", scores.views},
+            {"perfect_views", scores.perfect}};
+}
+
+void save_sheet(const Options& options, const ObjectScores& scores, std::uint32_t index,
+                std::uint32_t side, const std::vector<float>& images,
+                const std::vector<float>& truths) {
+    constexpr std::size_t kColumns = 8;
+    const std::size_t plane = std::size_t{3} * side * side;
+    const std::size_t count = images.size() / plane;
+    const std::size_t columns = std::min(kColumns, count);
+    std::vector<const float*> cells;
+    for (const std::vector<float>* from : {&truths, &images})
+        for (std::size_t i = 0; i < columns; ++i)
+            cells.push_back(from->data() + i * count / columns * plane);
+    contact_sheet(cells, side, static_cast<std::uint32_t>(columns))
+        .save(options.out + format("/%04u_", index) + scores.name + ".png");
+}
+
+void write_tables(const Options& options, const std::vector<ObjectScores>& objects) {
+    std::string csv =
+        "object,psnr_novel,ssim_novel,psnr_cond,ssim_cond,views,perfect_views,predict_ms,draw_ms\n";
+    std::string text;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const ObjectScores& o = objects[i];
+        csv +=
+            format("%s,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", o.name.c_str(), o.novel.psnr,
+                   o.novel.ssim, o.conditioning.psnr, o.conditioning.ssim,
+                   o.novel.views + o.conditioning.views, o.novel.perfect + o.conditioning.perfect,
+                   1e3 * o.predict_seconds, 1e3 * o.draw_seconds);
+        text += format("%zu_%s %.17g %.17g nan\n", i, o.name.c_str(), o.novel.psnr, o.novel.ssim);
+    }
+    write_file(options.out + "/per_object.csv", csv);
+    write_file(options.out + "/scores.txt", text);
+}
+
+Json results(const Options& options, const DataSet& data, const splat_device_info& device,
+             const std::vector<ObjectScores>& objects) {
+    double predict = 0, draw = 0;
+    std::uint64_t drawn = 0;
+    std::uint32_t empty = 0;
+    for (const ObjectScores& object : objects) {
+        predict += object.predict_seconds;
+        draw += object.draw_seconds;
+        drawn += object.drawn;
+        empty += object.empty;
+    }
+    return {{"schema", 1},
+            {"weights", options.weights},
+            {"split", options.split},
+            {"data", {{"format", data.report().at("format")}, {"objects", data.objects()}}},
+            {"device", device.name},
+            {"objects", objects.size()},
+            {"novel", scores_json(mean_of(objects, &ObjectScores::novel))},
+            {"conditioning", scores_json(mean_of(objects, &ObjectScores::conditioning))},
+            {"lpips", nullptr},
+            {"empty_views", empty},
+            {"predictions_per_second", static_cast<double>(objects.size()) / predict},
+            {"images_per_second", static_cast<double>(drawn) / draw}};
+}
+
+int evaluate(const Options& options) {
+    const Json config =
+        merged_config(config_beside(options.weights, options.config), options.changes);
+    const DataSet data(config, options.data, options.split);
+    std::filesystem::create_directories(options.out);
+    const Device device = open_device(device_desc(options.device));
+    Network network(device.get(), config);
+    Weights weights;
+    check(splat_weights_load(options.weights.c_str(), weights.out()));
+    network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    const std::uint32_t count =
+        options.objects == 0 ? data.objects() : std::min(options.objects, data.objects());
+    Progress progress("evaluating", count);
+    std::vector<ObjectScores> objects;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        progress.show(i);
+        std::vector<float> images, truths;
+        objects.push_back(score_object(
+            network, data, i, evaluated_views(data.views_of(i), network.views(), options.views),
+            &images, &truths));
+        if (i < options.images)
+            save_sheet(options, objects.back(), i, network.resolution(), images, truths);
+    }
+    progress.show(count);
+    write_tables(options, objects);
+    const Json json = results(options, data, info_of(device.get()), objects);
+    write_file(options.out + "/results.json", json_text(json) + "\n");
+    if (options.json) {
+        std::printf("%s\n", json_text(json).c_str());
+        return kSuccess;
+    }
+    Table table({"views", ">PSNR", ">SSIM", ">LPIPS", ">count", ">perfect"});
+    for (const char* kind : {"novel", "conditioning"}) {
+        const Json& s = json.at(kind);
+        table.add({kind, format("%.3f", s.at("psnr").get<double>()),
+                   format("%.4f", s.at("ssim").get<double>()), "no weights",
+                   std::to_string(s.at("views").get<std::uint32_t>()),
+                   std::to_string(s.at("perfect_views").get<std::uint32_t>())});
+    }
+    std::printf("%u objects of '%s', split %s\n%s%.2f predictions and %.1f images a second\n",
+                count, options.data.c_str(), options.split.c_str(), table.text().c_str(),
+                json.at("predictions_per_second").get<double>(),
+                json.at("images_per_second").get<double>());
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_eval(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("eval", "Score a network on a data set");
+    auto options = std::make_shared<Options>();
+    command->add_option("WEIGHTS", options->weights, ".safetensors, .pth or .npz")->required();
+    command->add_option("--data", options->data, "Folder of the data set")->required();
+    command->add_option("--split", options->split, "train, val or test")->capture_default_str();
+    command->add_option("--out", options->out, "Folder for the results")->required();
+    command->add_option("--config", options->config,
+                        "Configuration of the network; config.json or config.yaml beside WEIGHTS");
+    command->add_option("--set", options->changes, "KEY=VALUE: change a value of it")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false);
+    command->add_option("--objects", options->objects, "The first so many objects");
+    command->add_option("--views", options->views, "So many novel views of each, evenly spread");
+    command->add_option("--images", options->images, "Contact sheets of the first so many objects");
+    add_device_option(*command, options->device);
+    command->add_flag("--json", options->json, "JSON on standard output");
+    command->footer(kFooter);
+    command->callback([options, &exit_code] { exit_code = evaluate(*options); });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,110 @@
+// vkrun train: train a network on the images of a data set.
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <ctime>
+#include <memory>
+
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+#include "vkrun/train/training.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kFooter =
+    R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it the published cars model is
+trained. 'vkrun train --show' prints every key with its value.
+
+OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
+(checkpoints/), weights_last and weights_best.safetensors (averaged weights) and renders/. Ctrl-C ends
+after the step, with everything saved; --resume goes on from the last state, bit by bit.
+
+Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data,
+5 out of memory, 7 ten steps in a row were not finite, 130 interrupted.
+
+Examples:
+  vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
+  vkrun train cars.yaml --out run --resume
+  vkrun train priors.yaml --init model_best.pth --set data.use_pred_depth=true --out run2
+)";
+
+volatile std::sig_atomic_t g_interrupted = 0;
+
+void on_signal(int signal) {
+    if (g_interrupted != 0) {  // the second time: now
+        std::signal(signal, SIG_DFL);
+        std::raise(signal);
+    }
+    g_interrupted = 1;
+}
+
+std::string dated_folder() {
+    const std::time_t now = std::time(nullptr);
+    char text[32];
+    std::strftime(text, sizeof text, "runs/%Y-%m-%d_%H-%M-%S", std::localtime(&now));
+    return text;
+}
+
+struct Options {
+    TrainingOptions training;
+    bool show = false;
+    bool json = false;
+};
+
+int train(Options& options) {
+    if (options.show) {
+        const Json config = merged_config(options.training.config, options.training.changes);
+        std::printf("%s\n", config.dump(2).c_str());
+        return kSuccess;
+    }
+    if (options.training.out.empty()) {
+        if (options.training.resume)
+            throw Failure(kUsageError, "--resume needs --out, the folder of the run");
+        options.training.out = dated_folder();
+    }
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+    Training training(options.training);
+    const TrainingEnd end = training.run([] { return g_interrupted != 0; });
+    if (options.json) std::printf("%s\n", json_text(training.summary()).c_str());
+    switch (end) {
+        case TrainingEnd::kDone:
+            return kSuccess;
+        case TrainingEnd::kInterrupted:
+            return kInterrupted;
+        case TrainingEnd::kNotFinite:
+            return kNotFinite;
+    }
+    return kFailed;
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("train", "Train a network on a data set");
+    auto options = std::make_shared<Options>();
+    TrainingOptions& t = options->training;
+    command->add_option("CONFIG", t.config, "YAML or JSON; none: the cars model");
+    command->add_option("--data", t.data, "Folder of the data set, for data.root");
+    command->add_option("--out", t.out, "Folder of the run; runs/DATE by default");
+    command->add_option("--set", t.changes, "KEY=VALUE: change a value of the configuration")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false);
+    command->add_flag("--resume", t.resume, "Go on with the run in --out");
+    command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
+    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ");
+    command
+        ->add_option("--init-channels", t.init_channels,
+                     "Channels behind RGB of those weights: depth,normal,mask")
+        ->delimiter(',');
+    command->add_flag("--show", options->show, "Print the merged configuration and exit");
+    add_device_option(*command, t.device);
+    command->add_flag("--json", options->json, "JSON on standard output at the end");
+    command->footer(kFooter);
+    command->callback([options, &exit_code] { exit_code = train(*options); });
+}
+
+}  // namespace vkrun

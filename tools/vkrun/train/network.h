@@ -1,0 +1,46 @@
+#pragma once
+
+#include "vkrun/scene_input.h"
+#include "vkrun/train/data_set.h"
+
+namespace vkrun {
+
+using Weights = Owner<splat_weights, splat_weights_destroy>;
+using Model = Owner<splat_model, splat_model_destroy>;
+
+/// A merged configuration: of a file (none: the defaults) and changes "key=value". Throws a Failure.
+Json merged_config(const std::string& path, const std::vector<std::string>& changes);
+
+/// The configuration that belongs to a file of weights: `given`, or config.json or config.yaml in the
+/// folder of the file. Throws a Failure.
+std::string config_beside(const std::string& weights, const std::string& given);
+
+/// A network that predicts scenes of one object, and a rasterizer for images of them.
+class Network {
+  public:
+    Network(splat_device device, const Json& config);
+
+    void load(splat_weights weights, std::uint32_t flags = 0);
+
+    /// The Gaussians of an object from its first data.input_images views.
+    Scene predict(const Views& views);
+
+    /// Images [n,3,R,R] of a scene that this network predicted.
+    std::vector<float> draw(const Scene& scene, const std::vector<splat_camera>& cameras);
+
+    [[nodiscard]] splat_model model() const { return model_.get(); }
+    [[nodiscard]] std::uint32_t views() const { return views_; }
+    [[nodiscard]] std::uint32_t resolution() const { return resolution_; }
+    [[nodiscard]] const ImageChannels& channels() const { return channels_; }
+
+  private:
+    splat_device device_;
+    Model model_;
+    Rasterizer rasterizer_;
+    std::uint32_t drawn_at_once_ = 0;
+    std::uint32_t views_ = 0, resolution_ = 0, sh_degree_ = 0;
+    ImageChannels channels_;
+    float background_[3] = {1, 1, 1};
+};
+
+}  // namespace vkrun

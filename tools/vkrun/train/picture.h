@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vkrun {
+
+/// An RGB picture that square images are put into, like a contact sheet.
+class Picture {
+  public:
+    Picture(std::uint32_t width, std::uint32_t height)
+        : width_(width), height_(height), rgb_(std::size_t{3} * width * height, 1.0F) {}
+
+    /// Planes [channels,side,side], 1 or 3 channels, with the left upper corner at (x, y).
+    void put(const float* planes, std::uint32_t channels, std::uint32_t side, std::uint32_t x,
+             std::uint32_t y);
+
+    /// As a PNG. Throws a Failure.
+    void save(const std::string& path) const;
+
+    [[nodiscard]] const std::vector<float>& rgb() const { return rgb_; }
+
+  private:
+    std::uint32_t width_, height_;
+    std::vector<float> rgb_;
+};
+
+/// Cells of `side` pixels in `columns` columns, `gap` pixels apart; each is [3,side,side].
+Picture contact_sheet(const std::vector<const float*>& cells, std::uint32_t side,
+                      std::uint32_t columns, std::uint32_t gap = 4);
+
+}  // namespace vkrun

@@ -1,0 +1,106 @@
+#include "vkrun/train/run_folder.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kStateSuffix = ".state.safetensors";
+
+}  // namespace
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+    const std::string temporary = path.string() + ".tmp";
+    const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    bool ok = file >= 0;
+    for (std::size_t done = 0; ok && done < text.size();) {
+        const ssize_t written = write(file, text.data() + done, text.size() - done);
+        ok = written > 0;
+        if (ok) done += static_cast<std::size_t>(written);
+    }
+    ok = ok && fsync(file) == 0;
+    const int reason = errno;
+    if (file >= 0) close(file);
+    if (ok && std::rename(temporary.c_str(), path.c_str()) == 0) return;
+    std::remove(temporary.c_str());
+    throw Failure(kFailed, "cannot write '" + path.string() + "': " + std::strerror(reason));
+}
+
+RunFolder::RunFolder(const std::string& path, bool resume, bool overwrite) : root_(path) {
+    namespace fs = std::filesystem;
+    const bool there = fs::exists(root_ / "config.json");
+    if (resume && !there)
+        throw Failure(kUsageError, "--resume: '" + path + "' holds no run (no config.json)");
+    if (!resume && fs::exists(root_) && !(fs::is_directory(root_) && fs::is_empty(root_))) {
+        if (!overwrite || !there)
+            throw Failure(kUsageError, "'" + path + "' is there" +
+                                           (there ? ": go on with --resume, replace it with "
+                                                    "--overwrite, or choose another --out"
+                                                  : " and is no run: choose another --out"));
+        fs::remove_all(root_);
+    }
+    for (const char* folder : {"checkpoints", "renders"}) fs::create_directories(root_ / folder);
+    log_.open(root_ / "log.txt", std::ios::app);
+    metrics_.open(root_ / "metrics.jsonl", std::ios::app);
+    if (!log_ || !metrics_) throw Failure(kFailed, "cannot write in '" + path + "'");
+}
+
+void RunFolder::log(const std::string& line) {
+    std::fprintf(stderr, "%s\n", line.c_str());
+    log_ << line << std::endl;
+}
+
+void RunFolder::metric(const Json& line) {
+    metrics_ << line.dump() << std::endl;
+    if (!metrics_) throw Failure(kFailed, "cannot write '" + path("metrics.jsonl").string() + "'");
+}
+
+std::vector<std::filesystem::path> RunFolder::states() const {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(root_ / "checkpoints")) {
+        const std::string name = entry.path().filename().string();
+        if (name.starts_with("step_") && name.ends_with(kStateSuffix))
+            found.push_back(entry.path());
+    }
+    std::sort(found.rbegin(), found.rend());
+    return found;
+}
+
+std::filesystem::path RunFolder::state_path(std::uint64_t step) const {
+    return root_ / "checkpoints" /
+           format("step_%010llu%s", static_cast<unsigned long long>(step), kStateSuffix);
+}
+
+void RunFolder::keep_latest_states(std::size_t count) const {
+    const auto all = states();
+    for (std::size_t i = count; i < all.size(); ++i) std::filesystem::remove(all[i]);
+}
+
+std::vector<Json> RunFolder::metrics(const std::filesystem::path& root) {
+    std::vector<Json> lines;
+    std::ifstream file(root / "metrics.jsonl");
+    for (std::string line; std::getline(file, line);) {
+        Json json = Json::parse(line, nullptr, false);
+        if (json.is_object() && json.contains("step")) lines.push_back(std::move(json));
+    }
+    return lines;
+}
+
+void RunFolder::cut_metrics(std::uint64_t last_step) {
+    std::string text;
+    for (const Json& line : metrics(root_))
+        if (line.at("step").get<std::uint64_t>() <= last_step) text += line.dump() + "\n";
+    metrics_.close();
+    write_file(root_ / "metrics.jsonl", text);
+    metrics_.open(root_ / "metrics.jsonl", std::ios::app);
+}
+
+}  // namespace vkrun

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "vkrun/device_text.h"
+
+namespace vkrun {
+
+/// Replace or create a file, as a whole or not at all. Throws a Failure.
+void write_file(const std::filesystem::path& path, const std::string& text);
+
+/// What a training leaves behind:
+///
+///   config.json            every value of the configuration
+///   run.json               state, versions, device, data, seed
+///   log.txt                what was said
+///   metrics.jsonl          one JSON object per line: training losses, validations
+///   tb/                    the same for TensorBoard
+///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on
+///   weights_last.safetensors, weights_best.safetensors   averaged weights
+///   renders/               input, truth and prediction of validation objects
+class RunFolder {
+  public:
+    /// A new folder, or one that is there if `resume`. Throws a Failure: there is one, or none.
+    RunFolder(const std::string& path, bool resume, bool overwrite);
+
+    [[nodiscard]] std::filesystem::path path(const std::string& name) const { return root_ / name; }
+
+    void log(const std::string& line);  ///< to log.txt and standard error
+    void metric(const Json& line);
+
+    /// States that were saved, the latest first.
+    [[nodiscard]] std::vector<std::filesystem::path> states() const;
+    [[nodiscard]] std::filesystem::path state_path(std::uint64_t step) const;
+    void keep_latest_states(std::size_t count) const;
+
+    /// Leave out metrics of steps that are to be done again, and a last line that was cut.
+    void cut_metrics(std::uint64_t last_step);
+
+    /// All lines that can be read.
+    [[nodiscard]] static std::vector<Json> metrics(const std::filesystem::path& root);
+
+  private:
+    std::filesystem::path root_;
+    std::ofstream log_, metrics_;
+};
+
+}  // namespace vkrun

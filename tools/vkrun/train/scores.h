@@ -1,0 +1,46 @@
+#pragma once
+
+#include "vkrun/train/network.h"
+
+namespace vkrun {
+
+/// Means over views. A perfect view (no difference at all) has no PSNR and is only counted.
+struct Scores {
+    double psnr = 0, ssim = 0;
+    std::uint32_t views = 0;
+    std::uint32_t perfect = 0;
+
+    void add(const splat_image_scores& view);
+    void finish();  ///< sums to means
+};
+
+/// How well one object was predicted, from its conditioning views and from others.
+struct ObjectScores {
+    std::string name;
+    Scores conditioning, novel;
+    std::uint32_t empty =
+        0;  ///< views whose target is black all over: left out, as published figures do
+    double predict_seconds = 0, draw_seconds = 0;
+    std::uint32_t drawn = 0;
+};
+
+/// Which views of an object are given and which are asked for.
+struct EvaluatedViews {
+    std::vector<std::uint32_t> conditioning, novel;
+};
+
+/// View 64 (and 128) of an object of the 251 views of SRN's tests, else the first; all others are
+/// novel, or `most` of them, evenly spread, unless that is 0.
+EvaluatedViews evaluated_views(std::uint32_t views_of_object, std::uint32_t inputs,
+                               std::uint32_t most);
+
+/// Predict an object and compare. `images`, if not null, gets what was drawn, conditioning views
+/// first, and `truths` the targets, [n,3,R,R].
+ObjectScores score_object(Network& network, const DataSet& data, std::uint32_t object,
+                          const EvaluatedViews& views, std::vector<float>* images = nullptr,
+                          std::vector<float>* truths = nullptr);
+
+/// The mean over objects, each counting the same.
+Scores mean_of(const std::vector<ObjectScores>& objects, Scores ObjectScores::*which);
+
+}  // namespace vkrun

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vkrun {
+
+/// Appends scalars to an event file that TensorBoard reads.
+///
+/// A record is its length (uint64), the masked CRC-32C of those bytes, the payload and the masked
+/// CRC-32C of it, all little-endian; the payload is an Event in protocol buffers' encoding
+/// (https://github.com/tensorflow/tensorflow, core/lib/io/record_writer and core/util/event.proto).
+class TensorBoard {
+  public:
+    /// A new file in `folder`, which is made. Throws a Failure.
+    explicit TensorBoard(const std::string& folder);
+
+    void scalars(std::uint64_t step, const std::vector<std::pair<std::string, double>>& values);
+
+  private:
+    void record(const std::string& event);
+
+    std::ofstream file_;
+};
+
+}  // namespace vkrun

@@ -1,0 +1,327 @@
+#include "vkrun/train/training.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+#include "vkrun/train/picture.h"
+
+namespace vkrun {
+namespace {
+
+/// Steps in a row that may be left out for numbers that are not finite.
+constexpr std::uint64_t kMostSkipped = 10;
+
+/// Objects that a validation draws, and views of each.
+constexpr std::uint32_t kShownObjects = 4, kShownViews = 3;
+
+std::uint32_t load_flags(const std::vector<std::string>& channels) {
+    std::uint32_t flags = SPLAT_LOAD_GRAFT;
+    for (const std::string& channel : channels) {
+        if (channel == "depth")
+            flags |= SPLAT_LOAD_FROM_DEPTH;
+        else if (channel == "normal")
+            flags |= SPLAT_LOAD_FROM_NORMAL;
+        else if (channel == "mask")
+            flags |= SPLAT_LOAD_FROM_MASK;
+        else
+            throw Failure(kUsageError,
+                          "--init-channels: '" + channel + "' is none of depth, normal, mask");
+    }
+    return flags;
+}
+
+double psnr_of(double squared_error) {
+    return squared_error > 0 ? -10 * std::log10(squared_error) : 0;
+}
+
+Json trainer_report(splat_trainer trainer) {
+    return Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+        return splat_trainer_report(trainer, buffer, capacity, needed);
+    }));
+}
+
+}  // namespace
+
+Training::Training(const TrainingOptions& options) {
+    folder_ = std::make_unique<RunFolder>(options.out, options.resume, options.overwrite);
+    config_ = merged_config(options.resume ? folder_->path("config.json").string() : options.config,
+                            options.changes);
+    if (!options.data.empty()) config_["data"]["root"] = options.data;
+    iterations_ = config_.at("opt").at("iterations");
+    open_data();
+    device_ = open_device(device_desc(options.device));
+    const std::string text = config_.dump();
+    auto desc = sized<splat_trainer_desc>();
+    desc.config = text.c_str();
+    check(splat_trainer_create(device_.get(), &desc, trainer_.out()));
+    check(splat_trainer_model(trainer_.get(), model_.out()));
+    if (options.resume)
+        resume();
+    else
+        start(options);
+    board_ = std::make_unique<TensorBoard>(folder_->path("tb").string());
+    bar_ = isatty(STDERR_FILENO) != 0;
+    const splat_device_info device = info_of(device_.get());
+    const Json report = trainer_report(trainer_.get());
+    folder_->log(
+        format("training %s: %llu of %llu parameters, %u objects, step %llu of %llu, on %s",
+               options.out.c_str(),
+               static_cast<unsigned long long>(report.at("trainable").get<std::uint64_t>()),
+               static_cast<unsigned long long>(report.at("parameters").get<std::uint64_t>()),
+               data_->objects(), static_cast<unsigned long long>(step_),
+               static_cast<unsigned long long>(iterations_), device.name));
+    write_run("running");
+}
+
+void Training::open_data() {
+    data_ = std::make_unique<DataSet>(config_, "", "train");
+    const std::uint32_t inputs = config_.at("data").at("input_images");
+    for (std::uint32_t i = 0; i < data_->objects(); ++i)
+        if (data_->views_of(i) < inputs + 1)
+            throw Failure(kBadData, format("object '%s' has %u views, expected at least %u",
+                                           data_->name(i).c_str(), data_->views_of(i), inputs + 1));
+    try {
+        validation_ = std::make_unique<DataSet>(config_, "", "val");
+    } catch (const Failure& failure) {
+        folder_->log(std::string("no validation: ") + failure.what());
+    }
+}
+
+void Training::start(const TrainingOptions& options) {
+    check(splat_model_init(model_.get(), config_.at("general").at("random_seed")));
+    if (!options.init.empty()) {
+        Weights weights;
+        check(splat_weights_load(options.init.c_str(), weights.out()));
+        check(splat_model_load(model_.get(), weights.get(), load_flags(options.init_channels)));
+        folder_->log("started from " + options.init);
+    }
+    write_file(folder_->path("config.json"), config_.dump(2) + "\n");
+}
+
+void Training::resume() {
+    for (const auto& path : folder_->states()) {
+        if (splat_trainer_resume(trainer_.get(), path.c_str()) != SPLAT_OK) {
+            folder_->log(std::string("passed over: ") + splat_last_error_message());
+            continue;
+        }
+        const Json report = trainer_report(trainer_.get());
+        step_ = saved_ = report.at("step");
+        attempts_ = report.at("attempts");
+        skipped_ = attempts_ - step_;
+        for (const Json& line : RunFolder::metrics(folder_->path("")))
+            if (line.contains("val_psnr") && line.at("step").get<std::uint64_t>() <= step_)
+                best_psnr_ = std::max(best_psnr_, line.at("val_psnr").get<double>());
+        folder_->cut_metrics(step_);
+        folder_->log("resumed from " + path.filename().string());
+        return;
+    }
+    throw Failure(kFailed, "--resume: no state in '" + folder_->path("checkpoints").string() +
+                               "' could be read");
+}
+
+std::uint64_t Training::setting(const char* name) const {
+    return config_.at("logging").at(name);
+}
+
+TrainingEnd Training::run(const std::function<bool()>& stop) {
+    BatchShape shape;
+    shape.objects = config_.at("opt").at("batch_size");
+    shape.targets = config_.at("opt").at("imgs_per_obj");
+    shape.views = config_.at("data").at("input_images");
+    shape.seed = config_.at("general").at("random_seed");
+    const BatchSource source(*data_, ImageChannels::of(config_), shape);
+    Prefetch batches(source, attempts_, 2);
+    begun_ = std::chrono::steady_clock::now();
+    begun_at_ = step_;
+    if (!stop() && step_ == 0 && iterations_ > 0 && validation_) validate(0);
+    while (step_ < iterations_) {
+        const Batch batch = batches.next();
+        const splat_trainer_batch desc = batch.desc();
+        auto info = sized<splat_trainer_info>();
+        check(splat_trainer_step(trainer_.get(), &desc, &info));
+        ++attempts_;
+        after_step(info);
+        if (skipped_in_a_row_ == kMostSkipped) {
+            write_run("not finite");
+            folder_->log(
+                format("%llu steps in a row had a loss or gradients that are not finite: "
+                       "lower opt.base_lr, or look at the data ('vkrun data check'); the "
+                       "last good state is in checkpoints/",
+                       static_cast<unsigned long long>(kMostSkipped)));
+            return TrainingEnd::kNotFinite;
+        }
+        if (stop()) {
+            save_state();
+            write_run("interrupted");
+            folder_->log(format("interrupted after step %llu; go on with --resume",
+                                static_cast<unsigned long long>(step_)));
+            return TrainingEnd::kInterrupted;
+        }
+    }
+    save_state();
+    write_run("done");
+    folder_->log(format(
+        "done: %llu steps, loss %.6f%s", static_cast<unsigned long long>(step_), averaged_loss_,
+        validation_ ? format(", best validation PSNR %.2f dB", best_psnr_).c_str() : ""));
+    return TrainingEnd::kDone;
+}
+
+void Training::after_step(const splat_trainer_info& info) {
+    if (info.skipped != 0) {
+        ++skipped_;
+        ++skipped_in_a_row_;
+        folder_->log(format("attempt %llu: loss or gradients are not finite; nothing was updated",
+                            static_cast<unsigned long long>(attempts_)));
+        return;
+    }
+    skipped_in_a_row_ = 0;
+    step_ = info.step;
+    loss_ = info.loss;
+    averaged_loss_ = averaged_loss_ == 0 ? info.loss : 0.98 * averaged_loss_ + 0.02 * info.loss;
+    const auto due = [&](const char* name) {
+        const std::uint64_t every = setting(name);
+        return every > 0 && step_ % every == 0;
+    };
+    if (due("loss_log") || step_ == 1 || step_ == iterations_) say(info);
+    show_progress(info);
+    if (validation_ && (due("val_log") || step_ == iterations_)) validate(step_);
+    if (due("ckpt_iterations")) save_state();
+}
+
+void Training::say(const splat_trainer_info& info) {
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+    const double psnr = psnr_of(info.squared_error);
+    folder_->metric({{"step", info.step},
+                     {"loss", info.loss},
+                     {"psnr", psnr},
+                     {"pixel_loss", info.pixel_loss},
+                     {"pairs", info.pairs},
+                     {"network_ms", info.network_ms},
+                     {"render_ms", info.render_ms},
+                     {"update_ms", info.update_ms},
+                     {"skipped", skipped_},
+                     {"seconds", seconds}});
+    board_->scalars(info.step, {{"train/loss", info.loss}, {"train/psnr", psnr}});
+    if (bar_) return;
+    std::fprintf(stderr,
+                 "step %llu/%llu: loss %.6f, PSNR %.2f dB, %.0f ms (network %.0f, render %.0f, "
+                 "update %.0f)\n",
+                 static_cast<unsigned long long>(info.step),
+                 static_cast<unsigned long long>(iterations_), info.loss, psnr,
+                 info.network_ms + info.render_ms + info.update_ms, info.network_ms, info.render_ms,
+                 info.update_ms);
+}
+
+void Training::show_progress(const splat_trainer_info& info) {
+    if (!bar_) return;
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+    const double rate = static_cast<double>(step_ - begun_at_) / std::max(seconds, 1e-9);
+    const double left = static_cast<double>(iterations_ - step_) / std::max(rate, 1e-9);
+    auto memory = sized<splat_memory_info>();
+    check(splat_device_get_memory(device_.get(), &memory));
+    std::fprintf(stderr,
+                 "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %.0f s left  %s\033[K",
+                 static_cast<unsigned long long>(step_),
+                 static_cast<unsigned long long>(iterations_), averaged_loss_,
+                 psnr_of(info.squared_error), rate, left, bytes_text(memory.used_bytes).c_str());
+    if (step_ == iterations_) std::fputs("\n", stderr);
+    std::fflush(stderr);
+}
+
+void Training::save_state() {
+    if (saved_ == step_) return;
+    check(splat_trainer_save(trainer_.get(), folder_->state_path(step_).c_str()));
+    Weights weights;
+    check(splat_trainer_store(trainer_.get(), weights.out()));
+    check(splat_weights_save(weights.get(), folder_->path("weights_last.safetensors").c_str(), 0));
+    folder_->keep_latest_states(2);
+    saved_ = step_;
+}
+
+void Training::validate(std::uint64_t step) {
+    if (network_ == nullptr) network_ = std::make_unique<Network>(device_.get(), config_);
+    Weights weights;
+    check(splat_trainer_store(trainer_.get(), weights.out()));
+    network_->load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    std::uint32_t count = validation_->objects();
+    if (const std::uint64_t most = setting("val_objects"); most > 0)
+        count = std::min(count, static_cast<std::uint32_t>(most));
+    const auto views = static_cast<std::uint32_t>(setting("val_views"));
+    std::vector<ObjectScores> scores;
+    std::vector<std::vector<float>> kept;
+    std::vector<const float*> cells;
+    const std::uint32_t side = network_->resolution();
+    const std::size_t plane = std::size_t{3} * side * side;
+    for (std::uint32_t object = 0; object < count; ++object) {
+        const EvaluatedViews which =
+            evaluated_views(validation_->views_of(object), network_->views(), views);
+        std::vector<float> images, truths;
+        scores.push_back(score_object(*network_, *validation_, object, which, &images, &truths));
+        if (object >= kShownObjects) continue;
+        kept.push_back(std::move(images));
+        kept.push_back(std::move(truths));
+        cells.push_back(kept.back().data());
+        for (std::size_t i = 0; i < kShownViews; ++i) {
+            const std::size_t view =
+                which.conditioning.size() + i * which.novel.size() / kShownViews;
+            cells.push_back(kept.back().data() + view * plane);
+            cells.push_back(kept[kept.size() - 2].data() + view * plane);
+        }
+    }
+    contact_sheet(cells, side, 1 + 2 * kShownViews)
+        .save(folder_->path("renders").string() +
+              format("/step_%08llu.png", static_cast<unsigned long long>(step)));
+    const Scores novel = mean_of(scores, &ObjectScores::novel);
+    const Scores conditioning = mean_of(scores, &ObjectScores::conditioning);
+    last_psnr_ = novel.psnr;
+    folder_->metric({{"step", step},
+                     {"val_psnr", novel.psnr},
+                     {"val_ssim", novel.ssim},
+                     {"val_psnr_conditioning", conditioning.psnr},
+                     {"val_objects", count},
+                     {"val_views", novel.views}});
+    board_->scalars(step, {{"val/psnr_novel", novel.psnr}, {"val/ssim_novel", novel.ssim}});
+    if (bar_) std::fputs("\r\033[K", stderr);
+    folder_->log(
+        format("step %llu: validation PSNR %.3f dB, SSIM %.4f on %u novel views of %u "
+               "objects (input views %.3f dB)",
+               static_cast<unsigned long long>(step), novel.psnr, novel.ssim, novel.views, count,
+               conditioning.psnr));
+    if (step > 0 && novel.psnr > best_psnr_) {
+        best_psnr_ = novel.psnr;
+        check(splat_weights_save(weights.get(), folder_->path("weights_best.safetensors").c_str(),
+                                 0));
+    }
+}
+
+void Training::write_run(const std::string& state) const {
+    Json run = summary();
+    run["state"] = state;
+    run["library"] = splat_version_string();
+    run["device"] = device_json(info_of(device_.get()));
+    run["seed"] = config_.at("general").at("random_seed");
+    Json data = data_->report();
+    data.erase("names");
+    data.erase("views_of");
+    run["data"] = data;
+    write_file(folder_->path("run.json"), json_text(run) + "\n");
+}
+
+Json Training::summary() const {
+    return {{"schema", 1},
+            {"folder", folder_->path("").string()},
+            {"step", step_},
+            {"iterations", iterations_},
+            {"skipped", skipped_},
+            {"loss", loss_},
+            {"val_psnr", last_psnr_},
+            {"best_val_psnr", best_psnr_}};
+}
+
+}  // namespace vkrun
