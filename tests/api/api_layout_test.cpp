@@ -381,11 +381,66 @@ const Layout kModelInput = {  // clang-format off
     SPLAT_FIELD(splat_model_input, tokens, 56, 8),}
 };  // clang-format on
 
-const Layout kLayouts[] = {
-    kModelDesc,     kModelInput,     kDeviceInfo, kDeviceDesc,     kMemoryInfo,     kTensorDesc,
-    kTensorInfo,    kTensorStats,    kOpDesc,     kSceneDesc,      kSceneFileDesc,  kSimilarity,
-    kSceneInfo,     kCamera,         kOrbitDesc,  kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
-    kGradientsDesc, kRasterizerInfo, kWeightsInfo};
+const Layout kDatasetDesc = {  // clang-format off
+    "splat_dataset_desc",
+    sizeof(splat_dataset_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_dataset_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_dataset_desc, next, 8, 8),
+    SPLAT_FIELD(splat_dataset_desc, path, 16, 8),
+    SPLAT_FIELD(splat_dataset_desc, format, 24, 8),
+    SPLAT_FIELD(splat_dataset_desc, split, 32, 8),
+    SPLAT_FIELD(splat_dataset_desc, resolution, 40, 4),
+    SPLAT_FIELD(splat_dataset_desc, limit, 44, 4),
+    SPLAT_FIELD(splat_dataset_desc, cache_bytes, 48, 8),
+    SPLAT_FIELD(splat_dataset_desc, background, 56, 12),
+    SPLAT_FIELD(splat_dataset_desc, reserved, 68, 4),}
+};  // clang-format on
+
+const Layout kDatasetViews = {  // clang-format off
+    "splat_dataset_views",
+    sizeof(splat_dataset_views),
+    72,
+    {
+    SPLAT_FIELD(splat_dataset_views, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_views, reserved, 4, 4),
+    SPLAT_FIELD(splat_dataset_views, images, 8, 8),
+    SPLAT_FIELD(splat_dataset_views, depths, 16, 8),
+    SPLAT_FIELD(splat_dataset_views, normals, 24, 8),
+    SPLAT_FIELD(splat_dataset_views, masks, 32, 8),
+    SPLAT_FIELD(splat_dataset_views, view_to_world, 40, 8),
+    SPLAT_FIELD(splat_dataset_views, quaternions, 48, 8),
+    SPLAT_FIELD(splat_dataset_views, focals, 56, 8),
+    SPLAT_FIELD(splat_dataset_views, origin_distances, 64, 8),}
+};  // clang-format on
+
+const Layout kSyntheticDesc = {  // clang-format off
+    "splat_synthetic_desc",
+    sizeof(splat_synthetic_desc),
+    64,
+    {
+    SPLAT_FIELD(splat_synthetic_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_synthetic_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_synthetic_desc, next, 8, 8),
+    SPLAT_FIELD(splat_synthetic_desc, path, 16, 8),
+    SPLAT_FIELD(splat_synthetic_desc, category, 24, 8),
+    SPLAT_FIELD(splat_synthetic_desc, seed, 32, 8),
+    SPLAT_FIELD(splat_synthetic_desc, resolution, 40, 4),
+    SPLAT_FIELD(splat_synthetic_desc, train_views, 44, 4),
+    SPLAT_FIELD(splat_synthetic_desc, test_views, 48, 4),
+    SPLAT_FIELD(splat_synthetic_desc, train_objects, 52, 4),
+    SPLAT_FIELD(splat_synthetic_desc, val_objects, 56, 4),
+    SPLAT_FIELD(splat_synthetic_desc, test_objects, 60, 4),}
+};  // clang-format on
+
+const Layout kLayouts[] = {kDatasetDesc,   kDatasetViews,  kSyntheticDesc,  kModelDesc,
+                           kModelInput,    kDeviceInfo,    kDeviceDesc,     kMemoryInfo,
+                           kTensorDesc,    kTensorInfo,    kTensorStats,    kOpDesc,
+                           kSceneDesc,     kSceneFileDesc, kSimilarity,     kSceneInfo,
+                           kCamera,        kOrbitDesc,     kCameraFileDesc, kRasterizerDesc,
+                           kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -453,6 +508,7 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(sizeof(splat_scene) == sizeof(void*));
     static_assert(sizeof(splat_rasterizer) == sizeof(void*));
     static_assert(sizeof(splat_weights) == sizeof(void*));
+    static_assert(sizeof(splat_dataset) == sizeof(void*));
     static_assert(sizeof(splat_model) == sizeof(void*));
     static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
 }

@@ -21,5 +21,8 @@ splat_gaussians_desc sample_gaussians_desc;
 splat_gradients_desc sample_gradients_desc;
 splat_rasterizer_info sample_rasterizer_info;
 splat_weights_info sample_weights_info;
+splat_dataset_desc sample_dataset_desc;
+splat_dataset_views sample_dataset_views;
+splat_synthetic_desc sample_synthetic_desc;
 splat_model_desc sample_model_desc;
 splat_model_input sample_model_input;

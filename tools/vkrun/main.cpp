@@ -129,6 +129,7 @@ int run(int argc, char** argv) {
     add_inspect(app, exit_code);
     add_convert(app, exit_code);
     add_weights(app, exit_code);
+    add_data(app, exit_code);
     add_bench(app, exit_code);
     try {
         app.parse(argc, argv);

@@ -24,7 +24,8 @@ bool Outputs::untouched() const {
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
-           weights.untouched() && model.untouched() && weights_info.untouched();
+           weights.untouched() && model.untouched() && dataset.untouched() &&
+           weights_info.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -35,6 +36,7 @@ MisuseTable::MisuseTable() {
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
     stale_weights_ = number(make_weights().destroy());
     stale_model_ = number(make_model(device_).destroy());
+    stale_dataset_ = number(make_dataset().destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -54,6 +56,7 @@ MisuseTable::MisuseTable() {
     rasterizer_output_rows();
     image_rows();
     weights_rows();
+    dataset_rows();
     model_rows();
 }
 
