@@ -1133,6 +1133,86 @@ typedef struct splat_image_scores {
 SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint32_t channels,
                                            uint32_t height, uint32_t width,
                                            splat_image_scores* scores);
+/* ---- Data ------------------------------------------------------------------------------------ */
+
+/* Objects seen by several cameras, in a folder, in host memory as they are read; no device is needed. */
+typedef struct splat_dataset_s* splat_dataset;
+
+enum { SPLAT_DATA_DEPTH = 1u << 0, SPLAT_DATA_NORMAL = 1u << 1, SPLAT_DATA_MASK = 1u << 2 }; /* maps */
+
+typedef struct splat_dataset_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_DATA_*: maps that must be there */
+    const void* next;
+    const char* path;
+    const char* format;   /* "srn"; NULL: by what the folder holds */
+    const char* split;    /* "train", "val", "test"; NULL: train */
+    uint32_t resolution;  /* of the images given out, which are square; 0: as stored */
+    uint32_t limit;       /* objects, the first in order; 0: all */
+    uint64_t cache_bytes; /* decoded images that are kept (8 bits); 0: 1 GiB */
+    float background[3];  /* behind transparent pixels, 0 to 1 */
+    uint32_t reserved;
+} splat_dataset_desc;
+
+/* Look through a folder. Views of an object and images in it are ordered by name.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a folder of no known format, a split or maps that are not
+ *                                     there, images without poses, an object of one view */
+SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset);
+
+/* JSON: {"format", "split", "objects", "views" (of all objects), "resolution", "stored_resolution",
+ * "maps": ["depth", ...], "names": [], "views_of": []}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
+                                            size_t* needed);
+
+/* Where n views go, of R x R pixels; NULL: not wanted. */
+typedef struct splat_dataset_views {
+    uint32_t struct_size;
+    uint32_t reserved;
+    float* images;           /* [n,3,R,R] 0 to 1 */
+    float* depths;           /* [n,1,R,R] 0 to 1, larger is nearer; scaled for each image */
+    float* normals;          /* [n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes */
+    float* masks;            /* [n,1,R,R] 0 to 1 */
+    float* view_to_world;    /* [n,16] row vectors, OpenCV axes; the world is the frame of the first view */
+    float* quaternions;      /* [n,4] w x y z of that rotation, w >= 0 */
+    float* focals;           /* [n,2] pixels at R */
+    float* origin_distances; /* [n] of the origin along the absolute camera's axis for CO3D, else 0 */
+} splat_dataset_views;
+
+/* Read views of one object, in the order given (a view may come twice); the camera of the first is
+ * exactly the identity. Calls on one data set may run in several threads at once.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, maps that are not there, a damaged
+ *                                     file (its path and what is wrong); arrays may be partly written */
+SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
+                                          uint32_t count, splat_dataset_views* out);
+
+/* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);
+
+/* Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at the
+ * origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128. */
+typedef struct splat_synthetic_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    const char* path;
+    const char* category; /* "cars", "chairs", "mixed"; NULL: cars */
+    uint64_t seed;
+    uint32_t resolution;  /* 8 to 2048; 0: 128 */
+    uint32_t train_views; /* from random places around the object; 0: 50 */
+    uint32_t test_views;  /* of val and test, on a spiral; 0: 251 */
+    uint32_t train_objects, val_objects, test_objects;
+} splat_synthetic_desc;
+
+/* Write one object of those of all splits, train first; its folder appears whole or not at all, and one
+ * that is there is left as it is. The bytes depend on seed, split and number within it alone. Calls for
+ * different objects may run in several threads at once.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above 2048), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a file that cannot be written, a
+ *                                     folder that holds data made with other values */
+SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index);
 
 /* ---- Image files ----------------------------------------------------------------------------- */
 

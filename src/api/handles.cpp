@@ -21,6 +21,8 @@ constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
 template <>
 constexpr const char* kKind<WeightsObject> = "splat_weights";
 template <>
+constexpr const char* kKind<DatasetObject> = "splat_dataset";
+template <>
 constexpr const char* kKind<ModelObject> = "splat_model";
 template <>
 constexpr const char* kKind<TrainerObject> = "splat_trainer";
@@ -134,6 +136,7 @@ template struct Handles<OpObject, splat_op>;
 template struct Handles<SceneObject, splat_scene>;
 template struct Handles<RasterizerObject, splat_rasterizer>;
 template struct Handles<WeightsObject, splat_weights>;
+template struct Handles<DatasetObject, splat_dataset>;
 template struct Handles<ModelObject, splat_model>;
 template struct Handles<TrainerObject, splat_trainer>;
 

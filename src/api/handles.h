@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "data/dataset.h"
 #include "io/weights_file.h"
 #include "model/weights.h"
 #include "nn/op_instance.h"
@@ -82,6 +83,12 @@ struct WeightsObject {
     std::string report;  ///< JSON
 };
 
+/// What stands behind splat_dataset. Thread-safe.
+struct DatasetObject {
+    std::unique_ptr<data::Dataset> dataset;
+    std::string report;  ///< JSON
+};
+
 /// What stands behind splat_model.
 struct ModelObject {
     std::shared_ptr<vk::Context> context;
@@ -119,6 +126,7 @@ using Ops = Handles<OpObject, splat_op>;
 using Scenes = Handles<SceneObject, splat_scene>;
 using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
 using Weights = Handles<WeightsObject, splat_weights>;
+using Datasets = Handles<DatasetObject, splat_dataset>;
 using Models = Handles<ModelObject, splat_model>;
 using Trainers = Handles<TrainerObject, splat_trainer>;
 
@@ -128,6 +136,7 @@ extern template struct Handles<OpObject, splat_op>;
 extern template struct Handles<SceneObject, splat_scene>;
 extern template struct Handles<RasterizerObject, splat_rasterizer>;
 extern template struct Handles<WeightsObject, splat_weights>;
+extern template struct Handles<DatasetObject, splat_dataset>;
 extern template struct Handles<ModelObject, splat_model>;
 extern template struct Handles<TrainerObject, splat_trainer>;
 

@@ -178,6 +178,14 @@ Status write_file(const std::string& path, Bytes bytes) {
     return write_file(path, std::span(&bytes, 1));
 }
 
+Status write_new_file(const std::string& path, Bytes bytes) {
+    Descriptor file(SPLAT_SYSTEM(
+        "io.create", EACCES, ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
+    if (file.get() < 0) return failed("create", path);
+    SPLAT_TRY(write_all(file.get(), bytes, path));
+    return file.release() == 0 ? Status() : failed("close", path);
+}
+
 Status write_file(const std::string& path, std::span<const Bytes> pieces) {
     static std::atomic<unsigned> counter{0};
     Temporary temporary{path + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) +

@@ -25,6 +25,11 @@ Status write_file(const std::string& path, Bytes bytes);
 /// The same of a file in pieces, one behind the other.
 Status write_file(const std::string& path, std::span<const Bytes> pieces);
 
+/// Create a file that is not there yet, for folders that get their name when all of their files are
+/// written. Unlike write_file() it does not wait for the disk. Errors: kInvalidArgument with path and the
+/// system's reason; a part of the file may then be there.
+Status write_new_file(const std::string& path, Bytes bytes);
+
 /// Bytes that are read piece by piece, so that large files are never held as a whole.
 class Source {
   public:

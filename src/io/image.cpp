@@ -118,12 +118,16 @@ class PngWriter : public Png {
     PngWriter& operator=(const PngWriter&) = delete;
     ~PngWriter() { png_destroy_write_struct(&png, &info); }
 
-    bool write(const Image& image, const std::byte* rows, std::size_t row_bytes) {
+    bool write(const Image& image, const std::byte* rows, std::size_t row_bytes, PngEffort effort) {
         constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
                                   PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
         // NOLINTNEXTLINE(cert-err52-cpp)
         if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
         png_set_write_fn(png, &state, on_write, on_flush);
+        if (effort == PngEffort::kFast) {
+            png_set_compression_level(png, 1);
+            png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+        }
         png_set_IHDR(png, info, image.width, image.height, static_cast<int>(image.bits),
                      kTypes[image.channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                      PNG_FILTER_TYPE_DEFAULT);
@@ -193,7 +197,7 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
     return image;
 }
 
-Result<Buffer> write_png(const Image& image) {
+Result<Buffer> write_png(const Image& image, PngEffort effort) {
     SPLAT_TRY(check_image(image));
     if (image.bits == 16 && image.channels != 1)
         return error(Code::kUnsupported, "png: 16 bits of %u channels to write, expected 1",
@@ -207,7 +211,7 @@ Result<Buffer> write_png(const Image& image) {
             rows.push_back(static_cast<std::byte>(sample));
     Buffer file;
     PngWriter writer(file);
-    if (!writer.write(image, rows.data(), row_bytes_of(image)))
+    if (!writer.write(image, rows.data(), row_bytes_of(image), effort))
         return error(Code::kInvalidArgument, "png: %s", writer.state.message);
     return file;
 }

@@ -190,4 +190,48 @@ Weights make_weights() {
     return weights;
 }
 
+splat_synthetic_desc synthetic_desc(const char* path) {
+    auto desc = sized<splat_synthetic_desc>();
+    desc.path = path;
+    desc.resolution = 8;
+    desc.train_views = 3;
+    desc.test_views = 2;
+    desc.train_objects = 2;
+    desc.test_objects = 1;
+    return desc;
+}
+
+const char* data_folder() {
+    struct Folder {
+        std::string path = (std::filesystem::temp_directory_path() /
+                            ("splat-api-data-" + std::to_string(::getpid())))
+                               .string();
+        Folder() {
+            const splat_synthetic_desc desc = synthetic_desc(path.c_str());
+            for (std::uint32_t i = 0; i < 3; ++i) EXPECT_DONE(splat_synthetic_write(&desc, i));
+        }
+        Folder(const Folder&) = delete;
+        Folder& operator=(const Folder&) = delete;
+        ~Folder() {
+            std::error_code code;
+            std::filesystem::remove_all(path, code);
+        }
+    };
+    static const Folder folder;
+    return folder.path.c_str();
+}
+
+splat_dataset_desc dataset_desc() {
+    auto desc = sized<splat_dataset_desc>();
+    desc.path = data_folder();
+    return desc;
+}
+
+Dataset make_dataset() {
+    const splat_dataset_desc desc = dataset_desc();
+    Dataset dataset;
+    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
+    return dataset;
+}
+
 }  // namespace splat::test

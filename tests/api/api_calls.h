@@ -75,6 +75,7 @@ using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Model = Owned<splat_model, splat_model_destroy>;
 using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
+using Dataset = Owned<splat_dataset, splat_dataset_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.
@@ -96,6 +97,13 @@ std::vector<float> download(splat_tensor tensor);
 
 /// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k": "v"}.
 Weights make_weights();
+
+/// A folder of procedural cars of 8 x 8 pixels, two to train on with 3 views and one to test on with 2;
+/// written on first use and removed at the end of the program.
+const char* data_folder();
+splat_synthetic_desc synthetic_desc(const char* path);
+splat_dataset_desc dataset_desc();
+Dataset make_dataset();
 
 /// A model of 16 x 16 pixels, two levels and attention at 8, and how it is asked for.
 inline constexpr const char* kSmallModel =

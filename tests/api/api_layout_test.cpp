@@ -320,11 +320,11 @@ const Layout kRasterizerInfo = {  // clang-format off
 };  // clang-format on
 
 const Layout kLayouts[] = {
-    kTrainerDesc,    kTrainerBatch,  kTrainerInfo,   kImageScores,    kModelDesc,
-    kModelInput,     kDeviceInfo,    kDeviceDesc,    kMemoryInfo,     kTensorDesc,
-    kTensorInfo,     kTensorStats,   kOpDesc,        kSceneDesc,      kSceneFileDesc,
-    kSimilarity,     kSceneInfo,     kCamera,        kOrbitDesc,      kCameraFileDesc,
-    kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
+    kDatasetDesc,   kDatasetViews,  kSyntheticDesc,  kTrainerDesc, kTrainerBatch,   kTrainerInfo,
+    kImageScores,   kModelDesc,     kModelInput,     kDeviceInfo,  kDeviceDesc,     kMemoryInfo,
+    kTensorDesc,    kTensorInfo,    kTensorStats,    kOpDesc,      kSceneDesc,      kSceneFileDesc,
+    kSimilarity,    kSceneInfo,     kCamera,         kOrbitDesc,   kCameraFileDesc, kRasterizerDesc,
+    kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {
@@ -392,6 +392,7 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(sizeof(splat_scene) == sizeof(void*));
     static_assert(sizeof(splat_rasterizer) == sizeof(void*));
     static_assert(sizeof(splat_weights) == sizeof(void*));
+    static_assert(sizeof(splat_dataset) == sizeof(void*));
     static_assert(sizeof(splat_model) == sizeof(void*));
     static_assert(sizeof(splat_op) == sizeof(void*) && SPLAT_MAX_RANK == 8);
 }

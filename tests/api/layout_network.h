@@ -1,4 +1,4 @@
-// The frozen layouts of weights, models and training.
+// The frozen layouts of weights, models, training and data.
 #pragma once
 
 #include "api/layout.h"
@@ -103,6 +103,60 @@ inline const Layout kImageScores = {  // clang-format off
     SPLAT_FIELD(splat_image_scores, squared_error, 8, 8),
     SPLAT_FIELD(splat_image_scores, psnr, 16, 8),
     SPLAT_FIELD(splat_image_scores, ssim, 24, 8),}
+};  // clang-format on
+
+inline const Layout kDatasetDesc = {  // clang-format off
+    "splat_dataset_desc",
+    sizeof(splat_dataset_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_dataset_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_dataset_desc, next, 8, 8),
+    SPLAT_FIELD(splat_dataset_desc, path, 16, 8),
+    SPLAT_FIELD(splat_dataset_desc, format, 24, 8),
+    SPLAT_FIELD(splat_dataset_desc, split, 32, 8),
+    SPLAT_FIELD(splat_dataset_desc, resolution, 40, 4),
+    SPLAT_FIELD(splat_dataset_desc, limit, 44, 4),
+    SPLAT_FIELD(splat_dataset_desc, cache_bytes, 48, 8),
+    SPLAT_FIELD(splat_dataset_desc, background, 56, 12),
+    SPLAT_FIELD(splat_dataset_desc, reserved, 68, 4),}
+};  // clang-format on
+
+inline const Layout kDatasetViews = {  // clang-format off
+    "splat_dataset_views",
+    sizeof(splat_dataset_views),
+    72,
+    {
+    SPLAT_FIELD(splat_dataset_views, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_views, reserved, 4, 4),
+    SPLAT_FIELD(splat_dataset_views, images, 8, 8),
+    SPLAT_FIELD(splat_dataset_views, depths, 16, 8),
+    SPLAT_FIELD(splat_dataset_views, normals, 24, 8),
+    SPLAT_FIELD(splat_dataset_views, masks, 32, 8),
+    SPLAT_FIELD(splat_dataset_views, view_to_world, 40, 8),
+    SPLAT_FIELD(splat_dataset_views, quaternions, 48, 8),
+    SPLAT_FIELD(splat_dataset_views, focals, 56, 8),
+    SPLAT_FIELD(splat_dataset_views, origin_distances, 64, 8),}
+};  // clang-format on
+
+inline const Layout kSyntheticDesc = {  // clang-format off
+    "splat_synthetic_desc",
+    sizeof(splat_synthetic_desc),
+    64,
+    {
+    SPLAT_FIELD(splat_synthetic_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_synthetic_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_synthetic_desc, next, 8, 8),
+    SPLAT_FIELD(splat_synthetic_desc, path, 16, 8),
+    SPLAT_FIELD(splat_synthetic_desc, category, 24, 8),
+    SPLAT_FIELD(splat_synthetic_desc, seed, 32, 8),
+    SPLAT_FIELD(splat_synthetic_desc, resolution, 40, 4),
+    SPLAT_FIELD(splat_synthetic_desc, train_views, 44, 4),
+    SPLAT_FIELD(splat_synthetic_desc, test_views, 48, 4),
+    SPLAT_FIELD(splat_synthetic_desc, train_objects, 52, 4),
+    SPLAT_FIELD(splat_synthetic_desc, val_objects, 56, 4),
+    SPLAT_FIELD(splat_synthetic_desc, test_objects, 60, 4),}
 };  // clang-format on
 
 }  // namespace splat::test

@@ -16,7 +16,7 @@ constexpr std::size_t kMaxStemsPerFolder = 30;
 
 /// Hard limit on the lines of a file; 0 = none.
 std::size_t max_lines(const std::string& path) {
-    if (path == "include/splat.h") return 1200;
+    if (path == "include/splat.h") return 1400;
     const std::string extension = extension_of(path);
     if (extension == "cpp" || extension == "c") return 500;
     if (extension == "h") return starts_with(path, "tests/") ? 500 : 250;
@@ -142,7 +142,7 @@ TEST(Sizes, RuleFindsLongFiles) {
     expect_found(check({{"src/core/a.cpp", repeated("x\n", 501)}}), 1, "501 lines, limit 500");
     expect_found(check({{"src/core/a.h", repeated("x\n", 251)}}), 1, "limit 250");
     expect_found(check({{"shaders/ops/a.comp", repeated("x\n", 251)}}), 1, "limit 250");
-    expect_found(check({{"include/splat.h", repeated("x\n", 1201)}}), 1, "limit 1200");
+    expect_found(check({{"include/splat.h", repeated("x\n", 1401)}}), 1, "limit 1400");
 }
 
 TEST(Sizes, RuleFindsLongLines) {

@@ -47,6 +47,16 @@ TEST_F(File, WritesReplacesAndReads) {
     EXPECT_EQ(files(), 1U);
 }
 
+TEST_F(File, NewFilesReplaceNone) {
+    ASSERT_OK(write_new_file(path("new"), bytes_of("one")));
+    EXPECT_ERROR(write_new_file(path("new"), bytes_of("two")), Code::kInvalidArgument, "exists");
+    const auto read = read_file(path("new"));
+    ASSERT_OK(read.status());
+    EXPECT_EQ(as_text(read.value()), "one");
+    EXPECT_ERROR(write_new_file(path("none/a"), bytes_of("x")), Code::kInvalidArgument,
+                 "No such file");
+}
+
 TEST_F(File, RefusesWhatItCannotRead) {
     EXPECT_ERROR(read_file(path("none")).status(), Code::kInvalidArgument, "No such file");
     EXPECT_ERROR(read_file(folder_).status(), Code::kInvalidArgument, "not a regular file");

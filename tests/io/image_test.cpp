@@ -48,6 +48,16 @@ TEST(Png, RoundTripIsExact) {
         }
 }
 
+TEST(Png, FastFilesHoldTheSame) {
+    const Image image = sample_image(130, 70, 3);
+    const auto file = write_png(image, PngEffort::kFast);
+    ASSERT_OK(file.status());
+    const auto read = read_png(file.value());
+    ASSERT_OK(read.status());
+    EXPECT_EQ(read.value().samples, image.samples);
+    EXPECT_NE(file.value(), write_png(image).value());
+}
+
 TEST(Png, RefusesToWriteWhatDoesNotFit) {
     Image image = sample_image(4, 4, 3);
     image.samples.pop_back();

@@ -27,7 +27,8 @@ bool Outputs::untouched() const {
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
            weights.untouched() && model.untouched() && weights_info.untouched() &&
-           trainer.untouched() && trainer_info.untouched() && image_scores.untouched();
+           trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
+           dataset.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -39,6 +40,7 @@ MisuseTable::MisuseTable() {
     stale_weights_ = number(make_weights().destroy());
     stale_model_ = number(make_model(device_).destroy());
     stale_trainer_ = number(make_trainer(device_).destroy());
+    stale_dataset_ = number(make_dataset().destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -58,6 +60,7 @@ MisuseTable::MisuseTable() {
     rasterizer_output_rows();
     image_rows();
     weights_rows();
+    dataset_rows();
     model_rows();
     config_rows();
     trainer_rows();

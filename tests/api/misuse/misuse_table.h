@@ -30,6 +30,7 @@ struct Outputs {
     Output<splat_trainer> trainer;
     Output<splat_trainer_info> trainer_info;
     Output<splat_image_scores> image_scores;
+    Output<splat_dataset> dataset;
     Output<splat_weights_info> weights_info;
     Output<splat_camera> camera;
     Output<splat_scene_info> scene_info;
@@ -73,6 +74,8 @@ class MisuseTable {
     void rasterizer_output_rows();
     void image_rows();
     void weights_rows();
+    void dataset_rows();
+    void synthetic_rows();
     void model_rows();
     void model_state_rows();
     void model_pass_rows();
@@ -113,6 +116,7 @@ class MisuseTable {
     Weights weights_ = make_weights();
     Model model_ = make_model(device_);
     Trainer trainer_ = make_trainer(device_);
+    Dataset dataset_ = make_dataset();
     std::uintptr_t stale_device_ = 0;
     std::uintptr_t stale_tensor_ = 0;
     std::uintptr_t stale_op_ = 0;
@@ -121,6 +125,7 @@ class MisuseTable {
     std::uintptr_t stale_weights_ = 0;
     std::uintptr_t stale_model_ = 0;
     std::uintptr_t stale_trainer_ = 0;
+    std::uintptr_t stale_dataset_ = 0;
     std::vector<Misuse> rows_;
 };
 
@@ -136,6 +141,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool weights = std::is_same_v<Handle, splat_weights>;
     constexpr bool model = std::is_same_v<Handle, splat_model>;
     constexpr bool trainer = std::is_same_v<Handle, splat_trainer>;
+    constexpr bool dataset = std::is_same_v<Handle, splat_dataset>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
         add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
@@ -148,6 +154,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!weights) bad("weights", number(weights_.get()));
     if (!model) bad("a model", number(model_.get()));
     if (!trainer) bad("a trainer", number(trainer_.get()));
+    if (!dataset) bad("a data set", number(dataset_.get()));
     bad("a destroyed device", stale_device_);
     bad("a destroyed tensor", stale_tensor_);
     bad("a destroyed operator", stale_op_);
@@ -156,6 +163,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     bad("destroyed weights", stale_weights_);
     bad("a destroyed model", stale_model_);
     bad("a destroyed trainer", stale_trainer_);
+    bad("a destroyed data set", stale_dataset_);
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});

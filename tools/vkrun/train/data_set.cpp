@@ -18,8 +18,11 @@ std::uint32_t ImageChannels::count() const {
 }
 
 std::uint32_t ImageChannels::flags() const {
-    return (depth ? SPLAT_DATA_DEPTH : 0U) | (normal ? SPLAT_DATA_NORMAL : 0U) |
-           (mask ? SPLAT_DATA_MASK : 0U);
+    std::uint32_t flags = 0;
+    if (depth) flags |= SPLAT_DATA_DEPTH;
+    if (normal) flags |= SPLAT_DATA_NORMAL;
+    if (mask) flags |= SPLAT_DATA_MASK;
+    return flags;
 }
 
 DataSet::DataSet(const Json& config, const std::string& root, const std::string& split) {

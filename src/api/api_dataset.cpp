@@ -1,0 +1,100 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "data/synthetic.h"
+
+using namespace splat;
+
+static_assert(SPLAT_DATA_DEPTH == data::flag_of(data::MapKind::kDepth));
+static_assert(SPLAT_DATA_NORMAL == data::flag_of(data::MapKind::kNormal));
+static_assert(SPLAT_DATA_MASK == data::flag_of(data::MapKind::kMask));
+
+namespace {
+
+constexpr std::uint32_t kMapFlags = SPLAT_DATA_DEPTH | SPLAT_DATA_NORMAL | SPLAT_DATA_MASK;
+
+std::uint32_t value_or(std::uint32_t value, std::uint32_t fallback) {
+    return value != 0 ? value : fallback;
+}
+
+Result<data::SyntheticDesc> synthetic_desc(const splat_synthetic_desc* desc) {
+    SPLAT_TRY(api::check_desc(desc, "splat_synthetic_desc", sizeof(splat_synthetic_desc), 0));
+    SPLAT_TRY(api::require(desc->path, "desc.path"));
+    data::SyntheticDesc value;
+    value.path = desc->path;
+    if (desc->category != nullptr) value.category = desc->category;
+    value.seed = desc->seed;
+    value.resolution = value_or(desc->resolution, value.resolution);
+    value.train_views = value_or(desc->train_views, value.train_views);
+    value.test_views = value_or(desc->test_views, value.test_views);
+    value.train_objects = desc->train_objects;
+    value.val_objects = desc->val_objects;
+    value.test_objects = desc->test_objects;
+    return value;
+}
+
+}  // namespace
+
+splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(dataset, "dataset"));
+        SPLAT_TRY(
+            api::check_desc(desc, "splat_dataset_desc", sizeof(splat_dataset_desc), kMapFlags));
+        SPLAT_TRY(api::require(desc->path, "desc.path"));
+        data::DatasetDesc value;
+        value.path = desc->path;
+        if (desc->format != nullptr) value.format = desc->format;
+        if (desc->split != nullptr) value.split = desc->split;
+        value.maps = desc->flags;
+        value.resolution = desc->resolution;
+        value.limit = desc->limit;
+        value.cache_bytes = desc->cache_bytes;
+        for (std::size_t i = 0; i < 3; ++i) value.background[i] = desc->background[i];
+        auto object = std::make_shared<api::DatasetObject>();
+        SPLAT_ASSIGN(object->dataset, data::Dataset::open(value));
+        object->report = data::report_text(*object->dataset);
+        *dataset = api::Datasets::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
+                                  size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Datasets::find(dataset, "dataset"));
+        given =
+            api::give_text(object->report.data(), object->report.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
+                                uint32_t count, splat_dataset_views* out) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
+        SPLAT_TRY(api::require(views, "views"));
+        SPLAT_TRY(api::require(out, "out"));
+        if (out->struct_size < sizeof(splat_dataset_views))
+            return error(Code::kInvalidArgument,
+                         "splat_dataset_views.struct_size is %u, expected "
+                         "sizeof(splat_dataset_views) = %zu",
+                         out->struct_size, sizeof(splat_dataset_views));
+        return found->dataset->read(
+            object, {views, count},
+            {out->images, out->depths, out->normals, out->masks, out->view_to_world,
+             out->quaternions, out->focals, out->origin_distances});
+    });
+}
+
+splat_result splat_dataset_destroy(splat_dataset dataset) {
+    return api::guarded(
+        [&]() -> Status { return api::Datasets::remove(dataset, "dataset").status(); });
+}
+
+splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const data::SyntheticDesc value, synthetic_desc(desc));
+        return data::write_synthetic(value, index);
+    });
+}

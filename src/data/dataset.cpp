@@ -1,0 +1,189 @@
+#include "data/dataset.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "data/relative_pose.h"
+#include "data/srn.h"
+
+namespace splat::data {
+namespace {
+
+constexpr std::uint64_t kDefaultCache = std::uint64_t{1} << 30;
+constexpr std::uint32_t kMaxResolution = 4096;
+
+struct Format {
+    const char* name;
+    bool (*holds)(const std::string& path);
+    Result<std::unique_ptr<DatasetReader>> (*open)(const ReaderDesc& desc);
+};
+
+constexpr Format kFormats[] = {{"srn", is_srn, open_srn}};
+
+std::string format_names() {
+    std::string names;
+    for (const Format& format : kFormats)
+        names += (names.empty() ? "" : ", ") + std::string(format.name);
+    return names;
+}
+
+Result<const Format*> format_of(const DatasetDesc& desc) {
+    for (const Format& format : kFormats)
+        if (desc.format.empty() ? format.holds(desc.path) : desc.format == format.name)
+            return &format;
+    if (!desc.format.empty())
+        return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
+                     desc.format.c_str(), format_names().c_str());
+    return error(
+        Code::kInvalidArgument,
+        "'%s' is no folder of a data set that is known (%s); if it is one, name its format",
+        desc.path.c_str(), format_names().c_str());
+}
+
+std::string map_list(std::uint32_t maps) {
+    std::string names;
+    for (const MapKind kind : kMaps)
+        if ((maps & flag_of(kind)) != 0)
+            names += (names.empty() ? "" : ", ") + std::string(map_name(kind));
+    return names.empty() ? "none" : names;
+}
+
+Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
+    if ((wanted & ~index.maps) == 0) return {};
+    return error(Code::kInvalidArgument, "maps wanted: %s; all objects of the data have: %s",
+                 map_list(wanted).c_str(), map_list(index.maps).c_str());
+}
+
+/// 8-bit samples of `channels` channels: gray is repeated, transparent pixels show the background.
+std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channels,
+                                    const std::array<float, 3>& background) {
+    const bool has_alpha = image.channels == 2 || image.channels == 4;
+    const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
+    const std::size_t count = std::size_t{image.width} * image.height;
+    std::vector<std::uint8_t> out(count * channels);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint16_t* from = &image.samples[i * image.channels];
+        const double alpha = has_alpha ? from[image.channels - 1] / 255.0 : 1;
+        for (std::uint32_t c = 0; c < channels; ++c) {
+            const double value = from[std::min(c, colors - 1)];
+            const double behind = 255.0 * static_cast<double>(background[c]);
+            out[i * channels + c] = io::to_byte(alpha * value + (1 - alpha) * behind);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+const char* map_name(MapKind kind) {
+    constexpr const char* kNames[] = {"rgb", "depth", "normal", "mask"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
+    : reader_(std::move(reader)),
+      resolution_(desc.resolution != 0 ? desc.resolution : reader_->index().resolution),
+      background_(desc.background),
+      cache_(desc.cache_bytes != 0 ? desc.cache_bytes : kDefaultCache),
+      cameras_(reader_->index().names.size()) {}
+
+Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
+    if (desc.split != "train" && desc.split != "val" && desc.split != "test")
+        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
+                     desc.split.c_str());
+    if (desc.resolution > kMaxResolution)
+        return error(Code::kInvalidArgument, "resolution is %u, expected at most %u",
+                     desc.resolution, kMaxResolution);
+    for (const float value : desc.background)
+        if (!(value >= 0 && value <= 1))
+            return error(Code::kInvalidArgument, "background is %g, expected 0 to 1",
+                         static_cast<double>(value));
+    SPLAT_ASSIGN(const Format* format, format_of(desc));
+    SPLAT_ASSIGN(auto reader, format->open({desc.path, desc.split, desc.limit}));
+    SPLAT_TRY(check_maps(desc.maps, reader->index()));
+    return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
+}
+
+Result<Dataset::Views> Dataset::cameras(std::uint32_t object) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (cameras_[object] != nullptr) return cameras_[object];
+    }
+    SPLAT_ASSIGN(std::vector<StoredView> found, reader_->cameras(object));
+    auto views = std::make_shared<const std::vector<StoredView>>(std::move(found));
+    const std::lock_guard lock(mutex_);
+    cameras_[object] = views;
+    return Views(views);
+}
+
+Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t view, MapKind kind) {
+    const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 2) |
+                              static_cast<std::uint32_t>(kind);
+    if (ImageCache::Pixels found = cache_.find(key)) return found;
+    SPLAT_ASSIGN(const io::Image stored, reader_->image(object, view, kind));
+    SPLAT_ASSIGN(const io::Image image, resample(stored, resolution_, resolution_, index().filter));
+    auto flat = std::make_shared<const std::vector<std::uint8_t>>(
+        flattened(image, channels_of(kind), background_));
+    cache_.add(key, flat);
+    return ImageCache::Pixels(flat);
+}
+
+Status Dataset::read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
+                         float* out) {
+    if (out == nullptr) return {};
+    if (kind != MapKind::kRgb) SPLAT_TRY(check_maps(flag_of(kind), index()));
+    const std::size_t channels = channels_of(kind);
+    const std::size_t area = std::size_t{resolution_} * resolution_;
+    for (const std::uint32_t view : views) {
+        SPLAT_ASSIGN(const ImageCache::Pixels image, pixels(object, view, kind));
+        for (std::size_t i = 0; i < area; ++i)
+            for (std::size_t c = 0; c < channels; ++c)
+                out[c * area + i] = static_cast<float>((*image)[i * channels + c]) / 255.0F;
+        out += channels * area;
+    }
+    return {};
+}
+
+Status Dataset::read_cameras(std::uint32_t object, std::span<const std::uint32_t> views,
+                             const ViewArrays& out) {
+    SPLAT_ASSIGN(const Views stored, cameras(object));
+    std::vector<scene::Mat4> poses;
+    for (const std::uint32_t view : views) poses.push_back((*stored)[view].camera_to_world);
+    SPLAT_ASSIGN(const std::vector<RelativeView> relative, relative_views(poses));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const StoredView& view = (*stored)[views[i]];
+        if (out.view_to_world != nullptr)
+            std::copy(relative[i].view_to_world.begin(), relative[i].view_to_world.end(),
+                      out.view_to_world + i * 16);
+        if (out.quaternions != nullptr)
+            std::copy(relative[i].quaternion.begin(), relative[i].quaternion.end(),
+                      out.quaternions + i * 4);
+        if (out.focals != nullptr) {
+            out.focals[i * 2] = static_cast<float>(view.focal_x * resolution_);
+            out.focals[i * 2 + 1] = static_cast<float>(view.focal_y * resolution_);
+        }
+        if (out.origin_distances != nullptr)
+            out.origin_distances[i] = static_cast<float>(view.origin_distance);
+    }
+    return {};
+}
+
+Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
+                     const ViewArrays& out) {
+    const DatasetIndex& all = index();
+    if (object >= all.names.size())
+        return error(Code::kInvalidArgument, "object is %u, and there are %zu", object,
+                     all.names.size());
+    for (const std::uint32_t view : views)
+        if (view >= all.views_of[object])
+            return error(Code::kInvalidArgument, "view %u of object %u ('%s'), which has %u", view,
+                         object, all.names[object].c_str(), all.views_of[object]);
+    SPLAT_TRY(read_cameras(object, views, out));
+    SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images));
+    SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));
+    SPLAT_TRY(read_map(object, views, MapKind::kNormal, out.normals));
+    return read_map(object, views, MapKind::kMask, out.masks);
+}
+
+}  // namespace splat::data

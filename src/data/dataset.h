@@ -1,0 +1,74 @@
+#pragma once
+
+#include <mutex>
+#include <span>
+
+#include "data/dataset_reader.h"
+#include "data/image_cache.h"
+
+namespace splat::data {
+
+struct DatasetDesc {
+    std::string path;
+    std::string format;  ///< see kFormats; empty: by what the folder holds
+    std::string split = "train";
+    std::uint32_t maps = 0;             ///< flags of the maps that must be there
+    std::uint32_t resolution = 0;       ///< of the images given out; 0: as stored
+    std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
+    std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
+    std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
+};
+
+/// Where views go; null pointers are not wanted. n is the number of views, R the resolution.
+struct ViewArrays {
+    float* images = nullptr;         ///< [n,3,R,R], 0 to 1
+    float* depths = nullptr;         ///< [n,1,R,R], 0 to 1, larger is nearer
+    float* normals = nullptr;        ///< [n,3,R,R], 0 to 1: (normal + 1) / 2 in the camera's axes
+    float* masks = nullptr;          ///< [n,1,R,R], 0 to 1
+    float* view_to_world = nullptr;  ///< [n,16], see RelativeView
+    float* quaternions = nullptr;    ///< [n,4]
+    float* focals = nullptr;         ///< [n,2] pixels at R
+    float* origin_distances = nullptr;  ///< [n]; 0 unless the data is CO3D's
+};
+
+/// Objects seen by several cameras. Thread-safe.
+class Dataset {
+  public:
+    /// Errors: kInvalidArgument, naming what is missing and what is there.
+    static Result<std::unique_ptr<Dataset>> open(const DatasetDesc& desc);
+
+    [[nodiscard]] const DatasetIndex& index() const { return reader_->index(); }
+    [[nodiscard]] std::uint32_t resolution() const { return resolution_; }
+    [[nodiscard]] const ImageCache& cache() const { return cache_; }
+
+    /// Copy views of an object, in the order asked for, cameras relative to the first of them.
+    ///
+    /// Errors        kInvalidArgument, naming the file: an object or view that is none, maps that the data
+    ///               lacks, a damaged file; arrays may then be partly written
+    /// Determinism   the same bits whatever is in the cache
+    Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
+
+  private:
+    Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader);
+
+    using Views = std::shared_ptr<const std::vector<StoredView>>;
+    Result<Views> cameras(std::uint32_t object);
+    Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
+    Status read_cameras(std::uint32_t object, std::span<const std::uint32_t> views,
+                        const ViewArrays& out);
+    Status read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
+                    float* out);
+
+    std::unique_ptr<DatasetReader> reader_;
+    std::uint32_t resolution_;
+    std::array<float, 3> background_;
+    ImageCache cache_;
+    std::mutex mutex_;            ///< of cameras_
+    std::vector<Views> cameras_;  ///< of each object that was read
+};
+
+/// JSON: {"format", "split", "objects", "views", "resolution", "stored_resolution", "maps": [],
+/// "names": [], "views_of": []}.
+std::string report_text(const Dataset& dataset);
+
+}  // namespace splat::data

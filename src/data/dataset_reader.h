@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+#include "data/resample.h"
+#include "io/image.h"
+#include "scene/vector.h"
+
+namespace splat::data {
+
+/// What a view has beside its camera.
+enum class MapKind : std::uint32_t { kRgb = 0, kDepth = 1, kNormal = 2, kMask = 3 };
+inline constexpr MapKind kMaps[] = {MapKind::kDepth, MapKind::kNormal, MapKind::kMask};
+const char* map_name(MapKind kind);
+constexpr std::uint32_t channels_of(MapKind kind) {
+    return kind == MapKind::kRgb || kind == MapKind::kNormal ? 3 : 1;
+}
+/// SPLAT_DATA_* of a map, 0 for rgb.
+constexpr std::uint32_t flag_of(MapKind kind) {
+    return kind == MapKind::kRgb ? 0 : 1U << (static_cast<std::uint32_t>(kind) - 1);
+}
+
+struct StoredView {
+    scene::Mat4 camera_to_world{};  ///< row-major, column vectors, OpenCV axes
+    double focal_x = 0;             ///< in widths of the image
+    double focal_y = 0;             ///< in heights
+    double origin_distance = 0;     ///< of CO3D
+};
+
+/// What a folder holds.
+struct DatasetIndex {
+    std::string format;
+    std::string split;
+    std::vector<std::string> names;  ///< of the objects, in order
+    std::vector<std::uint32_t> views_of;
+    std::uint32_t maps = 0;            ///< flags of the maps that every object has
+    std::uint32_t resolution = 0;      ///< of the first image
+    Filter filter = Filter::kBicubic;  ///< for other resolutions
+};
+
+/// One format of data sets. Thread-safe once it is opened.
+class DatasetReader {
+  public:
+    DatasetReader() = default;
+    DatasetReader(const DatasetReader&) = delete;
+    DatasetReader& operator=(const DatasetReader&) = delete;
+    virtual ~DatasetReader() = default;
+
+    [[nodiscard]] virtual const DatasetIndex& index() const = 0;
+
+    /// Of all views of an object. Errors: kInvalidArgument with the file and what is wrong in it.
+    [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
+
+    /// As stored, 8 bits, square: gray, or colours with or without alpha. Errors: as cameras().
+    [[nodiscard]] virtual Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                                  MapKind kind) const = 0;
+};
+
+struct ReaderDesc {
+    std::string path;
+    std::string split;        ///< "train", "val", "test"
+    std::uint32_t limit = 0;  ///< objects; 0: all
+};
+
+}  // namespace splat::data

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+#include "io/image.h"
+#include "scene/vector.h"
+
+namespace splat::data {
+
+/// Names of the folders in a folder, sorted; those that start with '.' are passed over. Empty if it cannot
+/// be read.
+std::vector<std::string> folders_in(const std::filesystem::path& folder);
+
+/// Names without extension of the files with it, sorted, likewise.
+std::vector<std::string> stems_in(const std::filesystem::path& folder,
+                                  const std::string& extension);
+
+bool is_file(const std::filesystem::path& path);
+
+/// An image of 8 bits and as many rows as columns. Errors: kInvalidArgument with the path.
+Result<io::Image> load_square(const std::filesystem::path& path);
+
+/// Finite, a rotation within 1e-3 and not mirrored. Errors: kInvalidArgument, naming the place.
+Status check_pose(const scene::Mat4& camera_to_world, const std::string& place);
+
+}  // namespace splat::data

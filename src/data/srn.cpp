@@ -1,0 +1,219 @@
+#include "data/srn.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "data/folder.h"
+#include "io/file.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxTextBytes = 1U << 16;
+
+struct SrnObject {
+    fs::path folder;
+    std::vector<std::string> views;  ///< stems of the files
+};
+
+bool has_objects(const fs::path& folder) {
+    for (const std::string& name : folders_in(folder))
+        if (is_file(folder / name / "intrinsics.txt")) return true;
+    return false;
+}
+
+/// Folders "srn_<category>" below a folder.
+std::vector<std::string> categories_in(const fs::path& folder) {
+    std::vector<std::string> found;
+    for (const std::string& name : folders_in(folder))
+        if (name.rfind("srn_", 0) == 0) found.push_back(name);
+    return found;
+}
+
+/// Folders "<category>_<split>" below a folder, of any split.
+std::vector<std::string> splits_in(const fs::path& folder) {
+    std::vector<std::string> found;
+    for (const std::string& name : folders_in(folder))
+        for (const char* split : {"_train", "_val", "_test"})
+            if (name.size() > std::string(split).size() &&
+                name.compare(name.size() - std::string(split).size(), std::string::npos, split) ==
+                    0)
+                found.push_back(name);
+    return found;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text.empty() ? "none" : text;
+}
+
+/// The folder of the objects of a split.
+Result<fs::path> split_folder(const ReaderDesc& desc) {
+    fs::path folder = desc.path;
+    if (has_objects(folder)) return folder;
+    const std::vector<std::string> categories = categories_in(folder);
+    if (categories.size() > 1)
+        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
+                     folder.c_str(), joined(categories).c_str());
+    if (categories.size() == 1) folder /= categories.front();
+    const std::vector<std::string> splits = splits_in(folder);
+    std::vector<std::string> found;
+    for (const std::string& name : splits)
+        if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
+    if (found.empty())
+        return error(Code::kInvalidArgument,
+                     "'%s' has no folder <category>_%s; folders of splits: %s", folder.c_str(),
+                     desc.split.c_str(), joined(splits).c_str());
+    folder /= found.front();
+    if (has_objects(folder)) return folder;
+    for (const std::string& name :
+         folders_in(folder))  // as in srn_chairs/chairs_train/chairs_2.0_train
+        if (has_objects(folder / name)) return folder / name;
+    return error(Code::kInvalidArgument, "'%s' holds no folder with intrinsics.txt",
+                 folder.c_str());
+}
+
+/// "123, first 'x'" of what is only in `a`.
+std::string only_in(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+    std::vector<std::string> rest;
+    std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest));
+    return rest.empty() ? "0" : format("%zu (first '%s')", rest.size(), rest.front().c_str());
+}
+
+Status check_same(const fs::path& folder, const char* kind, const std::vector<std::string>& poses,
+                  const std::vector<std::string>& images) {
+    if (poses == images) return {};
+    return error(
+        Code::kInvalidArgument,
+        "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
+        folder.c_str(), poses.size(), images.size(), kind, only_in(poses, images).c_str(),
+        only_in(images, poses).c_str());
+}
+
+/// All numbers of a text file.
+Result<std::vector<double>> numbers_of(const fs::path& path) {
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxTextBytes));
+    const std::string_view text = io::as_text(file);
+    std::vector<double> numbers;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    while (true) {
+        while (at != end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) ++at;
+        if (at == end) return numbers;
+        double value = 0;
+        const auto [next, code] = std::from_chars(at, end, value);
+        if (code != std::errc() || next == at)
+            return error(Code::kInvalidArgument, "'%s': no number at byte %td", path.c_str(),
+                         at - text.data());
+        numbers.push_back(value);
+        at = next;
+    }
+}
+
+struct Focal {
+    double x = 0;  ///< in widths
+    double y = 0;
+};
+
+/// "f cx cy 0", then a centre, a scale, and last the height and width of the images.
+Result<Focal> focal_of(const fs::path& path) {
+    SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
+    if (n.size() < 6 || !(n.front() > 0) || !(n[n.size() - 1] >= 1) || !(n[n.size() - 2] >= 1))
+        return error(
+            Code::kInvalidArgument,
+            "'%s': %zu numbers, expected a focal length first and height and width last, all > 0",
+            path.c_str(), n.size());
+    return Focal{n.front() / n[n.size() - 1], n.front() / n[n.size() - 2]};
+}
+
+Result<scene::Mat4> pose_of(const fs::path& path) {
+    SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
+    if (n.size() != 16)
+        return error(Code::kInvalidArgument, "'%s': %zu numbers, expected 16", path.c_str(),
+                     n.size());
+    scene::Mat4 pose;
+    std::copy(n.begin(), n.end(), pose.begin());
+    SPLAT_TRY(check_pose(pose, path.string()));
+    return pose;
+}
+
+class SrnReader : public DatasetReader {
+  public:
+    Status open(const ReaderDesc& desc) {
+        index_.format = "srn";
+        index_.split = desc.split;
+        SPLAT_ASSIGN(const fs::path root, split_folder(desc));
+        index_.maps =
+            flag_of(MapKind::kDepth) | flag_of(MapKind::kNormal) | flag_of(MapKind::kMask);
+        for (const std::string& name : folders_in(root)) {
+            if (desc.limit != 0 && objects_.size() == desc.limit) break;
+            if (!is_file(root / name / "intrinsics.txt")) continue;
+            SPLAT_TRY(add(root / name, name));
+        }
+        SPLAT_ASSIGN(const io::Image first, image(0, 0, MapKind::kRgb));
+        index_.resolution = first.width;
+        return {};
+    }
+
+    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+
+    [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
+        const SrnObject& found = objects_[object];
+        SPLAT_ASSIGN(const Focal focal, focal_of(found.folder / "intrinsics.txt"));
+        std::vector<StoredView> views;
+        for (const std::string& name : found.views) {
+            SPLAT_ASSIGN(const scene::Mat4 pose, pose_of(found.folder / "pose" / (name + ".txt")));
+            views.push_back({pose, focal.x, focal.y, 0});
+        }
+        return views;
+    }
+
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                          MapKind kind) const override {
+        const SrnObject& found = objects_[object];
+        return load_square(found.folder / map_name(kind) / (found.views[view] + ".png"));
+    }
+
+  private:
+    Status add(const fs::path& folder, const std::string& name) {
+        SrnObject object{folder, stems_in(folder / "pose", ".txt")};
+        SPLAT_TRY(check_same(folder, "rgb", object.views, stems_in(folder / "rgb", ".png")));
+        if (object.views.size() < 2)
+            return error(Code::kInvalidArgument,
+                         "'%s': %zu views, expected 2 or more: one to see and one to compare with",
+                         folder.c_str(), object.views.size());
+        for (const MapKind kind : kMaps) {
+            const std::vector<std::string> maps = stems_in(folder / map_name(kind), ".png");
+            if (maps.empty())
+                index_.maps &= ~flag_of(kind);
+            else
+                SPLAT_TRY(check_same(folder, map_name(kind), object.views, maps));
+        }
+        index_.names.push_back(name);
+        index_.views_of.push_back(static_cast<std::uint32_t>(object.views.size()));
+        objects_.push_back(std::move(object));
+        return {};
+    }
+
+    DatasetIndex index_;
+    std::vector<SrnObject> objects_;
+};
+
+}  // namespace
+
+bool is_srn(const std::string& path) {
+    return has_objects(path) || !categories_in(path).empty() || !splits_in(path).empty();
+}
+
+Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc) {
+    auto reader = std::make_unique<SrnReader>();
+    SPLAT_TRY(reader->open(desc));
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+}  // namespace splat::data

@@ -1,0 +1,126 @@
+// Data sets through the C API; none of it needs a device.
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+std::string report_of(splat_dataset dataset) {
+    std::size_t needed = 0;
+    EXPECT_EQ(splat_dataset_report(dataset, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::string text(needed, '\0');
+    EXPECT_DONE(splat_dataset_report(dataset, text.data(), needed, nullptr));
+    text.pop_back();
+    return text;
+}
+
+/// All that two views can give, with a value behind each array that must stay.
+struct Arrays {
+    std::vector<float> images = std::vector<float>(2 * 3 * 64 + 1, -1);
+    std::vector<float> depths = std::vector<float>(2 * 64 + 1, -1);
+    std::vector<float> normals = std::vector<float>(2 * 3 * 64 + 1, -1);
+    std::vector<float> masks = std::vector<float>(2 * 64 + 1, -1);
+    std::vector<float> poses = std::vector<float>(2 * 16 + 1, -9);
+    std::vector<float> quaternions = std::vector<float>(2 * 4 + 1, -9);
+    std::vector<float> focals = std::vector<float>(2 * 2 + 1, -1);
+    std::vector<float> distances = std::vector<float>(2 + 1, -1);
+
+    splat_dataset_views views() {
+        auto out = sized<splat_dataset_views>();
+        out.images = images.data();
+        out.depths = depths.data();
+        out.normals = normals.data();
+        out.masks = masks.data();
+        out.view_to_world = poses.data();
+        out.quaternions = quaternions.data();
+        out.focals = focals.data();
+        out.origin_distances = distances.data();
+        return out;
+    }
+};
+
+TEST(ApiDataset, GivesAllArraysOfViews) {
+    const Dataset dataset = make_dataset();
+    Arrays arrays;
+    splat_dataset_views out = arrays.views();
+    const std::uint32_t views[] = {2, 0};
+    ASSERT_DONE(splat_dataset_read(dataset, 1, views, 2, &out));
+    for (const std::vector<float>* values :
+         {&arrays.images, &arrays.depths, &arrays.normals, &arrays.masks}) {
+        EXPECT_EQ(values->back(), -1) << "beyond the end";
+        for (std::size_t i = 0; i + 1 < values->size(); ++i) {
+            EXPECT_GE((*values)[i], 0);
+            EXPECT_LE((*values)[i], 1);
+        }
+    }
+    EXPECT_EQ(arrays.poses.back() + arrays.quaternions.back(), -18);
+    EXPECT_EQ(arrays.focals,
+              (std::vector<float>{131.25F / 16, 131.25F / 16, 131.25F / 16, 131.25F / 16, -1}));
+    EXPECT_EQ(arrays.distances, (std::vector<float>{0, 0, -1}));
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(arrays.poses[i], i % 5 == 0 ? 1 : 0);
+    EXPECT_NE(arrays.quaternions[4], 1);
+    Arrays again;
+    splat_dataset_views few = sized<splat_dataset_views>();
+    few.masks = again.masks.data();
+    ASSERT_DONE(splat_dataset_read(dataset, 1, views, 2, &few));
+    EXPECT_EQ(again.masks, arrays.masks);
+    EXPECT_EQ(again.images.front(), -1);
+}
+
+TEST(ApiDataset, TellsWhatItHolds) {
+    const auto report = nlohmann::json::parse(report_of(make_dataset()));
+    EXPECT_EQ(report.at("format"), "srn");
+    EXPECT_EQ(report.at("split"), "train");
+    EXPECT_EQ(report.at("objects"), 2);
+    EXPECT_EQ(report.at("views"), 6);
+    EXPECT_EQ(report.at("resolution"), 8);
+    EXPECT_EQ(report.at("maps"), (std::vector<std::string>{"depth", "normal", "mask"}));
+    EXPECT_EQ(report.at("names"), (std::vector<std::string>{"000000_car", "000001_car"}));
+    EXPECT_EQ(report.at("views_of"), (std::vector<int>{3, 3}));
+    splat_dataset_desc desc = dataset_desc();
+    desc.split = "test";
+    desc.format = "srn";
+    desc.flags = SPLAT_DATA_DEPTH | SPLAT_DATA_NORMAL | SPLAT_DATA_MASK;
+    desc.resolution = 4;
+    Dataset test;
+    ASSERT_DONE(splat_dataset_open(&desc, test.out()));
+    EXPECT_EQ(nlohmann::json::parse(report_of(test)).at("resolution"), 4);
+}
+
+TEST(ApiDataset, ThreadsReadTheSame) {
+    const Dataset dataset = make_dataset();
+    const std::uint32_t views[] = {0, 1};
+    Arrays expected;
+    splat_dataset_views out = expected.views();
+    ASSERT_DONE(splat_dataset_read(dataset, 0, views, 2, &out));
+    const Dataset fresh = make_dataset();
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&] {
+            Arrays arrays;
+            splat_dataset_views mine = arrays.views();
+            EXPECT_DONE(splat_dataset_read(fresh, 0, views, 2, &mine));
+            EXPECT_EQ(arrays.images, expected.images);
+            EXPECT_EQ(arrays.poses, expected.poses);
+        });
+    for (std::thread& thread : threads) thread.join();
+}
+
+TEST(ApiDataset, NamesWhatIsMissing) {
+    splat_dataset_desc desc = dataset_desc();
+    desc.path = "/nonexistent";
+    Dataset dataset;
+    EXPECT_REFUSED(splat_dataset_open(&desc, dataset.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "/nonexistent");
+    const Dataset good = make_dataset();
+    const std::uint32_t view = 3;
+    auto out = sized<splat_dataset_views>();
+    EXPECT_REFUSED(splat_dataset_read(good, 0, &view, 1, &out), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "view 3 of object 0 ('000000_car'), which has 3");
+    EXPECT_DONE(splat_dataset_destroy(nullptr));
+}
+
+}  // namespace
+}  // namespace splat::test

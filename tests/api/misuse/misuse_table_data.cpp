@@ -1,0 +1,95 @@
+// The rows of data sets.
+#include "api/misuse/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+constexpr std::uint32_t kView = 0;
+
+splat_result read_one(splat_dataset dataset, std::uint32_t object, const std::uint32_t* views,
+                      std::uint32_t count) {
+    auto out = sized<splat_dataset_views>();
+    return splat_dataset_read(dataset, object, views, count, &out);
+}
+
+}  // namespace
+
+void MisuseTable::dataset_rows() {
+    synthetic_rows();
+    const auto open = [this](const splat_dataset_desc* desc) {
+        return splat_dataset_open(desc, outputs.dataset.out());
+    };
+    add("splat_dataset_open", "desc", "NULL", kArgument, [open] { return open(nullptr); });
+    descs<splat_dataset_desc>("splat_dataset_open", dataset_desc(), open);
+    add("splat_dataset_open", "dataset", "NULL", kArgument, [] {
+        const splat_dataset_desc desc = dataset_desc();
+        return splat_dataset_open(&desc, nullptr);
+    });
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_dataset_desc&)) {
+        splat_dataset_desc desc = dataset_desc();
+        spoil(desc);
+        add("splat_dataset_open", "desc", what, kArgument, [open, desc] { return open(&desc); });
+    };
+    spoilt("no path", [](splat_dataset_desc& d) { d.path = nullptr; });
+    spoilt("a path that is not", [](splat_dataset_desc& d) { d.path = "/nonexistent"; });
+    spoilt("an unknown format", [](splat_dataset_desc& d) { d.format = "x"; });
+    spoilt("an unknown split", [](splat_dataset_desc& d) { d.split = "x"; });
+    spoilt("a split that is not", [](splat_dataset_desc& d) { d.split = "val"; });
+    spoilt("a large resolution", [](splat_dataset_desc& d) { d.resolution = UINT32_MAX; });
+    spoilt("a background", [](splat_dataset_desc& d) { d.background[0] = 2; });
+    handles<splat_dataset>(
+        "splat_dataset_report", "dataset",
+        [this](splat_dataset d) {
+            return splat_dataset_report(d, *outputs.text.out(), 16, outputs.size.out());
+        },
+        kHandle);
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_dataset_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_dataset_report(dataset_, nullptr, 0, nullptr); });
+    handles<splat_dataset>(
+        "splat_dataset_read", "dataset", [](splat_dataset d) { return read_one(d, 0, &kView, 1); },
+        kHandle);
+    for (const std::uint32_t object : {2U, UINT32_MAX})
+        add("splat_dataset_read", "object", "too high", kArgument,
+            [this, object] { return read_one(dataset_, object, &kView, 1); });
+    add("splat_dataset_read", "views", "NULL", kArgument,
+        [this] { return read_one(dataset_, 0, nullptr, 1); });
+    static const std::uint32_t high[] = {0, 3};
+    add("splat_dataset_read", "count", "a view too high", kArgument,
+        [this] { return read_one(dataset_, 0, high, 2); });
+    infos<splat_dataset_views>("splat_dataset_read", "out", [this](splat_dataset_views* out) {
+        return splat_dataset_read(dataset_, 0, &kView, 1, out);
+    });
+    handles<splat_dataset>("splat_dataset_destroy", "dataset", splat_dataset_destroy, SPLAT_OK);
+}
+
+void MisuseTable::synthetic_rows() {
+    const auto write = [](const splat_synthetic_desc* desc) {
+        return splat_synthetic_write(desc, 0);
+    };
+    add("splat_synthetic_write", "desc", "NULL", kArgument, [write] { return write(nullptr); });
+    descs<splat_synthetic_desc>("splat_synthetic_write", synthetic_desc(data_folder()), write);
+    const auto spoilt = [&](const char* what, splat_result expected,
+                            void (*spoil)(splat_synthetic_desc&)) {
+        splat_synthetic_desc desc = synthetic_desc(data_folder());
+        spoil(desc);
+        add("splat_synthetic_write", "desc", what, expected,
+            [write, desc] { return write(&desc); });
+    };
+    spoilt("no path", kArgument, [](splat_synthetic_desc& d) { d.path = nullptr; });
+    spoilt("a path that is not", kArgument, [](splat_synthetic_desc& d) { d.path = "/proc/x"; });
+    spoilt("another category", kArgument, [](splat_synthetic_desc& d) { d.category = "x"; });
+    spoilt("another seed", kArgument, [](splat_synthetic_desc& d) { d.seed = 1; });
+    spoilt("a small resolution", kArgument, [](splat_synthetic_desc& d) { d.resolution = 7; });
+    spoilt("a large resolution", SPLAT_ERROR_UNSUPPORTED,
+           [](splat_synthetic_desc& d) { d.resolution = 2049; });
+    for (const std::uint32_t index : {3U, UINT32_MAX})
+        add("splat_synthetic_write", "index", "too high", kArgument, [index] {
+            const splat_synthetic_desc desc = synthetic_desc(data_folder());
+            return splat_synthetic_write(&desc, index);
+        });
+}
+
+}  // namespace splat::test

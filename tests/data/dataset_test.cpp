@@ -1,0 +1,301 @@
+#include "data/dataset.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <thread>
+
+#include "data/sample_folder.h"
+#include "io/file.h"
+#include "support/expect_status.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::put_image;
+using test::put_text;
+using test::sample_cars;
+using test::SampleFolder;
+
+constexpr const char* kPose0 = "1 0 0 0\n0 1 0 0\n0 0 1 -2\n0 0 0 1\n";
+constexpr const char* kPose1 = "0 0 -1 2 0 1 0 0 1 0 0 0 0 0 0 1";
+
+/// An object of two views of 8 x 8 pixels.
+void put_object(const fs::path& folder) {
+    put_text(folder / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
+    put_text(folder / "pose/000000.txt", kPose0);
+    put_text(folder / "pose/000001.txt", kPose1);
+    put_image(folder / "rgb/000000.png", 8, 3);
+    put_image(folder / "rgb/000001.png", 8, 3, 1);
+}
+
+/// One view's numbers, of any array.
+struct Read {
+    std::vector<float> images, depths, normals, masks, poses, quaternions, focals, distances;
+    Status status;
+};
+
+Read read(Dataset& dataset, std::uint32_t object, const std::vector<std::uint32_t>& views,
+          bool maps = false) {
+    const std::size_t n = views.size();
+    const std::size_t area = n * dataset.resolution() * dataset.resolution();
+    Read r;
+    r.images.resize(area * 3);
+    r.depths.resize(maps ? area : 0);
+    r.normals.resize(maps ? area * 3 : 0);
+    r.masks.resize(maps ? area : 0);
+    r.poses.resize(n * 16);
+    r.quaternions.resize(n * 4);
+    r.focals.resize(n * 2);
+    r.distances.resize(n, 9);
+    r.status =
+        dataset.read(object, views,
+                     {r.images.data(), maps ? r.depths.data() : nullptr,
+                      maps ? r.normals.data() : nullptr, maps ? r.masks.data() : nullptr,
+                      r.poses.data(), r.quaternions.data(), r.focals.data(), r.distances.data()});
+    return r;
+}
+
+std::unique_ptr<Dataset> opened(const DatasetDesc& desc) {
+    auto dataset = Dataset::open(desc);
+    EXPECT_OK(dataset.status());
+    return dataset.ok() ? std::move(dataset.value()) : nullptr;
+}
+
+Status open_status(const fs::path& path, std::uint32_t maps = 0) {
+    DatasetDesc desc;
+    desc.path = path.string();
+    desc.maps = maps;
+    return Dataset::open(desc).status();
+}
+
+TEST(Srn, GivesImagesAndCameras) {
+    const SampleFolder folder;
+    put_object(folder.path() / "srn_cars/cars_train/b");
+    put_object(folder.path() / "srn_cars/cars_train/a");
+    put_text(folder.path() / "srn_cars/cars_train/.c.1-0.tmp/intrinsics.txt", "");
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    const auto dataset = opened(desc);
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"a", "b"}));
+    EXPECT_EQ(dataset->index().maps, 0U);
+    EXPECT_EQ(dataset->resolution(), 8U);
+    const Read r = read(*dataset, 1, {1, 0, 1});
+    ASSERT_OK(r.status);
+    for (std::size_t v = 0; v < 3; ++v)
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < 64; ++i)
+                EXPECT_EQ(r.images[(v * 3 + c) * 64 + i],
+                          static_cast<float>(16 * (i / 8) + 4 * (i % 8) + c + (v != 1)) / 255.0F);
+    EXPECT_EQ(r.focals, (std::vector<float>{10, 10, 10, 10, 10, 10}));
+    EXPECT_EQ(r.distances, (std::vector<float>{0, 0, 0}));
+    EXPECT_EQ(r.quaternions[0] * 10 + r.quaternions[8], 11) << "views 0 and 2 are the identity";
+    // Camera 1 stands at x = 2 and looks along -x; camera 0 at z = -2 along z: of camera 1 it is to the
+    // right (its z is its own x axis)
+    const std::vector<float> expected = {0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, -2, 0, 2, 1};
+    EXPECT_EQ(std::vector<float>(r.poses.begin() + 16, r.poses.begin() + 32), expected);
+}
+
+TEST(Srn, FindsTheFolderOfTheSplit) {
+    const SampleFolder folder;
+    const fs::path root = folder.path();
+    put_object(root / "srn_chairs/chairs_2.0_train/a");
+    put_object(root / "srn_chairs/chairs_test/chairs_2.0_test/b");
+    DatasetDesc desc;
+    for (const fs::path& path : {root, root / "srn_chairs", root / "srn_chairs/chairs_2.0_train"}) {
+        desc.path = path.string();
+        ASSERT_NE(opened(desc), nullptr);
+        EXPECT_EQ(opened(desc)->index().names.front(), "a");
+    }
+    desc.path = root.string();
+    desc.split = "test";
+    ASSERT_NE(opened(desc), nullptr);
+    EXPECT_EQ(opened(desc)->index().names.front(), "b");
+    desc.split = "val";
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument,
+                 "folders of splits: chairs_2.0_train, chairs_test");
+    put_object(root / "srn_cars/cars_train/a");
+    EXPECT_ERROR(open_status(root), Code::kInvalidArgument, "srn_cars, srn_chairs");
+}
+
+TEST(Srn, NamesWhatIsWrong) {
+    const SampleFolder folder;
+    const fs::path object = folder.path() / "cars_train/a";
+    const auto wrong = [&](auto change, const char* part) {
+        fs::remove_all(object);
+        put_object(object);
+        change();
+        const Status opened = open_status(folder.path());
+        if (!opened.ok()) {
+            EXPECT_ERROR(opened, Code::kInvalidArgument, part);
+            return;
+        }
+        DatasetDesc desc;
+        desc.path = folder.path().string();
+        auto dataset = std::move(Dataset::open(desc).value());
+        EXPECT_ERROR(read(*dataset, 0, {0, 1}).status, Code::kInvalidArgument, part);
+    };
+    wrong([&] { fs::remove(object / "pose/000001.txt"); },
+          "images without pose: 1 (first '000001')");
+    wrong([&] { fs::remove(object / "rgb/000000.png"); },
+          "poses without image: 1 (first '000000')");
+    wrong([&] { put_image(object / "depth/000001.png", 8, 1); }, "2 poses and 1 images in depth");
+    wrong([&] { put_text(object / "rgb/000000.png", "no image"); }, "000000.png': png:");
+    wrong([&] { put_text(object / "rgb/000001.png", "no image"); }, "000001.png': png:");
+    wrong([&] { put_text(object / "pose/000001.txt", "1 2 3"); },
+          "000001.txt': 3 numbers, expected 16");
+    wrong([&] { put_text(object / "pose/000001.txt", "1 2 x"); },
+          "000001.txt': no number at byte 4");
+    wrong([&] { put_text(object / "pose/000001.txt", "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"); },
+          "000001.txt': the matrix is not finite");
+    wrong([&] { put_text(object / "pose/000001.txt", "2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"); },
+          "000001.txt': rows 0 and 0");
+    wrong([&] { put_text(object / "intrinsics.txt", "0 4 4 0 0 0 0 1 8 8"); }, "intrinsics.txt'");
+    wrong([&] { put_text(object / "intrinsics.txt", "10 4 4"); }, "3 numbers");
+    wrong(
+        [&] {
+            fs::remove(object / "rgb/000001.png");
+            fs::remove(object / "pose/000001.txt");
+        },
+        "1 views, expected 2 or more");
+    wrong([&] { fs::remove_all(object); }, "holds no folder with intrinsics.txt");
+}
+
+TEST(Dataset, ReadsMapsThatAllObjectsHave) {
+    const SampleFolder folder;
+    test::write_all(sample_cars(folder.path()));
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    desc.maps = 7;
+    const auto dataset = opened(desc);
+    ASSERT_NE(dataset, nullptr);
+    const Read r = read(*dataset, 0, {2, 0}, true);
+    ASSERT_OK(r.status);
+    std::size_t inside = 0;
+    for (std::size_t i = 0; i < r.masks.size(); ++i) {
+        EXPECT_TRUE(r.masks[i] == 0 || r.masks[i] == 1);
+        inside += r.masks[i] == 1;
+        if (r.masks[i] == 0) {
+            EXPECT_EQ(r.depths[i], 0);
+        }
+    }
+    EXPECT_GT(inside, 40U);
+    EXPECT_EQ(*std::max_element(r.depths.begin(), r.depths.end()), 254.0F / 255);
+    EXPECT_NEAR(static_cast<double>(r.focals[0]), 131.25 / 8, 1e-6);
+    fs::remove_all(folder.path() / "srn_cars/cars_train/000001_car/normal");
+    EXPECT_ERROR(open_status(folder.path(), 3), Code::kInvalidArgument,
+                 "maps wanted: depth, normal; all objects of the data have: depth, mask");
+    EXPECT_OK(open_status(folder.path(), 5));
+    desc.maps = 0;
+    EXPECT_ERROR(read(*opened(desc), 0, {0}, true).status, Code::kInvalidArgument,
+                 "maps wanted: normal");
+}
+
+TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
+    const SampleFolder folder;
+    const fs::path object = folder.path() / "cars_train/a";
+    put_object(object);
+    put_image(object / "rgb/000000.png", 8, 4, 0, 51);
+    put_image(object / "rgb/000001.png", 8, 4, 0, 0);
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    desc.background = {1, 0.5F, 0};
+    const Read r = read(*opened(desc), 0, {0, 1});
+    ASSERT_OK(r.status);
+    EXPECT_EQ(r.images[0], 204.0F / 255) << "0.2 of 0 and 0.8 of 255";
+    EXPECT_EQ(r.images[3 * 64], 1);
+    EXPECT_EQ(r.images[4 * 64], 128.0F / 255);
+    EXPECT_EQ(r.images[5 * 64], 0);
+}
+
+TEST(Dataset, GivesOtherResolutions) {
+    const SampleFolder folder;
+    put_object(folder.path() / "cars_train/a");
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    desc.resolution = 4;
+    const auto dataset = opened(desc);
+    const Read r = read(*dataset, 0, {0});
+    ASSERT_OK(r.status);
+    EXPECT_EQ(r.images.size(), 48U);
+    EXPECT_EQ(r.focals, (std::vector<float>{5, 5}));
+    const auto stored = io::read_png(
+        io::read_file((folder.path() / "cars_train/a/rgb/000000.png").string()).value());
+    const io::Image small = resample(stored.value(), 4, 4, Filter::kBicubic).value();
+    for (std::size_t i = 0; i < 16; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_EQ(r.images[c * 16 + i], static_cast<float>(small.samples[i * 3 + c]) / 255.0F);
+}
+
+TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
+    const SampleFolder folder;
+    test::write_all(sample_cars(folder.path()));
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    const auto large = opened(desc);
+    desc.cache_bytes = 2000;  // two images
+    const auto small = opened(desc);
+    std::vector<Read> expected;
+    for (std::uint32_t object = 0; object < 2; ++object)
+        expected.push_back(read(*large, object, {0, 1, 2}, true));
+    std::vector<std::thread> threads;
+    for (std::uint32_t t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            for (std::uint32_t i = 0; i < 6; ++i) {
+                const std::uint32_t object = (i + t) % 2;
+                for (Dataset* dataset : {large.get(), small.get()}) {
+                    const Read r = read(*dataset, object, {0, 1, 2}, true);
+                    EXPECT_OK(r.status);
+                    EXPECT_EQ(r.images, expected[object].images);
+                    EXPECT_EQ(r.normals, expected[object].normals);
+                    EXPECT_EQ(r.poses, expected[object].poses);
+                }
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_LE(small->cache().bytes(), 2000U);
+    EXPECT_EQ(large->cache().bytes(), 2 * 3 * 16 * 16 * 8U);
+}
+
+TEST(Dataset, RefusesWhatIsNone) {
+    const SampleFolder folder;
+    put_object(folder.path() / "cars_train/a");
+    DatasetDesc good;
+    good.path = folder.path().string();
+    const auto refused = [&good](auto change, const char* part) {
+        DatasetDesc desc = good;
+        change(desc);
+        EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, part);
+    };
+    refused([](DatasetDesc& d) { d.format = "x"; }, "format is 'x', expected one of srn");
+    refused([](DatasetDesc& d) { d.split = "all"; }, "split is 'all'");
+    refused([](DatasetDesc& d) { d.path = "/nonexistent"; }, "/nonexistent");
+    refused([](DatasetDesc& d) { d.resolution = 4097; }, "4097");
+    refused([](DatasetDesc& d) { d.background[1] = std::numeric_limits<float>::quiet_NaN(); },
+            "background");
+    const auto dataset = opened(good);
+    EXPECT_ERROR(read(*dataset, 1, {0}).status, Code::kInvalidArgument,
+                 "object is 1, and there are 1");
+    EXPECT_ERROR(read(*dataset, 0, {0, 2}).status, Code::kInvalidArgument,
+                 "view 2 of object 0 ('a')");
+    EXPECT_OK(dataset->read(0, {}, {}));
+}
+
+TEST(Dataset, ReportsWhatItHolds) {
+    const SampleFolder folder;
+    put_object(folder.path() / "cars_train/a");
+    put_object(folder.path() / "cars_train/b");
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    desc.limit = 1;
+    desc.resolution = 4;
+    EXPECT_EQ(report_text(*opened(desc)),
+              R"({"format": "srn", "split": "train", "objects": 1, "views": 2, "resolution": 4, )"
+              R"("stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
+}
+
+}  // namespace
+}  // namespace splat::data

@@ -1,0 +1,195 @@
+#include "data/relative_pose.h"
+
+#include <gtest/gtest.h>
+
+#include "data/resample.h"
+#include "data/synthetic_object.h"
+#include "support/expect_status.h"
+#include "support/golden.h"
+#include "support/npz.h"
+
+namespace splat::data {
+namespace {
+
+using scene::Mat4;
+
+constexpr Mat4 kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+Mat4 pose(const Mat3& r, const Vec3& t) {
+    return {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
+            r[2][0], r[2][1], r[2][2], t[2], 0,       0,       0,       1};
+}
+
+Mat3 times(const Mat3& a, const Mat3& b) {
+    const Mat3 columns = scene::transposed(b);
+    Mat3 out{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) out[i][j] = scene::dot(a[i], columns[j]);
+    return out;
+}
+
+TEST(RelativePose, FirstIsExactlyTheIdentity) {
+    const Mat4 odd = pose(times(about_x(0.3), about_z(1.1)), {0.7, -5, 3});
+    const Mat4 poses[] = {odd, pose(about_y(2), {1, 2, 3}), odd};
+    const auto views = relative_views(poses);
+    ASSERT_OK(views.status());
+    for (const std::size_t i : {0U, 2U}) {
+        for (std::size_t k = 0; k < 16; ++k)
+            EXPECT_EQ(views.value()[i].view_to_world[k], static_cast<float>(kIdentity[k]));
+        EXPECT_EQ(views.value()[i].quaternion, (std::array<float, 4>{1, 0, 0, 0}));
+    }
+    EXPECT_NE(views.value()[1].quaternion[0], 1);
+    EXPECT_TRUE(relative_views({}).value().empty());
+}
+
+/// A point seen by camera i at p lies at p M in the frame of the first camera.
+TEST(RelativePose, MapsPointsBetweenTheCameras) {
+    const Mat4 poses[] = {pose(times(about_x(0.3), about_z(1.1)), {0.7, -5, 3}),
+                          pose(times(about_y(2), about_x(-1)), {1, 2, 3})};
+    const auto views = relative_views(poses);
+    ASSERT_OK(views.status());
+    const double p[] = {0.2, -0.4, 1.5, 1};
+    double q[4] = {};
+    for (std::size_t j = 0; j < 4; ++j)
+        for (std::size_t i = 0; i < 4; ++i)
+            q[j] += p[i] * static_cast<double>(views.value()[1].view_to_world[i * 4 + j]);
+    for (std::size_t i = 0; i < 3; ++i) {
+        double there = 0;
+        double here = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+            there += poses[1][i * 4 + k] * p[k];
+            here += poses[0][i * 4 + k] * q[k];
+        }
+        EXPECT_NEAR(there, here, 1e-6) << "float32 entries of size up to 8";
+    }
+}
+
+TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
+    Random random(1, 1, 1, 1);
+    for (int i = 0; i < 300; ++i) {
+        // Angles near 180 degrees too, where the trace says nothing.
+        const double angle = i % 3 == 0 ? 3.14159265358979 - 1e-9 * i : random.between(-3.1, 3.1);
+        const Mat3 turn = times(
+            times(about_z(random.between(-3, 3)), about_y(random.between(-1.5, 1.5))), about_x(0));
+        const Mat3 r = times(times(turn, i % 2 == 0 ? about_x(angle) : about_z(angle)),
+                             scene::transposed(turn));
+        const scene::Quaternion q = quaternion_of(r);
+        EXPECT_GE(q[0], 0);
+        const Mat3 back = scene::rotation_matrix(q);
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t b = 0; b < 3; ++b) EXPECT_NEAR(back[a][b], r[a][b], 1e-12) << angle;
+    }
+}
+
+TEST(RelativePose, OriginDistanceIsAlongTheAxis) {
+    // At (3, 7, -2), looking along +z, which is where the origin is 2 ahead.
+    EXPECT_EQ(origin_distance(pose(about_x(0), {3, 7, -2})), 2);
+    EXPECT_NEAR(origin_distance(pose(about_y(std::acos(-1.0)), {3, 7, -2})), -2, 1e-12);
+}
+
+TEST(RelativePose, RefusesPosesWithoutInverse) {
+    Mat4 bad = kIdentity;
+    bad[5] = std::numeric_limits<double>::quiet_NaN();
+    Mat4 flat = kIdentity;
+    flat[10] = 0;
+    for (const Mat4& pose : {bad, flat}) {
+        const Mat4 first[] = {pose, kIdentity};
+        const Mat4 second[] = {kIdentity, pose};
+        EXPECT_ERROR(relative_views(first).status(), Code::kInvalidArgument, "singular");
+        EXPECT_ERROR(relative_views(second).status(), Code::kInvalidArgument, "singular");
+    }
+}
+
+class GoldenNetCameras : public testing::Test {
+  protected:
+    void SetUp() override {
+        SPLAT_NEEDS_GOLDEN_FOLDER();
+        files_ = test::golden_files("net", "cams");
+    }
+    static std::vector<double> values(const test::Npz& file, const std::string& name) {
+        const auto array = file.find(name);
+        EXPECT_OK(array.status());
+        const auto floats = array.value()->f64();
+        EXPECT_OK(floats.status());
+        return floats.value();
+    }
+    std::vector<std::string> files_;
+};
+
+/// 3e-6: the reference inverts and multiplies in float32 (6e-8 of values up to 4, some ten times).
+constexpr double kPoseTolerance = 3e-6;
+
+TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {
+    for (const std::string& path : files_) {
+        const auto file = test::Npz::read(path);
+        ASSERT_OK(file.status());
+        for (const std::string set : {"srn", "co3d", "nmr", "obj"}) {
+            const std::vector<double> rows = values(file.value(), set + ".abs_vw");
+            std::vector<Mat4> poses(rows.size() / 16);
+            for (std::size_t i = 0; i < rows.size(); ++i)  // stored transposed
+                poses[i / 16][(i % 4) * 4 + i / 4 % 4] = rows[i];
+            const auto views = relative_views(poses);
+            ASSERT_OK(views.status());
+            const std::vector<double> expected = values(file.value(), set + ".rel_vw");
+            const std::vector<double> quaternions = values(file.value(), set + ".rel_quat");
+            for (std::size_t i = 0; i < poses.size(); ++i) {
+                const RelativeView& view = views.value()[i];
+                for (std::size_t k = 0; k < 16; ++k)
+                    EXPECT_NEAR(static_cast<double>(view.view_to_world[k]), expected[i * 16 + k],
+                                kPoseTolerance)
+                        << set << i;
+                // The reference divides by 4 w, and w comes from 1 + trace with an error of 1e-7.
+                const double w = quaternions[i * 4];
+                for (std::size_t k = 0; k < 4; ++k)
+                    EXPECT_NEAR(static_cast<double>(view.quaternion[k]), quaternions[i * 4 + k],
+                                kPoseTolerance / std::max(w * w, 0.01))
+                        << set << i;
+            }
+        }
+    }
+}
+
+TEST_F(GoldenNetCameras, QuaternionsOfMatricesAreTheReferences) {
+    for (const std::string& path : files_) {
+        const auto file = test::Npz::read(path);
+        ASSERT_OK(file.status());
+        const std::vector<double> m = values(file.value(), "q.M");
+        const std::vector<double> expected = values(file.value(), "q.q");
+        for (std::size_t i = 0; i < m.size() / 9; ++i) {
+            Mat3 r{};
+            for (std::size_t k = 0; k < 9; ++k) r[k / 3][k % 3] = m[i * 9 + k];
+            const scene::Quaternion q = quaternion_of(r);
+            const double w = expected[i * 4];
+            for (std::size_t k = 0; k < 4; ++k)
+                EXPECT_NEAR(q[k], expected[i * 4 + k], kPoseTolerance / std::max(w * w, 0.01)) << i;
+        }
+    }
+}
+
+TEST_F(GoldenNetCameras, ImagesAreResizedAsPillowDoes) {
+    for (const std::string& path : files_) {
+        const auto file = test::Npz::read(path);
+        ASSERT_OK(file.status());
+        for (const std::string number : {"0", "1"}) {
+            const auto stored = file.value().find("srn.img" + number);
+            ASSERT_OK(stored.status());
+            const std::vector<std::int64_t> samples = stored.value()->ints().value();
+            const auto channels = static_cast<std::uint32_t>(stored.value()->shape[2]);
+            const auto side = static_cast<std::uint32_t>(stored.value()->shape[0]);
+            io::Image image{side, side, channels, 8, {}};
+            image.samples.assign(samples.begin(), samples.end());
+            const auto half = resample(image, side / 2, side / 2, Filter::kBicubic);
+            ASSERT_OK(half.status());
+            const std::vector<double> expected = values(file.value(), "srn.half" + number);
+            const std::size_t area = std::size_t{side} * side / 4;
+            for (std::size_t i = 0; i < area; ++i)
+                for (std::size_t c = 0; c < 3; ++c)
+                    EXPECT_EQ(half.value().samples[i * channels + c],
+                              std::lround(255 * expected[c * area + i]))
+                        << number;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace splat::data
