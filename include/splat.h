@@ -1188,6 +1188,33 @@ typedef struct splat_dataset_views {
 SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
                                           uint32_t count, splat_dataset_views* out);
 
+/* One picture of an object, as a network takes it: the object cut out, in the middle of a square on a
+ * plain background, as Splatter Image's demonstration does. */
+typedef struct splat_photo_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_PHOTO_* */
+    const void* next;
+    const char* image;  /* PNG */
+    const char* depth;  /* maps of the same size; NULL: none */
+    const char* normal;
+    const char* mask;   /* of the object; NULL: the image's alpha, else what differs from its border */
+    uint32_t resolution; /* R, 8 to 2048 */
+    float foreground;    /* part of the side that the object's longer side takes; 0: 0.65 */
+    float background[3]; /* 0 to 1 */
+    uint32_t reserved;
+} splat_photo_desc;
+
+enum { SPLAT_PHOTO_WHOLE = 1u << 0 }; /* take the largest square in the middle, instead of the object's */
+
+/* Read a picture: images, depths, normals and masks of `out`, n = 1, depths and normals only with their
+ * maps. The report is JSON: {"width", "height", "mask" ("mask", "alpha", "border" or "nothing"),
+ * "square": [left, top, side]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (the report), SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a file that cannot be read, maps of another size, an empty
+ *                                     mask; `out` is as it was */
+SPLAT_API splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views* out,
+                                        char* buffer, size_t capacity, size_t* needed);
+
 /* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);
 

@@ -159,4 +159,22 @@ inline const Layout kSyntheticDesc = {  // clang-format off
     SPLAT_FIELD(splat_synthetic_desc, test_objects, 60, 4),}
 };  // clang-format on
 
+inline const Layout kPhotoDesc = {  // clang-format off
+    "splat_photo_desc",
+    sizeof(splat_photo_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_photo_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_photo_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_photo_desc, next, 8, 8),
+    SPLAT_FIELD(splat_photo_desc, image, 16, 8),
+    SPLAT_FIELD(splat_photo_desc, depth, 24, 8),
+    SPLAT_FIELD(splat_photo_desc, normal, 32, 8),
+    SPLAT_FIELD(splat_photo_desc, mask, 40, 8),
+    SPLAT_FIELD(splat_photo_desc, resolution, 48, 4),
+    SPLAT_FIELD(splat_photo_desc, foreground, 52, 4),
+    SPLAT_FIELD(splat_photo_desc, background, 56, 12),
+    SPLAT_FIELD(splat_photo_desc, reserved, 68, 4),}
+};  // clang-format on
+
 }  // namespace splat::test

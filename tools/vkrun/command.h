@@ -46,5 +46,6 @@ void add_render(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);
+void add_predict(CLI::App& app, int& exit_code);
 
 }  // namespace vkrun

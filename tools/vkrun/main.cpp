@@ -134,6 +134,7 @@ int run(int argc, char** argv) {
     add_inspect(app, exit_code);
     add_convert(app, exit_code);
     add_weights(app, exit_code);
+    add_predict(app, exit_code);
     add_train(app, exit_code);
     add_eval(app, exit_code);
     add_data(app, exit_code);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "vkrun/command.h"
@@ -23,6 +24,19 @@ void planes_of(const std::vector<float>& pixels, std::size_t count, std::size_t 
         for (std::size_t p = 0; p < area; ++p)
             for (std::size_t c = 0; c < 3; ++c)
                 images[start + (3 * i + c) * area + p] = pixels[3 * (i * area + p) + c];
+}
+
+Rasterizer make_rasterizer(splat_device device, const splat_scene_info& info, std::uint32_t side,
+                           std::uint32_t views, std::uint32_t flags) {
+    auto desc = sized<splat_rasterizer_desc>();
+    desc.flags = flags;
+    desc.gaussians = static_cast<std::uint32_t>(info.count);
+    desc.sh_degree = info.sh_degree;
+    desc.views = views;
+    desc.width = desc.height = side;
+    Rasterizer rasterizer;
+    check(splat_rasterizer_create(device, &desc, rasterizer.out()));
+    return rasterizer;
 }
 
 }  // namespace
@@ -63,7 +77,7 @@ Network::Network(splat_device device, const Json& config)
     const Json& data = config.at("data");
     views_ = data.at("input_images");
     resolution_ = data.at("training_resolution");
-    sh_degree_ = config.at("model").at("max_sh_degree");
+    fov_degrees_ = data.at("fov");
     if (!data.at("white_background").get<bool>()) std::fill_n(background_, 3, 0.0F);
     const std::string text = config.dump();
     auto desc = sized<splat_model_desc>();
@@ -92,30 +106,50 @@ Scene Network::predict(const Views& views) {
 }
 
 std::vector<float> Network::draw(const Scene& scene, const std::vector<splat_camera>& cameras) {
-    if (drawn_at_once_ == 0) {
-        auto desc = sized<splat_rasterizer_desc>();
-        desc.gaussians = views_ * resolution_ * resolution_;
-        desc.views = kDrawnAtOnce;
-        desc.width = desc.height = resolution_;
-        desc.sh_degree = sh_degree_;
-        check(splat_rasterizer_create(device_, &desc, rasterizer_.out()));
-        drawn_at_once_ = kDrawnAtOnce;
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene.get(), &info));
+    if (rasterizer_.get() == nullptr || gaussians_ != info.count) {
+        rasterizer_ = make_rasterizer(device_, info, resolution_, kDrawnAtOnce, 0);
+        gaussians_ = info.count;
     }
     std::vector<float> images;
-    std::vector<float> pixels(std::size_t{drawn_at_once_} * resolution_ * resolution_ * 3);
-    for (std::size_t first = 0; first < cameras.size(); first += drawn_at_once_) {
+    std::vector<float> pixels(std::size_t{kDrawnAtOnce} * resolution_ * resolution_ * 3);
+    for (std::size_t first = 0; first < cameras.size(); first += kDrawnAtOnce) {
         // The last group is filled up with its last camera.
         std::vector<splat_camera> group;
-        for (std::size_t i = 0; i < drawn_at_once_; ++i)
+        for (std::size_t i = 0; i < kDrawnAtOnce; ++i)
             group.push_back(cameras[std::min(first + i, cameras.size() - 1)]);
         check(splat_rasterizer_forward_scene(rasterizer_.get(), scene.get(), group.data(),
-                                             drawn_at_once_, background_));
+                                             kDrawnAtOnce, background_));
         check(splat_rasterizer_read(rasterizer_.get(), SPLAT_OUTPUT_RGB, pixels.data(),
                                     pixels.size() * sizeof(float)));
-        planes_of(pixels, std::min<std::size_t>(drawn_at_once_, cameras.size() - first),
-                  resolution_, images);
+        planes_of(pixels, std::min<std::size_t>(kDrawnAtOnce, cameras.size() - first), resolution_,
+                  images);
     }
     return images;
+}
+
+Depth Network::draw_depth(const Scene& scene, const splat_camera& camera) {
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene.get(), &info));
+    const Rasterizer rasterizer =
+        make_rasterizer(device_, info, resolution_, 1, SPLAT_RASTERIZER_DEPTH);
+    check(splat_rasterizer_forward_scene(rasterizer.get(), scene.get(), &camera, 1, background_));
+    Depth drawn;
+    drawn.depth.resize(std::size_t{resolution_} * resolution_);
+    drawn.alpha.resize(drawn.depth.size());
+    const std::size_t bytes = drawn.depth.size() * sizeof(float);
+    check(splat_rasterizer_read(rasterizer.get(), SPLAT_OUTPUT_EXPECTED_DEPTH, drawn.depth.data(),
+                                bytes));
+    check(splat_rasterizer_read(rasterizer.get(), SPLAT_OUTPUT_ALPHA, drawn.alpha.data(), bytes));
+    return drawn;
+}
+
+splat_camera Network::camera() const {
+    splat_camera camera{};
+    check(splat_camera_from_fov(resolution_, resolution_, fov_degrees_ * std::numbers::pi / 180,
+                                &camera));
+    return camera;
 }
 
 }  // namespace vkrun

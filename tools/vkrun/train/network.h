@@ -15,6 +15,10 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
 /// folder of the file. Throws a Failure.
 std::string config_beside(const std::string& weights, const std::string& given);
 
+struct Depth {
+    std::vector<float> depth, alpha;  ///< [R,R]
+};
+
 /// A network that predicts scenes of one object, and a rasterizer for images of them.
 class Network {
   public:
@@ -25,10 +29,16 @@ class Network {
     /// The Gaussians of an object from its first data.input_images views.
     Scene predict(const Views& views);
 
-    /// Images [n,3,R,R] of a scene that this network predicted.
+    /// Images [n,3,R,R].
     std::vector<float> draw(const Scene& scene, const std::vector<splat_camera>& cameras);
 
-    [[nodiscard]] splat_model model() const { return model_.get(); }
+    /// Expected depth along z, and how opaque each pixel is.
+    Depth draw_depth(const Scene& scene, const splat_camera& camera);
+
+    /// The camera of a first view: at the origin, looking along z, with data.fov.
+    [[nodiscard]] splat_camera camera() const;
+
+    [[nodiscard]] const float* background() const { return background_; }
     [[nodiscard]] std::uint32_t views() const { return views_; }
     [[nodiscard]] std::uint32_t resolution() const { return resolution_; }
     [[nodiscard]] const ImageChannels& channels() const { return channels_; }
@@ -37,9 +47,10 @@ class Network {
     splat_device device_;
     Model model_;
     Rasterizer rasterizer_;
-    std::uint32_t drawn_at_once_ = 0;
-    std::uint32_t views_ = 0, resolution_ = 0, sh_degree_ = 0;
+    std::uint64_t gaussians_ = 0;  ///< that the rasterizer was made for
+    std::uint32_t views_ = 0, resolution_ = 0;
     ImageChannels channels_;
+    double fov_degrees_ = 0;
     float background_[3] = {1, 1, 1};
 };
 

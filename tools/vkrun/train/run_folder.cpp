@@ -34,20 +34,24 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
     throw Failure(kFailed, "cannot write '" + path.string() + "': " + std::strerror(reason));
 }
 
-RunFolder::RunFolder(const std::string& path, bool resume, bool overwrite) : root_(path) {
+void RunFolder::check(const std::string& path, bool resume, bool overwrite) {
     namespace fs = std::filesystem;
-    const bool there = fs::exists(root_ / "config.json");
-    if (resume && !there)
+    const fs::path root(path);
+    const bool run = fs::exists(root / "config.json");
+    if (resume && !run)
         throw Failure(kUsageError, "--resume: '" + path + "' holds no run (no config.json)");
-    if (!resume && fs::exists(root_) && !(fs::is_directory(root_) && fs::is_empty(root_))) {
-        if (!overwrite || !there)
-            throw Failure(kUsageError, "'" + path + "' is there" +
-                                           (there ? ": go on with --resume, replace it with "
-                                                    "--overwrite, or choose another --out"
-                                                  : " and is no run: choose another --out"));
-        fs::remove_all(root_);
-    }
-    for (const char* folder : {"checkpoints", "renders"}) fs::create_directories(root_ / folder);
+    const bool empty = !fs::exists(root) || (fs::is_directory(root) && fs::is_empty(root));
+    if (resume || empty || (run && overwrite)) return;
+    throw Failure(kUsageError, "'" + path + "' is there" +
+                                   (run ? ": go on with --resume, replace it with --overwrite, or "
+                                          "choose another --out"
+                                        : " and is no run: choose another --out"));
+}
+
+RunFolder::RunFolder(const std::string& path, bool resume) : root_(path) {
+    if (!resume) std::filesystem::remove_all(root_);
+    for (const char* folder : {"checkpoints", "renders"})
+        std::filesystem::create_directories(root_ / folder);
     log_.open(root_ / "log.txt", std::ios::app);
     metrics_.open(root_ / "metrics.jsonl", std::ios::app);
     if (!log_ || !metrics_) throw Failure(kFailed, "cannot write in '" + path + "'");

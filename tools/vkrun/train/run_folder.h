@@ -24,8 +24,11 @@ void write_file(const std::filesystem::path& path, const std::string& text);
 ///   renders/               input, truth and prediction of validation objects
 class RunFolder {
   public:
-    /// A new folder, or one that is there if `resume`. Throws a Failure: there is one, or none.
-    RunFolder(const std::string& path, bool resume, bool overwrite);
+    /// Throws a Failure if there is a run that may not be replaced, or none to be resumed.
+    static void check(const std::string& path, bool resume, bool overwrite);
+
+    /// A new folder, or that of the run to be resumed.
+    RunFolder(const std::string& path, bool resume);
 
     [[nodiscard]] std::filesystem::path path(const std::string& name) const { return root_ / name; }
 

@@ -47,8 +47,8 @@ Json trainer_report(splat_trainer trainer) {
 }  // namespace
 
 Training::Training(const TrainingOptions& options) {
-    folder_ = std::make_unique<RunFolder>(options.out, options.resume, options.overwrite);
-    config_ = merged_config(options.resume ? folder_->path("config.json").string() : options.config,
+    RunFolder::check(options.out, options.resume, options.overwrite);
+    config_ = merged_config(options.resume ? options.out + "/config.json" : options.config,
                             options.changes);
     if (!options.data.empty()) config_["data"]["root"] = options.data;
     iterations_ = config_.at("opt").at("iterations");
@@ -59,6 +59,7 @@ Training::Training(const TrainingOptions& options) {
     desc.config = text.c_str();
     check(splat_trainer_create(device_.get(), &desc, trainer_.out()));
     check(splat_trainer_model(trainer_.get(), model_.out()));
+    folder_ = std::make_unique<RunFolder>(options.out, options.resume);
     if (options.resume)
         resume();
     else
@@ -87,7 +88,7 @@ void Training::open_data() {
     try {
         validation_ = std::make_unique<DataSet>(config_, "", "val");
     } catch (const Failure& failure) {
-        folder_->log(std::string("no validation: ") + failure.what());
+        std::fprintf(stderr, "no validation: %s\n", failure.what());
     }
 }
 

@@ -1,0 +1,154 @@
+#include "data/photograph.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "io/file.h"
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A red rectangle, columns 20 to 59 and rows 10 to 29, on a ground of one colour.
+io::Image picture(std::uint32_t channels, std::uint16_t ground) {
+    io::Image image;
+    image.width = 100;
+    image.height = 50;
+    image.channels = channels;
+    for (std::uint32_t y = 0; y < image.height; ++y)
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const bool inside = x >= 20 && x < 60 && y >= 10 && y < 30;
+            const std::uint16_t rgba[4] = {
+                inside ? std::uint16_t{255} : ground, inside ? std::uint16_t{0} : ground,
+                inside ? std::uint16_t{0} : ground, inside ? std::uint16_t{255} : std::uint16_t{0}};
+            image.samples.insert(image.samples.end(), rgba, rgba + channels);
+        }
+    return image;
+}
+
+class PhotographRules : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / "splat_photograph";
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    std::string save(const char* name, const io::Image& image) {
+        const std::string path = folder_ / name;
+        const auto file = io::write_png(image);
+        EXPECT_OK(file.status());
+        EXPECT_OK(io::write_file(path, file.value()));
+        return path;
+    }
+    static data::PhotographDesc desc_of(const std::string& path) {
+        data::PhotographDesc desc;
+        desc.image = path;
+        desc.resolution = 32;
+        desc.foreground = 0.5;
+        return desc;
+    }
+    /// The rectangle of 40 x 20 pixels in the middle of a square of 80 = 32 pixels: 16 x 8 of them.
+    static void expect_in_the_middle(const data::Photograph& photo) {
+        EXPECT_EQ(photo.side, 80);
+        EXPECT_EQ(photo.x, 0);
+        EXPECT_EQ(photo.y, -20);
+        ASSERT_EQ(photo.image.size(), 3U * 32 * 32);
+        for (const std::size_t pixel : {16U * 32 + 16U, 13U * 32 + 9U, 18U * 32 + 22U}) {
+            EXPECT_EQ(photo.image[pixel], 1) << pixel;
+            EXPECT_EQ(photo.image[1024 + pixel], 0) << pixel;
+            EXPECT_EQ(photo.mask[pixel], 1) << pixel;
+        }
+        for (const std::size_t pixel : {0U, 6U * 32 + 16U, 16U * 32 + 3U, 1023U}) {
+            EXPECT_EQ(photo.image[1024 + pixel], 1) << "white at " << pixel;
+            EXPECT_EQ(photo.mask[pixel], 0) << pixel;
+        }
+    }
+
+    fs::path folder_;
+};
+
+TEST_F(PhotographRules, FollowsTheAlpha) {
+    const auto photo = data::read_photograph(desc_of(save("a.png", picture(4, 90))));
+    ASSERT_OK(photo.status());
+    EXPECT_STREQ(photo.value().mask_from, "alpha");
+    expect_in_the_middle(photo.value());
+    EXPECT_TRUE(photo.value().depth.empty());
+}
+
+TEST_F(PhotographRules, FloodsFromTheBorder) {
+    io::Image image = picture(3, 200);
+    for (std::size_t pixel = 0; pixel < 300; ++pixel)
+        image.samples[3 * pixel] = static_cast<std::uint16_t>(195 + pixel % 10);  // not quite even
+    const auto photo = data::read_photograph(desc_of(save("b.png", image)));
+    ASSERT_OK(photo.status());
+    EXPECT_STREQ(photo.value().mask_from, "border");
+    expect_in_the_middle(photo.value());
+}
+
+TEST_F(PhotographRules, TakesAMaskAndMaps) {
+    data::PhotographDesc desc = desc_of(save("c.png", picture(3, 40)));
+    io::Image mask = picture(4, 0);
+    io::Image gray;
+    gray.width = mask.width;
+    gray.height = mask.height;
+    gray.channels = 1;
+    for (std::size_t i = 0; i < mask.samples.size(); i += 4)
+        gray.samples.push_back(mask.samples[i + 3]);
+    desc.mask = save("mask.png", gray);
+    for (std::uint16_t& sample : gray.samples) sample = 51;
+    desc.depth = save("depth.png", gray);
+    desc.normal = save("normal.png", gray);
+    const auto photo = data::read_photograph(desc);
+    ASSERT_OK(photo.status());
+    EXPECT_STREQ(photo.value().mask_from, "mask");
+    expect_in_the_middle(photo.value());
+    const std::size_t middle = 16 * 32 + 16;
+    ASSERT_EQ(photo.value().depth.size(), 1024U);
+    EXPECT_NEAR(photo.value().depth[middle], 0.2F, 1e-6F) << "51 of 255";
+    EXPECT_EQ(photo.value().depth[0], 0);
+    ASSERT_EQ(photo.value().normal.size(), 3072U);
+    EXPECT_NEAR(photo.value().normal[2048 + middle], 0.2F, 1e-6F);
+    EXPECT_EQ(photo.value().normal[0], 0.5F);
+}
+
+TEST_F(PhotographRules, AnEvenPictureIsItsObject) {
+    io::Image image = picture(3, 0);
+    std::fill(image.samples.begin(), image.samples.end(), std::uint16_t{80});
+    const auto photo = data::read_photograph(desc_of(save("d.png", image)));
+    ASSERT_OK(photo.status());
+    EXPECT_STREQ(photo.value().mask_from, "nothing");
+    data::PhotographDesc whole = desc_of(save("e.png", picture(4, 0)));
+    whole.crop = false;
+    const auto square = data::read_photograph(whole);
+    ASSERT_OK(square.status());
+    EXPECT_EQ(square.value().side, 50) << "the largest square in the middle";
+    EXPECT_EQ(square.value().x, 25);
+}
+
+TEST_F(PhotographRules, RefusesAndNamesTheFile) {
+    data::PhotographDesc desc = desc_of("nowhere.png");
+    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "nowhere.png");
+    desc.image = save("f.png", picture(3, 200));
+    io::Image small = picture(3, 0);
+    small.height = 25;
+    small.samples.resize(small.samples.size() / 2);
+    desc.depth = save("small.png", small);
+    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
+                 "is 100 x 25 pixels, expected the image's 100 x 50");
+    desc.depth.clear();
+    io::Image black = picture(3, 0);
+    std::fill(black.samples.begin(), black.samples.end(), std::uint16_t{0});
+    desc.mask = save("black.png", black);
+    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
+                 "the mask holds nothing above a half");
+    desc.foreground = 0;
+    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "foreground is 0");
+}
+
+}  // namespace
+}  // namespace splat::test

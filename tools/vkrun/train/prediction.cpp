@@ -1,0 +1,296 @@
+#include "vkrun/train/prediction.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+#include "vkrun/train/html_page.h"
+#include "vkrun/train/picture.h"
+#include "vkrun/train/run_folder.h"
+#include "vkrun/train/scores.h"
+
+namespace vkrun {
+namespace {
+
+/// What 8 bits cannot show.
+constexpr double kInvisible = 1.0 / 255;
+
+/// The built-in weights, in the folder of the sources or beside an installed program.
+std::string built_in_weights() {
+    namespace fs = std::filesystem;
+    std::error_code none;
+    const fs::path program = fs::read_symlink("/proc/self/exe", none);
+    const fs::path name = fs::path("weights") / "cars64" / "weights.safetensors";
+    std::vector<fs::path> places = {program.parent_path() / ".." / "share" / "libsplat" / name};
+    for (fs::path folder = program.parent_path(); folder.has_relative_path();
+         folder = folder.parent_path())
+        places.push_back(folder / "tools" / name);
+    for (const fs::path& place : places)
+        if (fs::exists(place)) return place.lexically_normal().string();
+    throw Failure(kUsageError, "the built-in weights are not there: name others with --weights");
+}
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+    return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// What is predicted from, and which cameras look at it.
+struct Task {
+    Views views;                ///< the input first; then, with a truth, the novel ones
+    std::vector<float> truths;  ///< [n,3,R,R] of all views; empty without
+    std::string name;
+    Json photo;
+};
+
+Task read_photo(const PredictionOptions& options, const Network& network) {
+    if (network.views() != 1)
+        throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
+                                       " views of an object, expected 1: predict from --data");
+    auto desc = sized<splat_photo_desc>();
+    const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
+    desc.image = path(options.image);
+    desc.depth = path(options.depth);
+    desc.normal = path(options.normal);
+    desc.mask = path(options.mask);
+    desc.resolution = network.resolution();
+    desc.foreground = options.foreground;
+    if (options.whole) desc.flags |= SPLAT_PHOTO_WHOLE;
+    std::copy_n(network.background(), 3, desc.background);
+    const ImageChannels& channels = network.channels();
+    if (channels.depth != !options.depth.empty() || channels.normal != !options.normal.empty())
+        throw Failure(kUsageError, std::string("the network takes ") +
+                                       (channels.depth ? "" : "no ") + "depth and " +
+                                       (channels.normal ? "" : "no ") +
+                                       "normal map: give --depth and --normal to match");
+    const std::size_t pixels = std::size_t{network.resolution()} * network.resolution();
+    std::vector<float> image(3 * pixels), depth(pixels), normal(3 * pixels), mask(pixels);
+    auto out = sized<splat_dataset_views>();
+    out.images = image.data();
+    out.depths = depth.data();
+    out.normals = normal.data();
+    out.masks = mask.data();
+    char text[256];
+    std::size_t needed = 0;
+    if (splat_photo_read(&desc, &out, text, sizeof text, &needed) < SPLAT_OK)
+        throw Failure(kBadData, splat_last_error_message());
+    Task task;
+    task.name = std::filesystem::path(options.image).stem().string();
+    task.photo = Json::parse(text);
+    task.views.images = image;
+    std::vector<float>& inputs = task.views.inputs;
+    inputs = image;
+    if (channels.depth) inputs.insert(inputs.end(), depth.begin(), depth.end());
+    if (channels.normal) inputs.insert(inputs.end(), normal.begin(), normal.end());
+    if (channels.mask) inputs.insert(inputs.end(), mask.begin(), mask.end());
+    task.views.view_to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    task.views.quaternions = {1, 0, 0, 0};
+    task.views.cameras = {network.camera()};
+    const auto focal = static_cast<float>(network.camera().fx);
+    task.views.focals = {focal, focal};
+    return task;
+}
+
+Task read_object(const PredictionOptions& options, const Json& config, const Network& network) {
+    const DataSet data(config, options.data, options.split);
+    if (options.object >= data.objects())
+        throw Failure(kUsageError,
+                      format("--object is %u, but there are %u", options.object, data.objects()));
+    const EvaluatedViews which =
+        evaluated_views(data.views_of(options.object), network.views(), options.views);
+    std::vector<std::uint32_t> numbers = which.conditioning;
+    numbers.insert(numbers.end(), which.novel.begin(), which.novel.end());
+    Task task;
+    task.views = data.read(options.object, numbers, network.views(), network.channels());
+    task.truths = task.views.images;
+    task.name = data.name(options.object);
+    return task;
+}
+
+/// Cameras around the middle of the visible Gaussians, at the input camera's distance.
+std::vector<splat_camera> orbit(const PredictionOptions& options, const Network& network,
+                                const Scene& scene) {
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene.get(), &info));
+    std::vector<float> means(3 * info.count);
+    check(splat_scene_read(scene.get(), "means", means.data(), means.size() * sizeof(float)));
+    double depth = 0;
+    for (std::size_t i = 0; i < info.count; ++i)
+        depth += static_cast<double>(means[3 * i + 2]) / static_cast<double>(info.count);
+    auto desc = sized<splat_orbit_desc>();
+    desc.width = desc.height = network.resolution();
+    desc.elevation = options.elevation * std::numbers::pi / 180;
+    desc.distance = depth;
+    desc.fov_x = 2 * std::atan(0.5 * network.resolution() / network.camera().fx);
+    std::vector<splat_camera> cameras(options.views);
+    check(splat_camera_orbit(scene.get(), &desc, options.views, cameras.data()));
+    return cameras;
+}
+
+/// Least squares s d + t against the truth where both are known; larger is farther in both.
+Json compare_depth(const PredictionOptions& options, Network& network, const Scene& scene,
+                   const Task& task) {
+    auto desc = sized<splat_photo_desc>();
+    desc.image = options.true_depth.c_str();
+    desc.resolution = network.resolution();
+    desc.flags = SPLAT_PHOTO_WHOLE;
+    const std::size_t pixels = std::size_t{network.resolution()} * network.resolution();
+    std::vector<float> truth(3 * pixels), known(pixels);
+    auto out = sized<splat_dataset_views>();
+    out.images = truth.data();
+    out.masks = known.data();
+    if (splat_photo_read(&desc, &out, nullptr, 0, nullptr) < SPLAT_OK)
+        throw Failure(kBadData, splat_last_error_message());
+    const Depth drawn = network.draw_depth(scene, task.views.cameras[0]);
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        if (drawn.alpha[i] < 0.5F || truth[i] <= 0 || truth[i] >= 0.99F) continue;
+        const auto x = static_cast<double>(drawn.depth[i]);
+        const auto y = static_cast<double>(truth[i]);
+        used.push_back(i);
+        n += 1;
+        sx += x;
+        sy += y;
+        sxx += x * x;
+        sxy += x * y;
+        syy += y * y;
+    }
+    const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n, cov = sxy - sx * sy / n;
+    const double scale = cov / vx, shift = (sy - scale * sx) / n;
+    double relative = 0;
+    for (const std::size_t i : used) {
+        const auto y = static_cast<double>(truth[i]);
+        relative += std::abs(scale * static_cast<double>(drawn.depth[i]) + shift - y) / y / n;
+    }
+    return {{"pixels", used.size()},
+            {"scale", scale},
+            {"shift", shift},
+            {"relative_error", relative},
+            {"correlation", cov / std::sqrt(vx * vy)}};
+}
+
+void add_scores(const Network& network, const Task& task, const std::vector<float>& images,
+                Json& result) {
+    const std::uint32_t side = network.resolution();
+    const std::size_t plane = std::size_t{3} * side * side;
+    Scores novel, input;
+    for (std::size_t i = 0; i * plane < images.size(); ++i) {
+        auto scores = sized<splat_image_scores>();
+        check(splat_image_compare(images.data() + i * plane, task.truths.data() + i * plane, 3,
+                                  side, side, &scores));
+        (i < network.views() ? input : novel).add(scores);
+    }
+    novel.finish();
+    input.finish();
+    result["psnr"] = novel.psnr;
+    result["ssim"] = novel.ssim;
+    result["novel_views"] = novel.views;
+    result["psnr_input"] = input.psnr;
+}
+
+std::vector<float> interleaved(const float* planes, std::size_t pixels) {
+    std::vector<float> rgb(3 * pixels);
+    for (std::size_t i = 0; i < pixels; ++i)
+        for (std::size_t c = 0; c < 3; ++c) rgb[3 * i + c] = planes[c * pixels + i];
+    return rgb;
+}
+
+void write_pictures(const std::string& out, const Network& network, const Task& task,
+                    const std::vector<float>& images) {
+    const std::uint32_t side = network.resolution();
+    const std::size_t pixels = std::size_t{side} * side;
+    const std::size_t count = images.size() / (3 * pixels);
+    const auto save = [&](const std::string& name, const float* planes) {
+        const std::vector<float> rgb = interleaved(planes, pixels);
+        check(splat_image_save((out + "/" + name).c_str(), rgb.data(), side, side, 3));
+    };
+    save("input.png", task.views.images.data());
+    std::vector<const float*> cells = {task.views.images.data()};
+    std::vector<float> frames;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float* const image = images.data() + 3 * pixels * i;
+        if (i >= network.views()) {
+            save(format("view_%02zu.png", i - network.views()), image);
+            const std::vector<float> rgb = interleaved(image, pixels);
+            frames.insert(frames.end(), rgb.begin(), rgb.end());
+        }
+        cells.push_back(image);
+        if (!task.truths.empty()) cells.push_back(task.truths.data() + 3 * pixels * i);
+    }
+    check(splat_image_save_animation((out + "/orbit.png").c_str(), frames.data(),
+                                     static_cast<std::uint32_t>(frames.size() / (3 * pixels)), side,
+                                     side, 3, 80));
+    contact_sheet(cells, side, task.truths.empty() ? 7 : 10).save(out + "/sheet.png");
+}
+
+std::string write_report(const std::string& out, const Task& task, const Json& result) {
+    HtmlPage page("Prediction of " + task.name);
+    std::vector<std::pair<std::string, std::string>> facts;
+    for (const auto& [key, value] : result.items())
+        facts.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+    page.picture(out + "/input.png", "input");
+    page.picture(out + "/orbit.png", "novel views");
+    page.heading("Facts");
+    page.facts(facts);
+    page.heading(task.truths.empty() ? "Input, its reconstruction, and novel views"
+                                     : "Input, then prediction and truth in pairs");
+    page.picture(out + "/sheet.png", "contact sheet");
+    const std::string path = out + "/report.html";
+    write_file(path, page.text());
+    return path;
+}
+
+}  // namespace
+
+Json run_prediction(const PredictionOptions& options) {
+    const std::string file = options.weights.empty() ? built_in_weights() : options.weights;
+    const Json config = merged_config(config_beside(file, options.config), {});
+    const Device device = open_device(device_desc(options.device));
+    Network network(device.get(), config);
+    Weights weights;
+    check(splat_weights_load(file.c_str(), weights.out()));
+    network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    const Task task =
+        options.data.empty() ? read_photo(options, network) : read_object(options, config, network);
+    std::filesystem::create_directories(options.out);
+
+    auto start = std::chrono::steady_clock::now();
+    const Scene scene = network.predict(task.views);
+    const double predict_ms = milliseconds_since(start);
+    const std::uint32_t before = network.views() * network.resolution() * network.resolution();
+    check(splat_scene_filter(scene.get(), SPLAT_FILTER_FINITE, kInvisible));
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene.get(), &info));
+    if (info.count == 0)
+        throw Failure(kFailed, "the network predicted nothing that can be seen for '" + task.name +
+                                   "': is it trained?");
+    check(splat_scene_save(scene.get(), (options.out + "/scene.ply").c_str(), nullptr));
+
+    std::vector<splat_camera> cameras = task.views.cameras;
+    if (task.truths.empty()) {
+        const auto around = orbit(options, network, scene);
+        cameras.insert(cameras.end(), around.begin(), around.end());
+    }
+    start = std::chrono::steady_clock::now();
+    const std::vector<float> images = network.draw(scene, cameras);
+    Json result = {{"input", task.name},
+                   {"weights", file},
+                   {"gaussians", info.count},
+                   {"left_out", before - info.count},
+                   {"images", cameras.size()},
+                   {"predict_ms", predict_ms},
+                   {"draw_ms", milliseconds_since(start)},
+                   {"device", info_of(device.get()).name}};
+    if (!task.photo.is_null()) result["photo"] = task.photo;
+    if (!task.truths.empty()) add_scores(network, task, images, result);
+    if (!options.true_depth.empty()) result["depth"] = compare_depth(options, network, scene, task);
+    write_pictures(options.out, network, task, images);
+    result["report"] = write_report(options.out, task, result);
+    return result;
+}
+
+}  // namespace vkrun
