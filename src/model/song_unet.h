@@ -31,6 +31,9 @@ class SongUnet {
   public:
     SongUnet(nn::Graph& graph, const PredictorConfig& config, const BuildOptions& options)
         : graph_(graph), config_(config), options_(options) {}
+    SongUnet(const SongUnet&) = delete;
+    SongUnet& operator=(const SongUnet&) = delete;
+    virtual ~SongUnet() = default;
 
     /// x          [N, image_channels, R, R]
     /// embedding  [N, embedding_length], halves as the reference feeds them; kNoValue if there is none
@@ -43,7 +46,7 @@ class SongUnet {
     /// How each parameter starts, by name.
     [[nodiscard]] const std::map<std::string, Init>& inits() const { return inits_; }
 
-  private:
+  protected:  // single layers, for tests against those of other implementations
     struct BlockShape {
         std::uint32_t in = 0;
         std::uint32_t out = 0;
@@ -52,15 +55,22 @@ class SongUnet {
         bool attention = false;
     };
 
-    nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
-    nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId block(const std::string& name, nn::ValueId x, const BlockShape& shape);
-    nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);
-    nn::ValueId self_attention(const std::string& name, nn::ValueId x);
-    nn::ValueId token_attention(const std::string& name, nn::ValueId x);
     nn::ValueId conv(const std::string& name, nn::ValueId x, std::uint32_t out,
                      std::uint32_t kernel, const Init& init, nn::ValueId residual = nn::kNoValue,
                      float scale = 1, bool adapted = false, const Init& bias = {});
+    nn::ValueId resample(nn::ValueId x, bool up);
+    virtual nn::ValueId dropout(nn::ValueId x, float p);
+
+    nn::Graph& graph_;
+    nn::ValueId embedding_ = nn::kNoValue;
+
+  private:
+    nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
+    nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
+    nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);
+    nn::ValueId self_attention(const std::string& name, nn::ValueId x);
+    nn::ValueId token_attention(const std::string& name, nn::ValueId x);
     nn::ValueId convolve(nn::ValueId x, nn::ValueId weight, nn::ValueId bias, nn::ValueId residual,
                          double scale);
     nn::ValueId lora(const std::string& name, nn::ValueId x, std::uint32_t out,
@@ -68,17 +78,13 @@ class SongUnet {
     nn::ValueId linear(const std::string& name, nn::ValueId x, std::uint32_t out,
                        const Init& bias = {});
     nn::ValueId norm(const std::string& name, nn::ValueId x, bool silu);
-    nn::ValueId resample(nn::ValueId x, bool up);
-    nn::ValueId dropout(nn::ValueId x, float p);
     nn::ValueId parameter(const std::string& name, const Shape& shape, const Init& init);
     [[nodiscard]] std::uint32_t channels(nn::ValueId x) const { return graph_.value(x).shape[1]; }
     [[nodiscard]] bool attends(std::uint32_t resolution) const;
 
-    nn::Graph& graph_;
     const PredictorConfig& config_;
     BuildOptions options_;
     std::map<std::string, Init> inits_;
-    nn::ValueId embedding_ = nn::kNoValue;
     nn::ValueId tokens_ = nn::kNoValue;
     nn::ValueId counter_ = nn::kNoValue;
     std::int64_t dropouts_ = 0;  ///< layers so far: the generator's stream

@@ -2,14 +2,13 @@
 // for the keys.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <sstream>
 
+#include "model/golden_file.h"
 #include "model/predictor.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
-#include "support/npz.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -24,24 +23,6 @@ using model::PredictorOptions;
 /// them, too (grad_rel_err32: 2e-6 to 3e-5).
 constexpr double kOutput = 2e-4;    // absolute
 constexpr double kGradient = 1e-4;  // relative L2 per tensor
-
-struct Golden {
-    Npz npz;
-    std::string name;
-
-    [[nodiscard]] const NpyArray& array(const std::string& key) const {
-        static const NpyArray none;
-        const auto found = npz.find(key);
-        EXPECT_TRUE(found.ok()) << name << ": " << found.status().message();
-        return found.ok() ? *found.value() : none;
-    }
-    [[nodiscard]] std::vector<float> floats(const std::string& key) const {
-        return array(key).f32().value();
-    }
-    [[nodiscard]] std::vector<double> doubles(const std::string& key) const {
-        return array(key).f64().value();
-    }
-};
 
 PredictorConfig config_of(const Golden& golden) {
     const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
@@ -143,29 +124,6 @@ class Session {
     PredictorOptions options_;
 };
 
-void expect_output(const std::string& what, const std::vector<float>& got,
-                   const std::vector<double>& expected) {
-    ASSERT_EQ(got.size(), expected.size()) << what;
-    double worst = 0;
-    for (std::size_t i = 0; i < got.size(); ++i) {
-        const double difference = std::abs(static_cast<double>(got[i]) - expected[i]);
-        worst = std::isfinite(difference) ? std::max(worst, difference) : HUGE_VAL;
-    }
-    EXPECT_LE(worst, kOutput) << what;
-}
-
-/// `own` is the relative error of the expected tensor itself.
-void expect_gradient(const std::string& what, const std::vector<float>& got,
-                     const std::vector<double>& expected, double own = 0) {
-    ASSERT_EQ(got.size(), expected.size()) << what;
-    double difference = 0, norm = 0;
-    for (std::size_t i = 0; i < got.size(); ++i) {
-        difference += std::pow(static_cast<double>(got[i]) - expected[i], 2);
-        norm += expected[i] * expected[i];
-    }
-    EXPECT_LE(std::sqrt(difference), (kGradient + own) * std::sqrt(norm)) << what;
-}
-
 /// [norm, sum, sum_i g_i cos(0.37 i)] of every gradient. An error of relative norm e moves the norm by
 /// at most e, each sum by at most e * norm * sqrt(elements) (Cauchy and Schwarz).
 void expect_digests(const Session& session, const Golden& golden) {
@@ -199,12 +157,14 @@ void expect_digests(const Session& session, const Golden& golden) {
 void expect_outputs(const Session& session, const Golden& golden) {
     const auto outputs = session.predictor->outputs();
     const auto at = [&](const char* key) { return golden.doubles("o64." + std::string(key)); };
-    expect_output(golden.name + " xyz", session.get(outputs.means), at("xyz"));
-    expect_output(golden.name + " opacity", session.get(outputs.opacities), at("opacity"));
-    expect_output(golden.name + " scaling", session.get(outputs.scales), at("scaling"));
-    expect_output(golden.name + " rotation", session.get(outputs.rotations), at("rotation"));
-    expect_output(golden.name + " sh", session.get(outputs.sh),
-                  Session::sh(at("features_dc"), at("features_rest")));
+    expect_absolute(golden.name + " xyz", session.get(outputs.means), at("xyz"), kOutput);
+    expect_absolute(golden.name + " opacity", session.get(outputs.opacities), at("opacity"),
+                    kOutput);
+    expect_absolute(golden.name + " scaling", session.get(outputs.scales), at("scaling"), kOutput);
+    expect_absolute(golden.name + " rotation", session.get(outputs.rotations), at("rotation"),
+                    kOutput);
+    expect_absolute(golden.name + " sh", session.get(outputs.sh),
+                    Session::sh(at("features_dc"), at("features_rest")), kOutput);
 }
 
 /// d_x of the channels that the network sees.
@@ -226,15 +186,16 @@ void expect_gradients(const Session& session, const Golden& golden) {
     const double own = golden.doubles("grad_rel_err32")[0];
     for (const nn::Parameter& parameter : session.predictor->parameters().all())
         if (golden.npz.has("d." + parameter.name))
-            expect_gradient(golden.name + " " + parameter.name, session.get(parameter.grad),
-                            to_double(golden.floats("d." + parameter.name)), own);
+            expect_relative(golden.name + " " + parameter.name, session.get(parameter.grad),
+                            to_double(golden.floats("d." + parameter.name)), kGradient + own);
     if (golden.npz.has("d_x64"))
-        expect_gradient(golden.name + " x", session.get(session.predictor->image_gradient()),
-                        image_gradient(golden, session.predictor->config()));
+        expect_relative(golden.name + " x", session.get(session.predictor->image_gradient()),
+                        image_gradient(golden, session.predictor->config()), kGradient);
     if (golden.npz.has("d_emb")) {
         std::vector<float> gradient;
         ASSERT_OK(session.predictor->embedding_gradient(gradient));
-        expect_gradient(golden.name + " emb", gradient, to_double(golden.floats("d_emb")), own);
+        expect_relative(golden.name + " emb", gradient, to_double(golden.floats("d_emb")),
+                        kGradient + own);
     }
 }
 
