@@ -938,7 +938,9 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings
  * and low-rank adapters) with its parameters on a device. M = views * R * R Gaussians per object; N =
- * objects * views images of R x R pixels. Its calls are externally synchronised on the model. */
+ * objects * views images of R x R pixels. Its calls are externally synchronised on the model.
+ * Keys of a configuration: src/model/config_file.h; opt.freeze and opt.train_with_adapters, lists of
+ * parts of parameters' names, choose what gets gradients. */
 typedef struct splat_model_s* splat_model;
 
 enum {

@@ -16,10 +16,6 @@ enum class Precision : int { kStrict, kBalanced, kFast };
 struct BuildOptions {
     bool training = false;  ///< dropout acts
     Precision precision = Precision::kBalanced;
-    /// Parameters that get no gradient: those whose name contains one of these.
-    std::vector<std::string> frozen;
-    /// Where adapters are: only they, and parameters whose name contains one of these, get gradients.
-    std::vector<std::string> trained_with_adapters;
 };
 
 /// Builds the layers of Song et al.'s U-Net (the "DDPM++" variant without noise conditioning) into a
@@ -39,7 +35,8 @@ class SongUnet {
     /// embedding  [N, embedding_length], halves as the reference feeds them; kNoValue if there is none
     /// tokens     [N, token_dim, T]; kNoValue if there are none
     /// counter    [4] row-major, of the dropout's generator; kNoValue unless training
-    /// Returns    [N, output_channels, R, R]; the graph's status tells of errors
+    /// Returns    [N, output_channels, R, R]; the graph's status tells of errors: those of operators;
+    ///            kInvalidArgument for a part of a name, see PredictorConfig, that is in none
     nn::ValueId build(nn::ValueId x, nn::ValueId embedding, nn::ValueId tokens,
                       nn::ValueId counter);
 
@@ -66,6 +63,7 @@ class SongUnet {
     nn::ValueId embedding_ = nn::kNoValue;
 
   private:
+    [[nodiscard]] Status check_parts() const;
     nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);

@@ -85,6 +85,28 @@ TEST_F(ApiModel, WeightsGoRound) {
         << report(more);
 }
 
+TEST_F(ApiModel, ConfigurationChoosesWhatIsTrained) {
+    splat_model_desc desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    const std::string config = std::string(kSmallModel) +
+                               "\nopt: {lora_finetune: true, train_with_adapters: [out.], "
+                               "freeze: [out.bias]}";
+    desc.config = config.c_str();
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_zero_gradients(model));
+    EXPECT_EQ(read(model, "grad:network_with_offset.out.weight", 576),
+              std::vector<float>(576, 0.0F));
+    for (const char* name : {"grad:network_with_offset.out.bias",
+                             "grad:network_with_offset.encoder.enc.16x16_conv.weight"})
+        EXPECT_REFUSED(splat_model_read(model, name, image_.data(), 3000),
+                       SPLAT_ERROR_INVALID_STATE, "is not trained");
+    const std::string wrong = std::string(kSmallModel) + "\nopt: {freeze: [nothing]}";
+    desc.config = wrong.c_str();
+    EXPECT_REFUSED(splat_model_create(device_, &desc, model.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "opt.freeze has 'nothing'");
+}
+
 TEST_F(ApiModel, GradientsAddUp) {
     splat_model_desc desc = model_desc();
     desc.flags = SPLAT_MODEL_GRADIENTS;

@@ -64,6 +64,23 @@ std::vector<float> images_of(const std::vector<float>& rgb, const std::vector<fl
     return all;
 }
 
+/// Images before the cameras of a file.
+struct Inputs {
+    Inputs(const Golden& golden, std::vector<float> given)
+        : images(std::move(given)),
+          poses(golden.floats("v2w")),
+          quaternions(golden.floats("quat")) {}
+    [[nodiscard]] model::PredictorInput view() const {
+        return {.images = images,
+                .view_to_world = poses,
+                .quaternions = quaternions,
+                .focals = {},
+                .embedding = {},
+                .tokens = {}};
+    }
+    std::vector<float> images, poses, quaternions;
+};
+
 class GoldenNetGraft : public KernelsTest {
   protected:
     void SetUp() override {
@@ -87,15 +104,9 @@ class GoldenNetGraft : public KernelsTest {
         EXPECT_OK(context().read(view, values.data(), values.size() * 4));
         return values;
     }
-    std::vector<std::vector<float>> outputs(Predictor& predictor, const Golden& golden,
-                                            const std::vector<float>& images) {
-        const std::vector<float> poses = golden.floats("v2w"), quaternions = golden.floats("quat");
-        EXPECT_OK(predictor.set_input({.images = images,
-                                       .view_to_world = poses,
-                                       .quaternions = quaternions,
-                                       .focals = {},
-                                       .embedding = {},
-                                       .tokens = {}}));
+    std::vector<std::vector<float>> outputs(Predictor& predictor,
+                                            const model::PredictorInput& input) {
+        EXPECT_OK(predictor.set_input(input));
         EXPECT_OK(predictor.forward());
         const auto views = predictor.outputs();
         return {get(views.means), get(views.opacities), get(views.scales), get(views.rotations),
@@ -152,7 +163,7 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
         options.build.precision = model::Precision::kStrict;
         const auto narrow = make(graft_config(), state, options);
         ASSERT_TRUE(narrow);
-        const auto expected = outputs(*narrow, golden, golden.floats("x_rgb"));
+        const auto expected = outputs(*narrow, Inputs(golden, golden.floats("x_rgb")).view());
         expect_outputs(expected, golden, "o_old.");
         for (const Variant& variant : kVariants) {
             const std::string at = variant.name;
@@ -161,9 +172,10 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
             ASSERT_TRUE(wide);
             const nn::Parameter& first = *wide->parameters().find(first_name(golden));
             EXPECT_EQ(get(first.value), golden.floats("new_" + at + "." + first.name));
-            const auto got = outputs(*wide, golden,
-                                     images_of(golden.floats("x_rgb"), golden.floats("x_prior"),
-                                               256, variant.first, variant.count));
+            const auto got = outputs(
+                *wide, Inputs(golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"),
+                                                256, variant.first, variant.count))
+                           .view());
             expect_outputs(got, golden, "o_" + at + ".");
             for (std::size_t i = 0; i < got.size(); ++i)
                 expect_absolute(at + " output " + std::to_string(i), got[i], to_double(expected[i]),
@@ -195,11 +207,11 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         PredictorOptions options;
         options.objects = 2;
         options.build.precision = model::Precision::kStrict;
-        const std::vector<float> images =
-            images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256, 0, 4);
+        const Inputs inputs(golden,
+                            images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256, 0, 4));
         const auto ours = make(config, state, options);
         ASSERT_TRUE(ours);
-        const auto expected = outputs(*ours, golden, images);
+        const auto expected = outputs(*ours, inputs.view());
         expect_outputs(expected, golden, "o_lora.");
         std::size_t adapters = 0;
         for (const io::NamedTensor& tensor : state_of(golden, "lora_init.")) {
@@ -221,7 +233,138 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         EXPECT_GT(adapters, 0U);
         const auto theirs = make(config, state, options);
         ASSERT_TRUE(theirs);
-        EXPECT_EQ(outputs(*theirs, golden, images), expected);
+        EXPECT_EQ(outputs(*theirs, inputs.view()), expected);
+    }
+}
+
+PredictorConfig rgb_config() {
+    PredictorConfig c;
+    c.resolution = 32;
+    c.base_dim = 16;
+    c.num_blocks = 2;
+    c.attention_resolutions = {8};
+    return c;
+}
+
+/// Adam on all blocks of a predictor's parameters, towards outputs of zero: the gradient of half the sum
+/// of squares is the outputs themselves.
+class Training {
+  public:
+    Training(vk::Context& context, Predictor& predictor)
+        : context_(context), predictor_(predictor) {
+        for (const nn::ParameterBlock& block : predictor.parameters().blocks()) {
+            const std::vector<float> zeros(block.values.bytes / 4, 0);
+            moments_.push_back(upload(context, zeros));
+            moments_.push_back(upload(context, zeros));
+        }
+    }
+
+    void steps(std::uint64_t count, const model::PredictorInput& input) {
+        for (std::uint64_t step = 1; step <= count; ++step) {
+            ASSERT_OK(predictor_.parameters().zero_gradients());
+            ASSERT_OK(predictor_.set_input(input));
+            ASSERT_OK(predictor_.forward());
+            const auto outputs = predictor_.outputs();
+            const auto gradients = predictor_.output_gradients();
+            vk::Recorder copies(context_);
+            ASSERT_OK(copies.copy(outputs.means, gradients.means));
+            ASSERT_OK(copies.copy(outputs.opacities, gradients.opacities));
+            ASSERT_OK(copies.copy(outputs.scales, gradients.scales));
+            ASSERT_OK(copies.copy(outputs.rotations, gradients.rotations));
+            ASSERT_OK(copies.copy(outputs.sh, gradients.sh));
+            run(copies);
+            ASSERT_OK(predictor_.backward());
+            vk::Recorder update(context_);
+            const auto blocks = predictor_.parameters().blocks();
+            for (std::size_t i = 0; i < blocks.size(); ++i)
+                ASSERT_OK(ops::adam(update, {.step = step, .learning_rate = 1e-3}, blocks[i].values,
+                                    blocks[i].grads, moments_[2 * i].range(),
+                                    moments_[2 * i + 1].range()));
+            run(update);
+            predictor_.parameters().changed();
+        }
+    }
+
+  private:
+    void run(vk::Recorder& recorder) {
+        auto list = recorder.finish();
+        ASSERT_OK(list.status());
+        ASSERT_OK(context_.run(list.value()));
+    }
+
+    vk::Context& context_;
+    Predictor& predictor_;
+    std::vector<vk::Buffer> moments_;
+};
+
+/// Largest magnitude of the weights of each input channel.
+std::vector<float> column_sizes(const std::vector<float>& weight, const Shape& shape) {
+    std::vector<float> most(shape[1], 0);
+    const std::size_t taps = std::size_t{shape[2]} * shape[3];
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+        float& size = most[i / taps % shape[1]];
+        size = std::max(size, std::abs(weight[i]));
+    }
+    return most;
+}
+
+/// Twenty steps of the optimiser in five cases: with one set of kernels only.
+class GoldenNetTraining : public GoldenNetGraft {};
+INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetTraining, testing::Values(vk::Kernels::kCpu),
+                         kernels_test_name);
+
+/// From the golden network of three channels to one that uses four, six and seven: equal outputs, then
+/// twenty steps that move every new column, alone and beside adapters.
+TEST_P(GoldenNetTraining, MovesNewChannels) {
+    const std::vector<std::string> paths = golden_files("net", "net_rgb");
+    ASSERT_FALSE(paths.empty());
+    auto npz = Npz::read(paths[0]);
+    ASSERT_OK(npz.status());
+    const Golden golden{std::move(npz.value()), "net_rgb"};
+    io::NamedTensors state = state_of(golden, "p.");
+    ASSERT_OK(state.add(
+        {"ray_dirs", golden.dims("ray_dirs"), io::NumberType::kF32, golden.floats("ray_dirs")}));
+    const auto narrow = make(rgb_config(), state, {});
+    ASSERT_TRUE(narrow);
+    const auto expected = outputs(*narrow, Inputs(golden, golden.floats("x")).view());
+    const std::vector<float> priors = normal_fill(std::size_t{4} * 32 * 32, 77);
+    const std::string name = "network_with_offset.encoder.enc.32x32_conv.weight";
+
+    struct Case {
+        const Variant& variant;
+        std::uint32_t rank;
+        bool with_first;
+    };
+    for (const Case& c : {Case{kVariants[2], 4, true}, Case{kVariants[2], 4, false}}) {
+        PredictorConfig config = widened(rgb_config(), c.variant.channels);
+        config.lora.rank = c.rank;
+        if (c.rank > 0 && c.with_first) config.lora.trained = {"32x32_conv."};
+        PredictorOptions options;
+        options.gradients = true;
+        const auto wide = make(config, state, options);
+        ASSERT_TRUE(wide);
+        const std::string what =
+            std::string(c.variant.name) + " rank " + std::to_string(c.rank) + ": ";
+        const Inputs inputs(
+            golden, images_of(golden.floats("x"), priors, 1024, c.variant.first, c.variant.count));
+        const auto got = outputs(*wide, inputs.view());
+        for (std::size_t i = 0; i < got.size(); ++i)
+            expect_absolute(what + "output " + std::to_string(i), got[i], to_double(expected[i]),
+                            1e-6);
+        const nn::Parameter& first = *wide->parameters().find(name);
+        EXPECT_EQ(first.grad.block != nullptr, c.with_first) << what;
+        Training training(context(), *wide);
+        training.steps(20, inputs.view());
+        if (testing::Test::HasFatalFailure()) return;
+        const std::vector<float> columns = column_sizes(get(first.value), first.shape);
+        for (std::size_t i = 3; i < columns.size(); ++i) {
+            // Adam's steps are of the size of its rate while gradients keep their signs.
+            if (c.with_first) {
+                EXPECT_GT(columns[i], 5e-3F) << what << i;
+            } else {
+                EXPECT_EQ(columns[i], 0) << what << i << " is neither trained nor adapted";
+            }
+        }
     }
 }
 

@@ -77,7 +77,6 @@ class Run {
         const bool masked = golden.has(layer_.key("mask"));
         model::BuildOptions options;
         options.precision = model::Precision::kStrict;
-        options.trained_with_adapters = layer_.trained_with_adapters;
         Layers layers(graph_, layer_.config, options);
         if (golden.has(layer_.key("emb"))) {
             const auto dims = golden.dims(layer_.key("emb"));

@@ -32,8 +32,6 @@ struct GoldenLayer {
     const Golden& golden;
     std::string name;
     model::PredictorConfig config = {};
-    /// Parameters that get gradients beside adapters, where there are adapters.
-    std::vector<std::string> trained_with_adapters = {};
     std::function<nn::ValueId(Layers&, nn::ValueId x)> build = {};
 
     [[nodiscard]] std::string key(const char* what) const { return name + "." + what; }

@@ -72,9 +72,10 @@ model::LoraConfig adapters(const Golden& golden, const std::string& name) {
 TEST_P(GoldenNetLayers, Adapters) {
     each_file("lora", [&](const Golden& golden) {
         for (const char* name : {"lin", "lindrop", "c3", "c1"}) {
-            GoldenLayer layer{.golden = golden, .name = name, .trained_with_adapters = {".bias"}};
+            GoldenLayer layer{.golden = golden, .name = name};
             layer.config.lora = adapters(golden, name);
             layer.config.lora.targets = {name};
+            layer.config.lora.trained = {".bias"};
             const auto y = golden.dims(layer.key("y"));
             const std::uint32_t kernel = std::string(name) == "c3" ? 3 : 1;
             layer.build = [&](Layers& layers, ValueId x) {
@@ -89,10 +90,9 @@ TEST_P(GoldenNetLayers, Adapters) {
 
 TEST_P(GoldenNetLayers, BlockWithAdapters) {
     each_file("lora", [&](const Golden& golden) {
-        GoldenLayer layer{.golden = golden,
-                          .name = "block",
-                          .trained_with_adapters = {".norm", ".bias", ".skip"}};
+        GoldenLayer layer{.golden = golden, .name = "block"};
         layer.config.lora = adapters(golden, "block");
+        layer.config.lora.trained = {".norm", ".bias", ".skip"};
         layer.build = [](Layers& layers, ValueId x) {
             return layers.block("block", x, {16, 24, false, false, true});
         };

@@ -250,6 +250,58 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
                  "another field of view");
 }
 
+/// Which parameters get gradients, by parts of their names.
+TEST_P(PredictorRules, TrainsWhatIsChosen) {
+    PredictorOptions options;
+    options.gradients = true;
+    const auto trained = [&](const PredictorConfig& config) {
+        std::vector<std::string> names;
+        const auto predictor = make(config, options);
+        if (!predictor) return names;
+        for (const nn::Parameter& parameter : predictor->parameters().all())
+            if (parameter.grad.block != nullptr) names.push_back(parameter.name);
+        return names;
+    };
+    const auto all_have = [](const std::vector<std::string>& names, auto&& rule) {
+        return !names.empty() && std::all_of(names.begin(), names.end(), rule);
+    };
+    const auto has = [](const std::string& name, const char* part) {
+        return name.find(part) != std::string::npos;
+    };
+    PredictorConfig config = small_config();
+    const std::size_t all = trained(config).size();
+    config.frozen = {"norm", "16x16_conv."};
+    const std::vector<std::string> rest = trained(config);
+    EXPECT_LT(rest.size(), all);
+    EXPECT_TRUE(all_have(rest, [&](const std::string& name) {
+        return !has(name, "norm") && !has(name, "16x16_conv.");
+    }));
+    config.lora.rank = 2;
+    config.lora.trained = {"16x16_conv.", "out.bias"};
+    config.frozen = {"qkv", "conv.weight"};
+    const std::vector<std::string> chosen = trained(config);
+    EXPECT_TRUE(all_have(chosen, [&](const std::string& name) {
+        return (has(name, "lora_") && !has(name, "qkv")) || has(name, "16x16_conv.bias") ||
+               has(name, "out.bias");
+    }));
+    EXPECT_EQ(std::count_if(chosen.begin(), chosen.end(),
+                            [&](const std::string& name) { return !has(name, "lora_"); }),
+              2);
+
+    const auto status = [&](void (*change)(PredictorConfig&)) {
+        PredictorConfig changed = small_config();
+        changed.lora.rank = 2;
+        change(changed);
+        return Predictor::create(context(), changed, options).status();
+    };
+    EXPECT_ERROR(status([](PredictorConfig& c) { c.frozen = {"nrom"}; }), Code::kInvalidArgument,
+                 "opt.freeze has 'nrom'");
+    EXPECT_ERROR(status([](PredictorConfig& c) { c.lora.targets = {"skip"}; }),
+                 Code::kInvalidArgument, "opt.lora_targets has 'skip'");
+    EXPECT_ERROR(status([](PredictorConfig& c) { c.lora.trained = {"conv9"}; }),
+                 Code::kInvalidArgument, "opt.train_with_adapters has 'conv9'");
+}
+
 TEST_P(PredictorRules, RefusesInputsThatDoNotFit) {
     const auto predictor = make(small_config());
     ASSERT_TRUE(predictor);

@@ -102,8 +102,8 @@ Json memory_json(splat_device device) {
 void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer, const Options& options) {
     const bool step = std::string(key) == "forward_backward";
     const PassMeasurement measured = measure_pass(run, peer, step, options.rounds);
-    const bool adapters = run.report().at("config").contains("opt");
-    const double gflop = !step ? run.gflop() : adapters ? 0 : 3 * run.gflop();
+    const bool in_part = run.report().at("config").contains("opt");
+    const double gflop = !step ? run.gflop() : in_part ? 0 : 3 * run.gflop();
     json[key] = times_json(measured.ours, gflop);
     json[key]["bytes"] = run.report().at("bytes");
     json[key]["create_ms"] = run.create_ms();
