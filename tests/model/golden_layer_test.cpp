@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
+#include "model/adapters.h"
 #include "model/golden_layer.h"
-#include "model/weights.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/rng_fill.h"

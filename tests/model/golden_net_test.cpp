@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <sstream>
 
+#include "model/adapters.h"
 #include "model/golden_file.h"
 #include "model/predictor.h"
-#include "model/weights.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/rng_fill.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/weights.h"
+#include "model/adapters.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
@@ -148,7 +148,7 @@ TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
     ASSERT_OK(state.status());
     auto adapters = model::save_adapters(*adapted);
     ASSERT_OK(adapters.status());
-    auto folded = model::merge_adapters(state.value(), adapters.value(), 6, 1);
+    auto folded = model::merge_adapters(state.value(), adapters.value().tensors, 6, 1);
     ASSERT_OK(folded.status());
     model::LoadReport report;
     ASSERT_OK(model::load_state(*merged, folded.value(), {}, report));
@@ -160,10 +160,11 @@ TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
         worst = std::max(worst, std::abs(static_cast<double>(got[i] - expected[i])));
     EXPECT_LE(worst, 1e-6) << "float32 sums of the same numbers in another order; seen 4.5e-8";
     ASSERT_OK(model::load_state(
-        *merged, model::merge_adapters(state.value(), adapters.value(), 0, 1).value(), {}, report));
+        *merged, model::merge_adapters(state.value(), adapters.value().tensors, 0, 1).value(), {},
+        report));
     EXPECT_GT(relative_l2(run(*merged, inputs), expected), 1e-3) << "without adapters";
 
-    auto unfolded = model::merge_adapters(folded.value(), adapters.value(), 6, -1);
+    auto unfolded = model::merge_adapters(folded.value(), adapters.value().tensors, 6, -1);
     ASSERT_OK(unfolded.status());
     for (const io::NamedTensor& tensor : unfolded.value())
         for (std::size_t i = 0; i < tensor.values.size(); ++i) {

@@ -2,9 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "vkrun/command.h"
 #include "vkrun/model_bench.h"
@@ -52,14 +50,6 @@ struct Options : ModelBenchOptions {
     bool json = false;
     bool profile = false;
 };
-
-std::string read_text(const std::string& path) {
-    std::ifstream file(path);
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (!file) throw Failure(kFailed, path + ": cannot be read, or is empty");
-    return text.str();
-}
 
 std::unique_ptr<ModelPeer> start_peer(const Options& options, const Json& config) {
     if (!options.peer) return nullptr;

@@ -38,5 +38,6 @@ void add_convert(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
+void add_weights_model(CLI::App& weights, int& exit_code);  ///< below `weights`
 
 }  // namespace vkrun
