@@ -43,6 +43,17 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
     calls.push_back(sample("film", Json::object(), {x, normal_tensor({2, 6}, 4)}, {image}));
 }
 
+inline void add_feature_samples(std::vector<OpCall>& calls) {
+    const Shape image{2, 6, 5, 6};
+    calls.push_back(sample("relu", Json::object(), {normal_tensor(image, 1)}, {image}));
+    calls.push_back(
+        sample("max_pool2d", Json::object(), {normal_tensor(image, 2)}, {Shape{2, 6, 2, 3}}));
+    calls.push_back(
+        sample("feature_distance", Json::object(),
+               {normal_tensor(image, 3), normal_tensor(image, 4), normal_tensor({6}, 5, 1, 0.1)},
+               {Shape{2, 1}}));
+}
+
 inline void add_attention_samples(std::vector<OpCall>& calls) {
     const Shape q{2, 8, 5, 7};
     const Shape k{2, 8, 33};
@@ -131,6 +142,7 @@ inline std::vector<OpCall> op_samples() {
                        {Shape{2, 6, 3, 7}}));
     add_elementwise_samples(calls);
     add_attention_samples(calls);
+    add_feature_samples(calls);
     add_random_samples(calls);
     calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
     for (const char* loss : {"l1", "l2", "ssim"})

@@ -1,9 +1,9 @@
-#include "ops/l1.h"
+#include "ops/losses/l1.h"
 
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/l1_ref.h"
+#include "ref/losses/l1_ref.h"
 #include "support/golden.h"
 
 namespace splat::test {

@@ -1,9 +1,9 @@
-#include "ops/l2.h"
+#include "ops/losses/l2.h"
 
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/l2_ref.h"
+#include "ref/losses/l2_ref.h"
 #include "support/golden.h"
 
 namespace splat::test {
