@@ -2,76 +2,36 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
+#include "ops/losses/pixel_loss_case.h"
 #include "ref/losses/l1_ref.h"
-#include "support/golden.h"
 
 namespace splat::test {
 namespace {
 
+constexpr PixelLoss kL1{"l1", ref::l1_forward<double>, ref::l1_backward<double>};
+
 class L1 : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(L1);
 
-OpCall l1_call(const HostTensor& a, const HostTensor& b, float grad_loss) {
-    return sample("l1", Json::object(), {a, b}, std::vector<HostTensor>{{{1}, {grad_loss}}});
-}
-
-/// One element, ends of chunks, channels that pad a quad, a batch.
 TEST_P(L1, MatchesFloat64) {
-    std::uint64_t seed = 10;
-    for (const Shape& shape : {Shape{1, 1}, Shape{2, 5, 7}, Shape{1, 3, 32, 32},
-                               Shape{1, 4, 25, 41}, Shape{4, 7, 17, 31}, Shape{4, 3, 128, 128}}) {
-        seed += 2;
-        const OpCall call =
-            l1_call(normal_tensor(shape, seed), normal_tensor(shape, seed + 1, 0.3), 1.5F);
-        const std::vector<double> a = to_double(call.inputs[0].values);
-        const std::vector<double> b = to_double(call.inputs[1].values);
-        expect_matches(context(), call, {ref::l1_forward(a, b)}, {ref::l1_backward(a, b, 1.5), {}},
-                       shape.text());
-    }
+    expect_float64(context(), kL1);
 }
 
 TEST_P(L1, EqualImagesGiveZero) {
-    const HostTensor a = normal_tensor({2, 3, 4, 5}, 40);
-    const OpResult gpu = run_op(context(), l1_call(a, a, 2));
-    ASSERT_OK(gpu.status);
-    EXPECT_EQ(gpu.outputs[0][0], 0);
-    for (const float gradient : gpu.grad_inputs[0]) EXPECT_EQ(gradient, 0);
+    expect_zero_of_equals(context(), kL1);
 }
 
 TEST_P(L1, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "metric")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        for (const std::string pair : {"0", "1", "2"}) {
-            const auto name = [&pair](const char* key) { return pair + "." + key; };
-            const OpResult gpu =
-                run_op(context(), l1_call(image_batch(golden_tensor(npz.value(), name("a"))),
-                                          image_batch(golden_tensor(npz.value(), name("b"))), 1));
-            ASSERT_OK(gpu.status);
-            EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), name("l164")), 0,
-                              kGoldenLayer, {"loss", reproduce(name(path.c_str()))}));
-            EXPECT_TRUE(close(gpu.grad_inputs[0], golden_values(npz.value(), name("d_l164")), 1e-10,
-                              kGoldenLayer, {"grad_a", reproduce(name(path.c_str())), true}));
-        }
-    }
+    expect_golden(context(), kL1);
 }
 
 TEST_P(L1, RejectsBadShapes) {
-    const auto status = [this](const Shape& a, const Shape& b) {
-        return run_op(context(), l1_call(normal_tensor(a, 1), normal_tensor(b, 2), 1)).status;
-    };
-    EXPECT_ERROR(status({2, 3, 4}, {2, 4, 3}), Code::kShape, "'b'");
-    EXPECT_ERROR(status({6}, {6}), Code::kShape, "channels");
+    expect_refusals(context(), kL1);
 }
 
 TEST(L1Reference, GradcheckFloat64) {
-    const std::vector<double> a = to_double(normal_fill(40, 1));
-    const std::vector<double> b = to_double(normal_fill(40, 2));
-    expect_gradcheck({a, b},
-                     [](const Arrays& in) { return Arrays{ref::l1_forward(in[0], in[1]).value}; },
-                     {{1.5}}, {ref::l1_backward(a, b, 1.5).value, {}});
+    expect_gradcheck_of(kL1);
 }
 
 }  // namespace
