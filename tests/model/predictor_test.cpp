@@ -266,6 +266,45 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
                  "another field of view");
 }
 
+/// Poses and view indices modulate as a given vector of their sines and cosines does.
+TEST_P(PredictorRules, EmbedsPosesAndIndices) {
+    PredictorConfig config = small_config();
+    config.views = 2;
+    const auto encoded = [](const std::vector<double>& scalars, std::uint32_t dimension) {
+        std::vector<float> values;
+        for (const double s : scalars)
+            for (const bool sine : {false, true})
+                for (std::uint32_t j = 0; j < dimension / 2; ++j) {
+                    const double angle = s * std::pow(10000.0, -2.0 * j / dimension);
+                    values.push_back(static_cast<float>(sine ? std::sin(angle) : std::cos(angle)));
+                }
+        return values;
+    };
+    Inputs inputs(config);
+    inputs.poses[16 + 8] = 0.5F;    // the second view's axis,
+    inputs.poses[16 + 12] = -2.5F;  // and its place
+    const std::vector<float> poses = encoded({0, 0, 0, 0, 0, 1, -2.5, 0, 0, 0.5, 0, 1}, 2);
+    const std::vector<float> indices = encoded({0, 1}, 12);
+    const auto predict = [&](model::Embedding kind, std::uint32_t dimension,
+                             const std::vector<float>& given) {
+        config.embedding = kind;
+        config.embedding_dim = dimension;
+        const auto predictor = make(config);
+        if (!predictor) return std::vector<float>();
+        randomise(*predictor, 70);
+        model::PredictorInput input = inputs.view();
+        input.embedding = given;
+        EXPECT_OK(predictor->set_input(input));
+        EXPECT_OK(predictor->forward());
+        return read(predictor->raw_output());
+    };
+    const std::vector<float> by_pose = predict(model::Embedding::kPose, 2, {});
+    const std::vector<float> by_index = predict(model::Embedding::kIndex, 12, {});
+    EXPECT_LE(relative_l2(by_pose, predict(model::Embedding::kCustom, 2, poses)), 1e-6);
+    EXPECT_LE(relative_l2(by_index, predict(model::Embedding::kCustom, 2, indices)), 1e-6);
+    EXPECT_GT(relative_l2(by_pose, by_index), 1e-4) << "they have an effect";
+}
+
 /// Which parameters get gradients, by parts of their names.
 TEST_P(PredictorRules, TrainsWhatIsChosen) {
     PredictorOptions options;
