@@ -938,7 +938,9 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings
  * and low-rank adapters) with its parameters on a device. M = views * R * R Gaussians per object; N =
- * objects * views images of R x R pixels. Its calls are externally synchronised on the model. */
+ * objects * views images of R x R pixels. Its calls are externally synchronised on the model.
+ * Keys of a configuration: src/model/config_file.h; opt.freeze and opt.train_with_adapters, lists of
+ * parts of parameters' names, choose what gets gradients. */
 typedef struct splat_model_s* splat_model;
 
 enum {
@@ -975,18 +977,31 @@ enum {
     SPLAT_LOAD_TAKE_RAYS = 1u << 1, /* take over the file's field of view */
     SPLAT_LOAD_FROM_DEPTH = 1u << 2, /* channels behind RGB that the file's network had; for GRAFT */
     SPLAT_LOAD_FROM_NORMAL = 1u << 3,
-    SPLAT_LOAD_FROM_MASK = 1u << 4
+    SPLAT_LOAD_FROM_MASK = 1u << 4,
+    SPLAT_LOAD_ADAPTERS = 1u << 5 /* the file has adapters alone; other parameters stay */
 };
 
 /* Take over the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
  * that it lacks stay as they are. With GRAFT each channel goes to where its meaning is, and the outputs
  * stay those of the file's network until the new channels are trained. flags: SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
- *   SPLAT_ERROR_INVALID_ARGUMENT (a missing tensor, one that is not finite, another field of view) */
+ *   SPLAT_ERROR_INVALID_ARGUMENT (a missing tensor, one that is not finite, another field of view or
+ *   alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model without) */
 SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
 
 /* The model's state dict, with the buffers that published files hold. */
 SPLAT_API splat_result splat_model_store(splat_model model, splat_weights* weights);
+
+enum {
+    SPLAT_EXPORT_ADAPTERS = 1, /* adapters alone, with the names and shapes of PEFT: for each layer
+                                * base_model.model.<layer>.lora_A.weight and .lora_B.weight */
+    SPLAT_EXPORT_MERGED = 2    /* the state dict without adapters, which are folded into the weights */
+};
+
+/* Another form of a model's parameters. what: SPLAT_EXPORT_*
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
+ *   SPLAT_ERROR_INVALID_STATE (a model without adapters) */
+SPLAT_API splat_result splat_model_export(splat_model model, uint32_t what, splat_weights* weights);
 
 /* JSON: {"config", "parameters", "trainable", "bytes": {"activations", "prepared"}, "load": {"copied",
  * "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.

@@ -4,6 +4,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "core/json.h"
+#include "model/adapters.h"
 #include "model/config_file.h"
 #include "scene/activate.h"
 
@@ -224,9 +225,15 @@ splat_result splat_model_init(splat_model model, uint64_t seed) {
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_ASSIGN(const auto file, api::Weights::find(weights, "weights"));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_FROM_MASK - 1;
+        constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_ADAPTERS - 1;
         if ((flags & ~kKnown) != 0)
             return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        if ((flags & SPLAT_LOAD_ADAPTERS) != 0) {
+            if (flags != SPLAT_LOAD_ADAPTERS)
+                return error(Code::kInvalidArgument,
+                             "flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
+            return model::load_adapters(*object.predictor, file->file, object.load);
+        }
         model::LoadOptions options;
         options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
         options.take_rays = (flags & SPLAT_LOAD_TAKE_RAYS) != 0;
@@ -242,7 +249,27 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.predictor));
-        made->report = "{\"format\": \"model\", \"metadata\": {}, \"warnings\": []}";
+        made->report = api::weights_report(made->file, "model");
+        *weights = api::Weights::add(std::move(made));
+        return {};
+    });
+}
+
+splat_result splat_model_export(splat_model model, uint32_t what, splat_weights* weights) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
+            return error(Code::kInvalidArgument, "what is %u, expected SPLAT_EXPORT_*", what);
+        auto made = std::make_shared<api::WeightsObject>();
+        SPLAT_ASSIGN(made->file, model::save_adapters(*object.predictor));
+        if (what == SPLAT_EXPORT_MERGED) {
+            SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*object.predictor));
+            const float alpha = object.predictor->config().lora.alpha;
+            SPLAT_ASSIGN(made->file.tensors,
+                         model::merge_adapters(state, made->file.tensors, alpha, 1));
+            made->file.metadata.clear();
+        }
+        made->report = api::weights_report(made->file, "model");
         *weights = api::Weights::add(std::move(made));
         return {};
     });

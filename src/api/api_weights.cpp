@@ -6,18 +6,18 @@
 
 using namespace splat;
 
-namespace {
-
-std::string report_text(const io::WeightsFile& file) {
+std::string api::weights_report(const io::WeightsFile& file, const char* format) {
     std::string metadata;
     for (const auto& [key, value] : file.metadata)
         metadata += (metadata.empty() ? "" : ", ") + json_quote(key) + ": " + json_quote(value);
     std::string warnings;
     for (const std::string& warning : file.warnings)
         warnings += (warnings.empty() ? "" : ", ") + json_quote(warning);
-    return std::string("{\"format\": \"") + io::weights_format_name(file.format) +
-           "\", \"metadata\": {" + metadata + "}, \"warnings\": [" + warnings + "]}";
+    return std::string("{\"format\": \"") + format + "\", \"metadata\": {" + metadata +
+           "}, \"warnings\": [" + warnings + "]}";
 }
+
+namespace {
 
 /// The tensor of live weights; `object` keeps it.
 Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t index,
@@ -37,7 +37,8 @@ splat_result splat_weights_load(const char* path, splat_weights* weights) {
         SPLAT_TRY(api::require(path, "path"));
         auto object = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(object->file, io::load_weights(path));
-        object->report = report_text(object->file);
+        object->report =
+            api::weights_report(object->file, io::weights_format_name(object->file.format));
         *weights = api::Weights::add(std::move(object));
         return {};
     });

@@ -89,6 +89,9 @@ struct DatasetObject {
     std::string report;  ///< JSON
 };
 
+/// What splat_weights_report gives; `format` says where the weights come from.
+std::string weights_report(const io::WeightsFile& file, const char* format);
+
 /// What stands behind splat_model.
 struct ModelObject {
     std::shared_ptr<vk::Context> context;

@@ -4,21 +4,6 @@
 #include "model/predictor.h"
 
 namespace splat::model {
-namespace {
-
-/// Cosines, then sines, of s at dim / 2 frequencies from 1 down to almost 1/10000.
-void encode(double s, std::uint32_t dim, std::vector<float>& out) {
-    const std::uint32_t half_dim = dim / 2;
-    const auto angle = [&](std::uint32_t j) {
-        return s * std::pow(10000.0, -static_cast<double>(j) / half_dim);
-    };
-    for (std::uint32_t j = 0; j < half_dim; ++j)
-        out.push_back(static_cast<float>(std::cos(angle(j))));
-    for (std::uint32_t j = 0; j < half_dim; ++j)
-        out.push_back(static_cast<float>(std::sin(angle(j))));
-}
-
-}  // namespace
 
 std::vector<float> pixel_rays(const PredictorConfig& config) {
     const std::uint32_t r = config.resolution;
@@ -39,22 +24,20 @@ std::vector<float> pixel_rays(const PredictorConfig& config) {
     return rays;
 }
 
-std::vector<float> pose_embedding(const PredictorConfig& config,
-                                  std::span<const float> view_to_world) {
-    std::vector<float> embedding;
+std::vector<float> pose_scalars(std::span<const float> view_to_world) {
+    std::vector<float> scalars;
     for (std::size_t view = 0; view + 16 <= view_to_world.size(); view += 16)
         for (const std::size_t row : {std::size_t{3}, std::size_t{2}})  // position, viewing axis
             for (std::size_t axis = 0; axis < 3; ++axis)
-                encode(static_cast<double>(view_to_world[view + 4 * row + axis]),
-                       config.embedding_dim, embedding);
-    return embedding;
+                scalars.push_back(view_to_world[view + 4 * row + axis]);
+    return scalars;
 }
 
-std::vector<float> index_embedding(const PredictorConfig& config, std::uint32_t images) {
-    std::vector<float> embedding;
+std::vector<float> index_scalars(const PredictorConfig& config, std::uint32_t images) {
+    std::vector<float> scalars;
     for (std::uint32_t image = 0; image < images; ++image)
-        encode(image % config.views, config.embedding_dim, embedding);
-    return embedding;
+        scalars.push_back(static_cast<float>(image % config.views));
+    return scalars;
 }
 
 }  // namespace splat::model

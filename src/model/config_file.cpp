@@ -114,7 +114,8 @@ void read_network(ConfigReader& read, PredictorConfig& c) {
     read.count("model.tokens", c.tokens);
 }
 
-void read_lora(ConfigReader& read, PredictorConfig& c) {
+void read_training(ConfigReader& read, PredictorConfig& c) {
+    read.texts("opt.freeze", c.frozen);
     bool finetune = false;
     read.flag("opt.lora_finetune", finetune);
     if (!finetune) return;
@@ -123,6 +124,7 @@ void read_lora(ConfigReader& read, PredictorConfig& c) {
     read.number("opt.lora_alpha", c.lora.alpha);
     read.number("opt.lora_dropout", c.lora.dropout);
     read.texts("opt.lora_targets", c.lora.targets);
+    read.texts("opt.train_with_adapters", c.lora.trained);
 }
 
 }  // namespace
@@ -143,7 +145,7 @@ Result<PredictorConfig> predictor_config(const Config& config) {
     read_data(read, c);
     read_embedding(read, c);
     read_network(read, c);
-    read_lora(read, c);
+    read_training(read, c);
     SPLAT_TRY(read.status());
     SPLAT_TRY(check(c));
     return c;
@@ -152,6 +154,12 @@ Result<PredictorConfig> predictor_config(const Config& config) {
 std::string config_text(const PredictorConfig& c) {
     const auto number = [](float value) { return format("%.9g", static_cast<double>(value)); };
     const auto flag = [](bool value) { return std::string(value ? "true" : "false"); };
+    const auto texts = [](const std::vector<std::string>& values) {
+        std::string text;
+        for (const std::string& value : values)
+            text += (text.empty() ? "" : ", ") + json_quote(value);
+        return "[" + text + "]";
+    };
     const auto list = [](const std::vector<std::uint32_t>& values) {
         std::string text;
         for (const std::uint32_t value : values)
@@ -193,17 +201,15 @@ std::string config_text(const PredictorConfig& c) {
             ", \"scale_bias\": " + number(c.init_scale.bias) +
             ", \"token_dim\": " + std::to_string(c.token_dim) +
             ", \"tokens\": " + std::to_string(c.tokens) + "}";
-    if (c.lora.rank > 0) {
-        std::string targets;
-        for (const std::string& target : c.lora.targets)
-            targets += (targets.empty() ? "" : ", ") + json_quote(target);
-        text +=
-            ",\n \"opt\": {\"lora_finetune\": true, \"lora_rank\": " + std::to_string(c.lora.rank) +
-            ", \"lora_alpha\": " + number(c.lora.alpha) +
-            ", \"lora_dropout\": " + number(c.lora.dropout) + ", \"lora_targets\": [" + targets +
-            "]}";
-    }
-    return text + "}\n";
+    if (c.lora.rank == 0 && c.frozen.empty()) return text + "}\n";
+    text += ",\n \"opt\": {\"freeze\": " + texts(c.frozen);
+    if (c.lora.rank > 0)
+        text += ", \"lora_finetune\": true, \"lora_rank\": " + std::to_string(c.lora.rank) +
+                ", \"lora_alpha\": " + number(c.lora.alpha) +
+                ", \"lora_dropout\": " + number(c.lora.dropout) +
+                ", \"lora_targets\": " + texts(c.lora.targets) +
+                ", \"train_with_adapters\": " + texts(c.lora.trained);
+    return text + "}}\n";
 }
 
 }  // namespace splat::model

@@ -17,7 +17,7 @@ namespace splat::model {
 ///             max_sh_degree isotropic network_with_offset network_without_offset inverted_x inverted_y
 ///             depth_scale depth_bias xyz_scale xyz_bias opacity_scale opacity_bias scale_scale
 ///             scale_bias token_dim tokens
-///   opt       lora_finetune lora_rank lora_alpha lora_dropout lora_targets
+///   opt       freeze lora_finetune lora_rank lora_alpha lora_dropout lora_targets train_with_adapters
 ///
 /// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range
 Result<PredictorConfig> predictor_config(const Config& config);

@@ -52,7 +52,7 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
     if (options.gradients) {
         desc.grad_outputs = made->outputs_;
         if (options.input_gradient) desc.grad_inputs.push_back(made->image_);
-        if (options.input_gradient && made->embedding_ != kNoValue)
+        if (options.input_gradient && config.embedding == Embedding::kCustom)
             desc.grad_inputs.push_back(made->embedding_);
     }
     SPLAT_ASSIGN(made->executor_,
@@ -70,8 +70,7 @@ Status Predictor::build() {
     quaternion_ = graph_.input("quaternions", {n, 4}, Layout::kRowMajor);
     if (config_.fov_degrees == 0) focal_ = graph_.input("focals", {n, 2}, Layout::kRowMajor);
     if (config_.origin_distance) origin_ = graph_.input("origin_distance", {n}, Layout::kRowMajor);
-    if (config_.embedding != Embedding::kNone)
-        embedding_ = graph_.input("embedding", {n, config_.embedding_length()});
+    const ValueId embedding = build_embedding();
     if (config_.tokens > 0)
         tokens_ = graph_.input("tokens", {n, config_.token_dim, config_.tokens, 1});
     const bool random =
@@ -79,7 +78,7 @@ Status Predictor::build() {
     if (random) counter_ = graph_.input("random_counter", {4}, Layout::kRowMajor);
 
     SongUnet unet(graph_, config_, options_.build);
-    raw_ = unet.build(image_, embedding_, tokens_, counter_);
+    raw_ = unet.build(image_, embedding, tokens_, counter_);
     outputs_ = graph_.node("gaussian_head",
                            {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
                            {{"views", std::int64_t{config_.views}},
@@ -90,6 +89,18 @@ Status Predictor::build() {
                             {"isotropic", config_.isotropic}});
     inits_ = unet.inits();
     return graph_.status();
+}
+
+/// The vector that modulates blocks, with its halves exchanged as the published network gets it.
+ValueId Predictor::build_embedding() {
+    if (config_.embedding == Embedding::kNone) return kNoValue;
+    const std::uint32_t dimension = config_.embedding_dim;
+    const bool custom = config_.embedding == Embedding::kCustom;
+    const std::uint32_t length = config_.embedding_length();
+    embedding_ = graph_.input("embedding", {images(), custom ? length : length / dimension});
+    if (custom) return embedding_;
+    return graph_.op("positional_embedding", {embedding_},
+                     {{"dimension", std::int64_t{dimension}}, {"swap_halves", true}});
 }
 
 Status Predictor::init(std::uint64_t seed) {
@@ -149,11 +160,12 @@ Status Predictor::set_input(const PredictorInput& input) {
         SPLAT_TRY(context_.write(executor_->tensor(counter_), counter, sizeof counter));
     }
     if (embedding_ == kNoValue) return {};
-    std::vector<float> embedding(input.embedding.begin(), input.embedding.end());
     if (config_.embedding == Embedding::kPose)
-        embedding = pose_embedding(config_, input.view_to_world);
-    if (config_.embedding == Embedding::kIndex) embedding = index_embedding(config_, images());
-    return put(embedding_, exchange_halves(embedding, config_.embedding_length()), "embedding");
+        return put(embedding_, pose_scalars(input.view_to_world), "embedding");
+    if (config_.embedding == Embedding::kIndex)
+        return put(embedding_, index_scalars(config_, images()), "embedding");
+    return put(embedding_, exchange_halves(input.embedding, config_.embedding_length()),
+               "embedding");
 }
 
 namespace {

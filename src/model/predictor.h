@@ -52,6 +52,7 @@ class Predictor {
     /// that are not finite.
     Status set_input(const PredictorInput& input);
 
+    /// Once after each set_input: the backward pass takes the memory of inputs for its own.
     Status forward() { return executor_->forward(); }
 
     /// Fill the gradients of parameters, from those of outputs that were written before.
@@ -75,8 +76,8 @@ class Predictor {
         return executor_->gradient(image_);
     }
 
-    /// Gradient of the embedding [N, embedding_length]; only with input_gradient, and in the order of
-    /// the caller's vector. Errors: those of reading.
+    /// Gradient of the embedding [N, embedding_length] of Embedding::kCustom; only with input_gradient,
+    /// and in the order of the caller's vector. Errors: those of reading.
     Status embedding_gradient(std::vector<float>& gradient) const;
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
@@ -92,6 +93,7 @@ class Predictor {
     Predictor(vk::Context& context, const PredictorConfig& config, const PredictorOptions& options)
         : context_(context), config_(config), options_(options), graph_(context) {}
     Status build();
+    nn::ValueId build_embedding();
     Status put(nn::ValueId id, std::span<const float> values, const char* name);
     [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
 
@@ -114,14 +116,10 @@ class Predictor {
 /// a focal length where that comes with each view.
 std::vector<float> pixel_rays(const PredictorConfig& config);
 
-/// The embedding of poses as the published weights take it: per view the camera's position and viewing
-/// axis, each scalar s as embedding_dim / 2 cosines, then sines, of s * 10000^(-2j/embedding_dim).
-///
-/// view_to_world  [views,4,4];  Returns  [views, 6 * embedding_dim]
-std::vector<float> pose_embedding(const PredictorConfig& config,
-                                  std::span<const float> view_to_world);
-
-/// The same of the index of each view within its object: [images, embedding_dim].
-std::vector<float> index_embedding(const PredictorConfig& config, std::uint32_t images);
+/// What the network modulates its blocks with, as sines and cosines of each (positional_embedding): of
+/// each view the camera's position and viewing axis, [views, 6] of matrices [views,4,4], or its index
+/// within its object, [images, 1].
+std::vector<float> pose_scalars(std::span<const float> view_to_world);
+std::vector<float> index_scalars(const PredictorConfig& config, std::uint32_t images);
 
 }  // namespace splat::model

@@ -67,8 +67,9 @@ Status check(const PredictorConfig& c) {
             return refuse("channel_mult", mult, "at least 1, and no more than 4096 channels");
     if (!(c.dropout >= 0 && c.dropout < 1))
         return refuse("dropout", static_cast<double>(c.dropout), "0 or more, and less than 1");
-    if (c.embedding != Embedding::kNone && (c.embedding_dim < 2 || c.embedding_dim % 2 != 0))
-        return refuse("cam_embd.dimension", c.embedding_dim, "an even number");
+    if (c.embedding != Embedding::kNone &&
+        (c.embedding_dim < 2 || c.embedding_dim % 2 != 0 || c.embedding_dim > 64))
+        return refuse("cam_embd.dimension", c.embedding_dim, "an even number up to 64");
     if ((c.token_dim > 0) != (c.tokens > 0))
         return refuse("tokens", c.tokens, "a count where token_dim is given, else 0");
     if (!(c.lora.dropout >= 0 && c.lora.dropout < 1))

@@ -25,6 +25,9 @@ struct LoraConfig {
     /// Layers with an adapter: those whose name contains one of these. Default: the convolutions of
     /// blocks that do not resample, and the attention's two.
     std::vector<std::string> targets = {"conv0", "conv1", "qkv", "proj"};
+    /// What is trained beside the adapters: parameters whose name contains one of these, such as
+    /// "128x128_conv." for the first convolution, whose new channels have no influence otherwise.
+    std::vector<std::string> trained;
 };
 
 /// One group of output channels of the network and how its weights start.
@@ -72,6 +75,8 @@ struct PredictorConfig {
     HeadInit init_scale{0.001F, 0.02F};  ///< bias: the scale itself, in scene units
 
     LoraConfig lora;
+    /// What is never trained and gets no gradient: parameters whose name contains one of these.
+    std::vector<std::string> frozen;
 
     /// Channels that the network sees: RGB, depth, normal, mask.
     [[nodiscard]] std::uint32_t image_channels() const;

@@ -35,10 +35,9 @@ std::string level_name(std::uint32_t resolution, const std::string& what) {
 ValueId SongUnet::parameter(const std::string& name, const Shape& shape, const Init& init) {
     inits_[name] = init;
     const bool adapter = name.find("lora_") != std::string::npos;
-    const bool trainable = config_.lora.rank > 0
-                               ? adapter || contains_any(name, options_.trained_with_adapters)
-                               : !contains_any(name, options_.frozen);
-    return graph_.parameter(name, shape, trainable);
+    const bool chosen =
+        config_.lora.rank == 0 || adapter || contains_any(name, config_.lora.trained);
+    return graph_.parameter(name, shape, chosen && !contains_any(name, config_.frozen));
 }
 
 bool SongUnet::attends(std::uint32_t resolution) const {
@@ -244,8 +243,30 @@ ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId co
     if (!graph_.status().ok()) return kNoValue;
     x = decode(x, skips);
     if (!graph_.status().ok()) return kNoValue;
-    return conv("network_with_offset.out", x, config_.output_channels(), 1,
-                {Init::Kind::kHeadWeight, 0}, kNoValue, 1, false, {Init::Kind::kHeadBias, 0});
+    x = conv("network_with_offset.out", x, config_.output_channels(), 1,
+             {Init::Kind::kHeadWeight, 0}, kNoValue, 1, false, {Init::Kind::kHeadBias, 0});
+    graph_.fail(check_parts());
+    return x;
+}
+
+/// A part that is in no name is a mistake that would train other parameters than those asked for.
+Status SongUnet::check_parts() const {
+    const auto check = [&](const char* key, const std::vector<std::string>& parts,
+                           const char* end) -> Status {
+        for (const std::string& part : parts)
+            if (std::none_of(inits_.begin(), inits_.end(), [&](const auto& named) {
+                    return named.first.ends_with(end) && contains_any(named.first, {part});
+                }))
+                return error(Code::kInvalidArgument,
+                             "configuration: %s has '%s', expected a part of the name of a "
+                             "parameter that can be chosen there",
+                             key, part.c_str());
+        return {};
+    };
+    SPLAT_TRY(check("opt.freeze", config_.frozen, ""));
+    if (config_.lora.rank == 0) return {};
+    SPLAT_TRY(check("opt.lora_targets", config_.lora.targets, ".lora_A"));
+    return check("opt.train_with_adapters", config_.lora.trained, "");
 }
 
 }  // namespace splat::model

@@ -16,10 +16,6 @@ enum class Precision : int { kStrict, kBalanced, kFast };
 struct BuildOptions {
     bool training = false;  ///< dropout acts
     Precision precision = Precision::kBalanced;
-    /// Parameters that get no gradient: those whose name contains one of these.
-    std::vector<std::string> frozen;
-    /// Where adapters are: only they, and parameters whose name contains one of these, get gradients.
-    std::vector<std::string> trained_with_adapters;
 };
 
 /// Builds the layers of Song et al.'s U-Net (the "DDPM++" variant without noise conditioning) into a
@@ -31,19 +27,23 @@ class SongUnet {
   public:
     SongUnet(nn::Graph& graph, const PredictorConfig& config, const BuildOptions& options)
         : graph_(graph), config_(config), options_(options) {}
+    SongUnet(const SongUnet&) = delete;
+    SongUnet& operator=(const SongUnet&) = delete;
+    virtual ~SongUnet() = default;
 
     /// x          [N, image_channels, R, R]
     /// embedding  [N, embedding_length], halves as the reference feeds them; kNoValue if there is none
     /// tokens     [N, token_dim, T]; kNoValue if there are none
     /// counter    [4] row-major, of the dropout's generator; kNoValue unless training
-    /// Returns    [N, output_channels, R, R]; the graph's status tells of errors
+    /// Returns    [N, output_channels, R, R]; the graph's status tells of errors: those of operators;
+    ///            kInvalidArgument for a part of a name, see PredictorConfig, that is in none
     nn::ValueId build(nn::ValueId x, nn::ValueId embedding, nn::ValueId tokens,
                       nn::ValueId counter);
 
     /// How each parameter starts, by name.
     [[nodiscard]] const std::map<std::string, Init>& inits() const { return inits_; }
 
-  private:
+  protected:  // single layers, for tests against those of other implementations
     struct BlockShape {
         std::uint32_t in = 0;
         std::uint32_t out = 0;
@@ -52,15 +52,23 @@ class SongUnet {
         bool attention = false;
     };
 
-    nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
-    nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId block(const std::string& name, nn::ValueId x, const BlockShape& shape);
-    nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);
-    nn::ValueId self_attention(const std::string& name, nn::ValueId x);
-    nn::ValueId token_attention(const std::string& name, nn::ValueId x);
     nn::ValueId conv(const std::string& name, nn::ValueId x, std::uint32_t out,
                      std::uint32_t kernel, const Init& init, nn::ValueId residual = nn::kNoValue,
                      float scale = 1, bool adapted = false, const Init& bias = {});
+    nn::ValueId resample(nn::ValueId x, bool up);
+    virtual nn::ValueId dropout(nn::ValueId x, float p);
+
+    nn::Graph& graph_;
+    nn::ValueId embedding_ = nn::kNoValue;
+
+  private:
+    [[nodiscard]] Status check_parts() const;
+    nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
+    nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
+    nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);
+    nn::ValueId self_attention(const std::string& name, nn::ValueId x);
+    nn::ValueId token_attention(const std::string& name, nn::ValueId x);
     nn::ValueId convolve(nn::ValueId x, nn::ValueId weight, nn::ValueId bias, nn::ValueId residual,
                          double scale);
     nn::ValueId lora(const std::string& name, nn::ValueId x, std::uint32_t out,
@@ -68,17 +76,13 @@ class SongUnet {
     nn::ValueId linear(const std::string& name, nn::ValueId x, std::uint32_t out,
                        const Init& bias = {});
     nn::ValueId norm(const std::string& name, nn::ValueId x, bool silu);
-    nn::ValueId resample(nn::ValueId x, bool up);
-    nn::ValueId dropout(nn::ValueId x, float p);
     nn::ValueId parameter(const std::string& name, const Shape& shape, const Init& init);
     [[nodiscard]] std::uint32_t channels(nn::ValueId x) const { return graph_.value(x).shape[1]; }
     [[nodiscard]] bool attends(std::uint32_t resolution) const;
 
-    nn::Graph& graph_;
     const PredictorConfig& config_;
     BuildOptions options_;
     std::map<std::string, Init> inits_;
-    nn::ValueId embedding_ = nn::kNoValue;
     nn::ValueId tokens_ = nn::kNoValue;
     nn::ValueId counter_ = nn::kNoValue;
     std::int64_t dropouts_ = 0;  ///< layers so far: the generator's stream

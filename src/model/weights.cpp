@@ -192,11 +192,8 @@ Status add(NamedTensors& to, const std::string& name, const Shape& shape,
     return to.add({name, std::move(dims), io::NumberType::kF32, std::move(values)});
 }
 
-Status add_parameters(Predictor& predictor, NamedTensors& to, bool adapters_only) {
+Status add_parameters(Predictor& predictor, NamedTensors& to) {
     for (const nn::Parameter& parameter : predictor.parameters().all()) {
-        const bool adapter =
-            ends_with(parameter.name, ".lora_A") || ends_with(parameter.name, ".lora_B");
-        if (adapters_only && !adapter) continue;
         std::vector<float> values;
         SPLAT_TRY(predictor.parameters().read(parameter.value, values));
         SPLAT_TRY(add(to, parameter.name, parameter.shape, std::move(values)));
@@ -227,67 +224,14 @@ Result<NamedTensors> save_state(Predictor& predictor) {
     SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, predictor.rays()));
     if (c.sh_degree > 0) {
         // Degree-1 coefficients are in the order y, z, x with signs - + - of the axes.
-        SPLAT_TRY(add(state, "sh_to_v_transform", {1, 3, 3}, {0, 0, -1, -1, 0, 0, 0, 1, 0}));
-        SPLAT_TRY(add(state, "v_to_sh_transform", {1, 3, 3}, {0, -1, 0, 0, 0, 1, -1, 0, 0}));
+        SPLAT_TRY(add(state, "sh_to_v_transform", {1, 3, 3}, {0, -1, 0, 0, 0, 1, -1, 0, 0}));
+        SPLAT_TRY(add(state, "v_to_sh_transform", {1, 3, 3}, {0, 0, -1, -1, 0, 0, 0, 1, 0}));
     }
-    SPLAT_TRY(add_parameters(predictor, state, false));
+    SPLAT_TRY(add_parameters(predictor, state));
     for (const std::string& layer : resampling_layers(c))
         SPLAT_TRY(
             add(state, layer + ".resample_filter", {1, 1, 2, 2}, std::vector<float>(4, 0.25F)));
     return state;
-}
-
-Result<NamedTensors> save_adapters(Predictor& predictor) {
-    NamedTensors adapters;
-    SPLAT_TRY(add_parameters(predictor, adapters, true));
-    return adapters;
-}
-
-Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& adapters,
-                                    float alpha, int sign) {
-    NamedTensors merged;
-    std::size_t pairs = 0;
-    for (const NamedTensor& tensor : tensors) {
-        if (ends_with(tensor.name, ".lora_A") || ends_with(tensor.name, ".lora_B")) continue;
-        NamedTensor result = tensor;
-        const std::string layer = ends_with(tensor.name, ".weight")
-                                      ? tensor.name.substr(0, tensor.name.size() - 7)
-                                      : "no layer";
-        const NamedTensor* a = adapters.find(layer + ".lora_A");
-        const NamedTensor* b = adapters.find(layer + ".lora_B");
-        if ((a == nullptr) != (b == nullptr))
-            return error(Code::kInvalidArgument, "layer '%s' has only one half of an adapter",
-                         layer.c_str());
-        if (a != nullptr) {
-            ++pairs;
-            if (a->dims.size() != 2 || b->dims.size() != 2 || a->dims[0] != b->dims[1] ||
-                static_cast<std::uint64_t>(b->dims[0]) * static_cast<std::uint64_t>(a->dims[1]) !=
-                    tensor.values.size())
-                return error(Code::kShape,
-                             "layer '%s': adapters %s and %s do not multiply to the weight's %s",
-                             layer.c_str(), io::dims_text(b->dims).c_str(),
-                             io::dims_text(a->dims).c_str(), io::dims_text(tensor.dims).c_str());
-            const auto rank = static_cast<std::size_t>(a->dims[0]);
-            const auto columns = static_cast<std::size_t>(a->dims[1]);
-            const double scale = sign * static_cast<double>(alpha) / static_cast<double>(rank);
-            for (std::size_t i = 0; i < result.values.size(); ++i) {
-                double sum = 0;
-                for (std::size_t r = 0; r < rank; ++r)
-                    sum += static_cast<double>(b->values[i / columns * rank + r]) *
-                           static_cast<double>(a->values[r * columns + i % columns]);
-                result.values[i] =
-                    static_cast<float>(static_cast<double>(result.values[i]) + scale * sum);
-            }
-        }
-        SPLAT_TRY(merged.add(std::move(result)));
-    }
-    std::size_t halves = 0;
-    for (const NamedTensor& tensor : adapters)
-        if (ends_with(tensor.name, ".lora_A")) ++halves;
-    if (pairs != halves)
-        return error(Code::kInvalidArgument, "%zu of %zu adapters belong to no weight of the file",
-                     halves - pairs, halves);
-    return merged;
 }
 
 }  // namespace splat::model

@@ -54,15 +54,4 @@ Status load_state(Predictor& predictor, const io::NamedTensors& tensors, const L
 /// resampling filters and the rotation constants of spherical harmonics.
 Result<io::NamedTensors> save_state(Predictor& predictor);
 
-/// Only the adapters: "<layer>.lora_A" [rank, columns] and "<layer>.lora_B" [rows, rank].
-Result<io::NamedTensors> save_adapters(Predictor& predictor);
-
-/// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the rest of
-/// `tensors` without the adapters; `sign` -1 takes them out again (within the rounding of float32).
-///
-/// Errors  kInvalidArgument for half a pair or a weight that is not there, kShape for shapes that do
-///         not multiply
-Result<io::NamedTensors> merge_adapters(const io::NamedTensors& tensors,
-                                        const io::NamedTensors& adapters, float alpha, int sign);
-
 }  // namespace splat::model

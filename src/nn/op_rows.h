@@ -10,18 +10,22 @@ extern const OpRow kAttentionRow;
 extern const OpRow kConcatRow;
 extern const OpRow kConv2dRow;
 extern const OpRow kDropoutRow;
+extern const OpRow kFeatureDistanceRow;
 extern const OpRow kFilmRow;
 extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kL1Row;
 extern const OpRow kL2Row;
 extern const OpRow kLinearRow;
+extern const OpRow kMaxPool2dRow;
 extern const OpRow kPositionalEmbeddingRow;
+extern const OpRow kReluRow;
 extern const OpRow kResample2dRow;
 extern const OpRow kSiluRow;
 extern const OpRow kSplit3Row;
 extern const OpRow kSsimRow;
 
+inline constexpr Port kInputX[] = {{"x"}};
 inline constexpr Port kOutputY[] = {{"y"}};
 
 /// Whether an optional tensor is there, or a gradient wanted.

@@ -13,13 +13,16 @@ constexpr const OpRow* kOps[] = {
     &kConcatRow,               //
     &kConv2dRow,               //
     &kDropoutRow,              //
+    &kFeatureDistanceRow,      //
     &kFilmRow,                 //
     &kGaussianHeadRow,         //
     &kGroupNormRow,            //
     &kL1Row,                   //
     &kL2Row,                   //
     &kLinearRow,               //
+    &kMaxPool2dRow,            //
     &kPositionalEmbeddingRow,  //
+    &kReluRow,                 //
     &kResample2dRow,           //
     &kSiluRow,                 //
     &kSplit3Row,               //

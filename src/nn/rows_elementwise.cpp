@@ -9,7 +9,6 @@ namespace {
 
 using vk::BufferView;
 
-constexpr Port kInputX[] = {{"x"}};
 constexpr Port kAddInputs[] = {{"a"}, {"b"}};
 constexpr Attribute kAddAttributes[] = {
     {"scale", "number", "1", "multiplies the sum"},

@@ -1,8 +1,9 @@
 #include "core/checked_math.h"
 #include "nn/op_rows.h"
-#include "ops/l1.h"
-#include "ops/l2.h"
-#include "ops/ssim.h"
+#include "ops/losses/feature_distance.h"
+#include "ops/losses/l1.h"
+#include "ops/losses/l2.h"
+#include "ops/losses/ssim.h"
 
 namespace splat::nn {
 namespace {
@@ -90,7 +91,50 @@ Status ssim_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v
                               v.grad_outputs[0], v.grad_inputs[0]);
 }
 
+constexpr Port kDistanceInputs[] = {
+    {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kRowMajor, false, true}};
+
+Result<OpPlan> distance_plan(const vk::Recorder&, const Attributes&,
+                             std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "b", inputs[1], inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "weight", inputs[2], {dims.c}));
+    SPLAT_TRY(ops::feature_distance_check(dims));
+    OpPlan plan;
+    plan.outputs = {{dims.n, 1}};
+    plan.forward_workspace = ops::feature_distance_partial_bytes(dims);
+    return plan;
+}
+
+Status distance_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(v.inputs[0].shape));
+    return ops::feature_distance_forward(
+        recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+        part_of(v.workspace, 0, ops::feature_distance_partial_bytes(dims)), v.outputs[0]);
+}
+
+Status distance_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(v.inputs[0].shape));
+    return ops::feature_distance_backward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+                                          v.grad_outputs[0], v.grad_inputs[0]);
+}
+
 }  // namespace
+
+const OpRow kFeatureDistanceRow = {
+    .name = "feature_distance",
+    .equation =
+        "y[n] = mean over pixels of sum_c weight[c] (a / (|a| + eps) - b / (|b| + eps))^2, "
+        "|.| over the channels, eps = 1e-10",
+    .inputs = kDistanceInputs,
+    .outputs = kOutputY,
+    .saved = {},
+    .attributes = {},
+    .plan = distance_plan,
+    .prepare = nullptr,
+    .forward = distance_forward,
+    .backward = distance_backward};
 
 const OpRow kL1Row = {.name = "l1",
                       .equation = "loss = mean |a - b|",

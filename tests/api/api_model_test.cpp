@@ -85,6 +85,66 @@ TEST_F(ApiModel, WeightsGoRound) {
         << report(more);
 }
 
+TEST_F(ApiModel, ConfigurationChoosesWhatIsTrained) {
+    splat_model_desc desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    const std::string config = std::string(kSmallModel) +
+                               "\nopt: {lora_finetune: true, train_with_adapters: [out.], "
+                               "freeze: [out.bias]}";
+    desc.config = config.c_str();
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_zero_gradients(model));
+    EXPECT_EQ(read(model, "grad:network_with_offset.out.weight", 576),
+              std::vector<float>(576, 0.0F));
+    for (const char* name : {"grad:network_with_offset.out.bias",
+                             "grad:network_with_offset.encoder.enc.16x16_conv.weight"})
+        EXPECT_REFUSED(splat_model_read(model, name, image_.data(), 3000),
+                       SPLAT_ERROR_INVALID_STATE, "is not trained");
+    const std::string wrong = std::string(kSmallModel) + "\nopt: {freeze: [nothing]}";
+    desc.config = wrong.c_str();
+    EXPECT_REFUSED(splat_model_create(device_, &desc, model.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "opt.freeze has 'nothing'");
+}
+
+TEST_F(ApiModel, AdaptersGoRoundAlone) {
+    splat_model_desc desc = model_desc();
+    const std::string config =
+        std::string(kSmallModel) + "\nopt: {lora_finetune: true, lora_alpha: 2}";
+    desc.config = config.c_str();
+    Model first;
+    Model second;
+    for (Model* model : {&first, &second}) {
+        ASSERT_DONE(splat_model_create(device_, &desc, model->out()));
+        ASSERT_DONE(splat_model_init(*model, 3));
+    }
+    // Adapters with an effect: B starts at zero, so those of a file take its place.
+    Weights adapters;
+    ASSERT_DONE(splat_model_export(first, SPLAT_EXPORT_ADAPTERS, adapters.out()));
+    std::uint32_t index = 0;
+    EXPECT_DONE(splat_weights_find(
+        adapters, "base_model.model.network_with_offset.encoder.enc.8x8_block0.proj.lora_B.weight",
+        &index));
+    ASSERT_DONE(splat_model_init(second, 4));
+    ASSERT_DONE(splat_model_load(second, adapters, SPLAT_LOAD_ADAPTERS));
+    const char* a = "network_with_offset.encoder.enc.8x8_block0.proj.lora_A";
+    EXPECT_EQ(read(first, a, 64), read(second, a, 64));
+    const char* other = "network_with_offset.encoder.enc.16x16_conv.weight";
+    EXPECT_NE(read(first, other, 216), read(second, other, 216));
+    EXPECT_REFUSED(splat_model_load(first, adapters, 0), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "the file has no tensor");
+
+    Weights merged;
+    ASSERT_DONE(splat_model_export(first, SPLAT_EXPORT_MERGED, merged.out()));
+    const Model plain = make_model(device_);
+    ASSERT_DONE(splat_model_load(plain, merged, 0));
+    run(first);
+    run(plain);
+    EXPECT_EQ(read(first, "raw", 24 * kGaussians), read(plain, "raw", 24 * kGaussians));
+    EXPECT_REFUSED(splat_model_export(plain, SPLAT_EXPORT_MERGED, merged.out()),
+                   SPLAT_ERROR_INVALID_STATE, "no adapters");
+}
+
 TEST_F(ApiModel, GradientsAddUp) {
     splat_model_desc desc = model_desc();
     desc.flags = SPLAT_MODEL_GRADIENTS;

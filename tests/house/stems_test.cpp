@@ -12,7 +12,8 @@ namespace {
 
 /// Names of the rows, from lines such as `{.name = "group_norm",`.
 std::vector<std::string> op_names(const std::string& table) {
-    static const std::regex pattern(R"re(^(?:const OpRow k\w+ = )?\s*\{?\s*\.name = "([a-z0-9_]+)".*)re");
+    static const std::regex pattern(
+        R"re(^(?:const OpRow k\w+ = )?\s*\{?\s*\.name = "([a-z0-9_]+)".*)re");
     std::vector<std::string> names;
     std::smatch match;
     for (const std::string& line : lines_of(table))
@@ -27,15 +28,18 @@ Findings check(const std::string& table, const std::vector<TextFile>& files) {
     const std::vector<std::string> names = op_names(table);
     if (names.empty()) findings.push_back("src/nn/rows_*.cpp: no row was found");
     for (const std::string& op : names) {
-        for (const std::string& path :
-             {"shaders/ops/" + op + "_forward.comp", "src/ops/" + op + ".h",
-              "src/ops/" + op + ".cpp", "tests/ref/" + op + "_ref.h",
-              "tests/ops/" + op + "_test.cpp"})
-            if (paths.count(path) == 0) findings.push_back("op " + op + ": there is no " + path);
-        const std::string backward = "shaders/ops/" + op + "_backward";
-        const auto next = paths.lower_bound(backward);
-        if (next == paths.end() || !starts_with(*next, backward))
-            findings.push_back("op " + op + ": there is no " + backward + "*.comp");
+        // In the folder itself or in one of a group: shaders/ops/losses/.
+        const auto expect = [&](const std::string& folder, const std::string& name) {
+            for (const std::string& path : paths)
+                if (starts_with(path, folder) && starts_with(name_of(path), name)) return;
+            findings.push_back("op " + op + ": there is no " + folder + name);
+        };
+        expect("shaders/ops/", op + "_forward.comp");
+        expect("shaders/ops/", op + "_backward");
+        expect("src/ops/", op + ".h");
+        expect("src/ops/", op + ".cpp");
+        expect("tests/ref/", op + "_ref.h");
+        expect("tests/ops/", op + "_test.cpp");
     }
     return findings;
 }
@@ -64,6 +68,14 @@ TEST(Stems, EveryOpIsInAllPlaces) {
 
 TEST(Stems, RuleAcceptsACompleteOp) {
     expect_none(check(kSampleTable, sample_files()));
+}
+
+TEST(Stems, RuleAcceptsAnOpOfAGroup) {
+    std::vector<TextFile> files = sample_files();
+    files[2].path = "src/ops/group/foo.cpp";
+    expect_none(check(kSampleTable, files));
+    files[2].path = "src/nn/group/foo.cpp";
+    expect_found(check(kSampleTable, files), 1, "op foo: there is no src/ops/foo.cpp");
 }
 
 TEST(Stems, RuleFindsEachMissingFile) {

@@ -1,5 +1,5 @@
-// What conv2d promises beside its values: the same bits, accumulation, gradients one by one, refusals,
-// long sums, and the tensors of another implementation.
+// What conv2d promises beside its values and what every operator does (every/op_samples_test.cpp):
+// refusals, long sums, and the tensors of another implementation.
 #include <gtest/gtest.h>
 
 #include "conv2d_case.h"
@@ -12,61 +12,8 @@
 namespace splat::test {
 namespace {
 
-class Conv2dRules : public KernelsTest {
-  protected:
-    /// A 3x3 by each algorithm, and a 1x1.
-    static std::vector<Conv2dCase> cases(Conv2dCase (*make)(const ConvShape&, std::uint64_t)) {
-        std::vector<Conv2dCase> all;
-        for (const ConvShape& shape : {ConvShape{2, 9, 9, 8, 15, 3}, ConvShape{2, 6, 5, 7, 10, 1}})
-            for (const int winograd : winograds(GetParam(), shape)) {
-                all.push_back(make(shape, 600));
-                all.back().winograd = winograd;
-            }
-        return all;
-    }
-};
+class Conv2dRules : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Conv2dRules);
-
-TEST_P(Conv2dRules, BitEqualOverRunsAndPoison) {
-    for (const Conv2dCase& c : cases(Conv2dCase::normal)) {
-        std::vector<std::vector<float>> first;
-        for (const std::uint32_t pattern : kPoisonPatterns) {
-            vk::Context* poisoned = poisoned_context(GetParam(), pattern);
-            ASSERT_NE(poisoned, nullptr);
-            OpCall call = c.call();
-            call.runs = 2;
-            const OpResult gpu = run_op(*poisoned, call);
-            ASSERT_OK(gpu.status);
-            std::vector<std::vector<float>> all = gpu.grad_inputs;
-            all.push_back(gpu.outputs[0]);
-            if (first.empty()) first = all;
-            for (std::size_t i = 0; i < all.size(); ++i)
-                EXPECT_TRUE(bit_equal(first[i], all[i],
-                                      {"tensor " + std::to_string(i), reproduce(c.text())}));
-        }
-    }
-}
-
-TEST_P(Conv2dRules, AccumulateAddsToParameterGradients) {
-    for (const Conv2dCase& c : cases(Conv2dCase::integers)) {
-        if (c.winograd == 4) continue;  // not exact
-        OpCall call = c.call();
-        const OpResult plain = run_op(context(), call);
-        ASSERT_OK(plain.status);
-        call.accumulate_to = {integer_fill(c.x.size(), 1), integer_fill(c.weight.size(), 2),
-                              integer_fill(c.bias.size(), 3), integer_fill(c.residual.size(), 4)};
-        const OpResult added = run_op(context(), call);
-        ASSERT_OK(added.status);
-        for (const std::size_t activation : {0U, 3U})
-            EXPECT_EQ(added.grad_inputs[activation], plain.grad_inputs[activation])
-                << "activations are overwritten";
-        for (const std::size_t parameter : {1U, 2U})
-            for (std::size_t i = 0; i < plain.grad_inputs[parameter].size(); ++i)
-                ASSERT_EQ(added.grad_inputs[parameter][i],
-                          plain.grad_inputs[parameter][i] + call.accumulate_to[parameter][i])
-                    << c.text();
-    }
-}
 
 TEST_P(Conv2dRules, PlainKernelsComputeDirectly) {
     if (GetParam() != vk::Kernels::kPlain) GTEST_SKIP() << "of plain kernels";
@@ -78,11 +25,6 @@ TEST_P(Conv2dRules, PlainKernelsComputeDirectly) {
     ASSERT_OK(asked.status);
     EXPECT_EQ(direct.outputs, asked.outputs);
     EXPECT_EQ(direct.grad_inputs, asked.grad_inputs);
-}
-
-TEST_P(Conv2dRules, EachGradientAlone) {
-    for (const Conv2dCase& c : cases(Conv2dCase::normal))
-        expect_each_gradient_alone(context(), c.call());
 }
 
 TEST_P(Conv2dRules, RejectsBadShapes) {

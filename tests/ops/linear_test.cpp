@@ -149,50 +149,6 @@ TEST_P(Linear, CancellationStaysWithinTheBound) {
     expect_matches(context(), c);
 }
 
-TEST_P(Linear, BitEqualOverRunsAndPoison) {
-    for (const MatrixShape& shape : {MatrixShape{17, 15, 31}, MatrixShape{65, 63, 33}}) {
-        const LinearCase c = LinearCase::normal(shape, true, 600);
-        std::vector<std::vector<float>> first;
-        for (const std::uint32_t pattern : kPoisonPatterns) {
-            vk::Context* poisoned = poisoned_context(GetParam(), pattern);
-            ASSERT_NE(poisoned, nullptr);
-            OpCall call = c.call();
-            call.runs = 2;
-            const OpResult gpu = run_op(*poisoned, call);
-            ASSERT_OK(gpu.status);
-            std::vector<std::vector<float>> all = gpu.grad_inputs;
-            all.push_back(gpu.outputs[0]);
-            if (first.empty()) first = all;
-            for (std::size_t i = 0; i < all.size(); ++i)
-                EXPECT_TRUE(bit_equal(first[i], all[i],
-                                      {"tensor " + std::to_string(i), reproduce(c.text())}));
-        }
-    }
-}
-
-TEST_P(Linear, AccumulateAddsToParameterGradients) {
-    for (const MatrixShape& shape : {MatrixShape{17, 15, 31}, MatrixShape{64, 64, 64}}) {
-        const LinearCase c = LinearCase::integers(shape, 610);
-        OpCall call = c.call();
-        const OpResult plain = run_op(context(), call);
-        ASSERT_OK(plain.status);
-        call.accumulate_to = {integer_fill(c.x.size(), 1), integer_fill(c.weight.size(), 2),
-                              integer_fill(c.bias.size(), 3)};
-        const OpResult added = run_op(context(), call);
-        ASSERT_OK(added.status);
-        EXPECT_EQ(added.grad_inputs[0], plain.grad_inputs[0]) << "activations are overwritten";
-        for (const std::size_t parameter : {1U, 2U})
-            for (std::size_t i = 0; i < plain.grad_inputs[parameter].size(); ++i)
-                ASSERT_EQ(added.grad_inputs[parameter][i],
-                          plain.grad_inputs[parameter][i] + call.accumulate_to[parameter][i])
-                    << c.text();
-    }
-}
-
-TEST_P(Linear, EachGradientAlone) {
-    expect_each_gradient_alone(context(), LinearCase::normal({67, 33, 18}, true, 620).call());
-}
-
 TEST_P(Linear, RejectsBadShapes) {
     const LinearCase good = LinearCase::normal({3, 5, 7}, true, 620);
     const auto status = [&](const auto& change) {

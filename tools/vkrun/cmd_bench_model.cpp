@@ -2,9 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "vkrun/command.h"
 #include "vkrun/model_bench.h"
@@ -53,14 +51,6 @@ struct Options : ModelBenchOptions {
     bool profile = false;
 };
 
-std::string read_text(const std::string& path) {
-    std::ifstream file(path);
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (!file) throw Failure(kFailed, path + ": cannot be read, or is empty");
-    return text.str();
-}
-
 std::unique_ptr<ModelPeer> start_peer(const Options& options, const Json& config) {
     if (!options.peer) return nullptr;
     std::vector<std::string> command = {
@@ -102,8 +92,8 @@ Json memory_json(splat_device device) {
 void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer, const Options& options) {
     const bool step = std::string(key) == "forward_backward";
     const PassMeasurement measured = measure_pass(run, peer, step, options.rounds);
-    const bool adapters = run.report().at("config").contains("opt");
-    const double gflop = !step ? run.gflop() : adapters ? 0 : 3 * run.gflop();
+    const bool in_part = run.report().at("config").contains("opt");
+    const double gflop = !step ? run.gflop() : in_part ? 0 : 3 * run.gflop();
     json[key] = times_json(measured.ours, gflop);
     json[key]["bytes"] = run.report().at("bytes");
     json[key]["create_ms"] = run.create_ms();

@@ -311,13 +311,15 @@ void add_diff(CLI::App& weights, int& exit_code) {
 }  // namespace
 
 void add_weights(CLI::App& app, int& exit_code) {
-    CLI::App* weights = app.add_subcommand("weights", "Show, convert and compare network weights.");
+    CLI::App* weights =
+        app.add_subcommand("weights", "Show, convert, compare, graft and merge network weights.");
     weights->group("Commands");
     weights->require_subcommand(1);
     weights->footer("'vkrun weights show --help' and so on tell more.\n");
     add_show(*weights, exit_code);
     add_weights_convert(*weights, exit_code);
     add_diff(*weights, exit_code);
+    add_weights_model(*weights, exit_code);
 }
 
 }  // namespace vkrun

@@ -47,5 +47,6 @@ void add_weights(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);
 void add_predict(CLI::App& app, int& exit_code);
+void add_weights_model(CLI::App& weights, int& exit_code);  ///< below `weights`
 
 }  // namespace vkrun

@@ -269,7 +269,11 @@ std::vector<std::string> peer_arguments(const Json& config, std::uint32_t object
                                           "--sh-degree",
                                           text(number(config, "model", "max_sh_degree"))};
     if (config.contains("opt")) {
-        refuse(config.at("opt").at("lora_targets") != Json({"conv0", "conv1", "qkv", "proj"}),
+        const Json& opt = config.at("opt");
+        refuse(
+            !opt.at("freeze").empty() || !opt.value("train_with_adapters", Json::array()).empty(),
+            "with a choice of what is trained");
+        refuse(opt.at("lora_targets") != Json({"conv0", "conv1", "qkv", "proj"}),
                "with these lora_targets");
         arguments.insert(arguments.end(), {"--lora", text(number(config, "opt", "lora_rank"))});
     }

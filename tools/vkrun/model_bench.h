@@ -9,8 +9,6 @@
 
 namespace vkrun {
 
-using Model = Owner<splat_model, splat_model_destroy>;
-
 struct ModelBenchOptions {
     std::string config;  ///< text; empty: the cars model
     std::int32_t precision = SPLAT_PRECISION_BALANCED;

@@ -1,6 +1,8 @@
 #include "vkrun/objects.h"
 
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 
 #include "vkrun/command.h"
 
@@ -83,6 +85,14 @@ std::string whole_text(const std::function<splat_result(char*, std::size_t, std:
     check(get(text.data(), text.size(), &needed));
     text.resize(text.find('\0'));
     return text;
+}
+
+std::string read_text(const std::string& path) {
+    std::ifstream file(path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    if (!file) throw Failure(kFailed, path + ": cannot be read, or is empty");
+    return text.str();
 }
 
 void log_to_stderr() {

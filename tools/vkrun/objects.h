@@ -36,6 +36,7 @@ class Owner {
 using Device = Owner<splat_device, splat_device_destroy>;
 using Tensor = Owner<splat_tensor, splat_tensor_destroy>;
 using Op = Owner<splat_op, splat_op_destroy>;
+using Model = Owner<splat_model, splat_model_destroy>;
 
 /// A zeroed struct of the library with its size set.
 template <class T>
@@ -61,6 +62,9 @@ std::vector<float> read_tensor(splat_tensor tensor);
 
 /// The text of a function that takes (buffer, capacity, needed).
 std::string whole_text(const std::function<splat_result(char*, std::size_t, std::size_t*)>& get);
+
+/// The text of a file. Throws a Failure if it cannot be read, or is empty.
+std::string read_text(const std::string& path);
 
 /// Send the library's warnings, all its messages if verbose, to standard error.
 void log_to_stderr();

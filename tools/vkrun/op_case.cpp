@@ -3,8 +3,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "ref/attention_ref.h"
 #include "ref/group_norm_ref.h"
 #include "ref/linear_ref.h"
+#include "ref/losses/l1_ref.h"
+#include "ref/losses/l2_ref.h"
+#include "ref/losses/ssim_ref.h"
 #include "vkrun/conv2d_samples.h"
 #include "vkrun/table.h"
 
@@ -96,6 +100,50 @@ CaseReference linear_reference(const OpCase& op_case) {
     return result;
 }
 
+CaseReference attention_reference(const OpCase& op_case) {
+    ref::AttentionInput<double> input;
+    input.n = dim(op_case.inputs[0], 0);
+    input.c = dim(op_case.inputs[0], 1);
+    input.queries = input.keys = dim(op_case.inputs[0], 2) * dim(op_case.inputs[0], 3);
+    input.q = to_double(op_case.inputs[0].values);
+    input.k = to_double(op_case.inputs[1].values);
+    input.v = to_double(op_case.inputs[2].values);
+    CaseReference result;
+    result.y = ref::attention_forward(input);
+    auto gradients = ref::attention_backward(input, to_double(op_case.output.values));
+    result.grad_inputs.push_back(std::move(gradients.grad_q));
+    result.grad_inputs.push_back(std::move(gradients.grad_k));
+    result.grad_inputs.push_back(std::move(gradients.grad_v));
+    return result;
+}
+
+CaseReference loss_reference(const OpCase& op_case) {
+    const std::vector<double> a = to_double(op_case.inputs[0].values);
+    const std::vector<double> b = to_double(op_case.inputs[1].values);
+    const auto grad_loss = static_cast<double>(op_case.output.values[0]);
+    CaseReference result;
+    if (op_case.op == "ssim") {
+        const CaseTensor& image = op_case.inputs[0];
+        ref::SsimInput in;
+        in.planes = dim(image, 0) * dim(image, 1);
+        in.height = dim(image, 2);
+        in.width = dim(image, 3);
+        in.a = a;
+        in.b = b;
+        result.y = ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size());
+        result.grad_inputs.emplace_back(
+            ref::summed(ref::ssim_backward<ref::Rounded>(in, grad_loss), ref::kSsimTerms));
+    } else if (op_case.op == "l1") {
+        result.y = ref::l1_forward(a, b);
+        result.grad_inputs.emplace_back(ref::l1_backward(a, b, grad_loss));
+    } else {
+        result.y = ref::l2_forward(a, b);
+        result.grad_inputs.emplace_back(ref::l2_backward(a, b, grad_loss));
+    }
+    result.grad_inputs.emplace_back();  // the target
+    return result;
+}
+
 /// The larger one, or NaN if one of them is NaN.
 double larger(double a, double b) {
     return a > b || std::isnan(a) ? a : b;
@@ -148,9 +196,34 @@ OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
     return result;
 }
 
+OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W) {
+    OpCase result;
+    result.op = "attention";
+    result.title = format("[%zu,%zu,%zu,%zu]", N, C, H, W);
+    result.attributes["heads"] = 1;
+    result.inputs = {filled("q", {N, C, H, W}, 1, 0, 1), filled("k", {N, C, H, W}, 2, 0, 1),
+                     filled("v", {N, C, H, W}, 3, 0, 1)};
+    result.output = filled("y", {N, C, H, W}, 4, 0, 1);
+    return result;
+}
+
+OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W) {
+    OpCase result;
+    result.op = op;
+    result.title = format("[%zu,3,%zu,%zu]", N, H, W);
+    result.attributes = Json::object();
+    result.inputs = {filled("a", {N, 3, H, W}, 1, 0.5, 0.25),
+                     filled("b", {N, 3, H, W}, 2, 0.5, 0.25)};
+    result.inputs[1].constant = true;
+    result.output = filled("loss", {1}, 3, 1, 0.1);
+    return result;
+}
+
 CaseReference reference_of(const OpCase& op_case) {
     if (op_case.op == "conv2d") return conv2d_samples(op_case);
-    return op_case.op == "linear" ? linear_reference(op_case) : group_norm_reference(op_case);
+    if (op_case.op == "linear") return linear_reference(op_case);
+    if (op_case.op == "attention") return attention_reference(op_case);
+    return op_case.op == "group_norm" ? group_norm_reference(op_case) : loss_reference(op_case);
 }
 
 CaseOnDevice::CaseOnDevice(splat_device device, const OpCase& op_case) {
@@ -158,7 +231,8 @@ CaseOnDevice::CaseOnDevice(splat_device device, const OpCase& op_case) {
     std::vector<splat_tensor> grad_inputs;
     for (const CaseTensor& input : op_case.inputs) {
         inputs_.push_back(make_tensor(device, input.name, input.dims, input.values));
-        grad_inputs_.push_back(make_tensor(device, "grad_" + input.name, input.dims, {}));
+        grad_inputs_.push_back(
+            input.constant ? Tensor() : make_tensor(device, "grad_" + input.name, input.dims, {}));
         inputs.push_back(inputs_.back().get());
         grad_inputs.push_back(grad_inputs_.back().get());
     }
@@ -218,8 +292,9 @@ std::vector<TensorError> backward_errors(const OpCase& op_case, const CaseOnDevi
                                          const CaseReference& reference) {
     std::vector<TensorError> errors;
     for (std::size_t i = 0; i < op_case.inputs.size(); ++i)
-        errors.push_back(
-            compare("grad_" + op_case.inputs[i].name, run.grad_input(i), reference.grad_inputs[i]));
+        if (!op_case.inputs[i].constant)
+            errors.push_back(compare("grad_" + op_case.inputs[i].name, run.grad_input(i),
+                                     reference.grad_inputs[i]));
     return errors;
 }
 

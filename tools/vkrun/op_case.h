@@ -18,6 +18,7 @@ struct CaseTensor {
     std::string name;
     std::vector<std::int64_t> dims;
     std::vector<float> values;
+    bool constant = false;  ///< an input without gradient
 };
 
 /// One operator on one set of shapes and values.
@@ -34,6 +35,10 @@ OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t 
                        std::size_t groups, bool silu);
 OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain);
 OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out);
+OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W);
+
+/// op: "l1", "l2" or "ssim".
+OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W);
 
 /// The float64 result of some elements of a tensor.
 struct Samples {
@@ -47,7 +52,7 @@ struct Samples {
 /// The float64 results of a case.
 struct CaseReference {
     Samples y;
-    std::vector<Samples> grad_inputs;  ///< in the order of the inputs
+    std::vector<Samples> grad_inputs;  ///< in the order of the inputs; empty for constant ones
 };
 CaseReference reference_of(const OpCase& op_case);
 

@@ -55,11 +55,27 @@ void MisuseTable::model_state_rows() {
     add("splat_model_load", "weights", "of another network", kArgument,
         [this] { return splat_model_load(model_, weights_, 0); });
     add("splat_model_load", "flags", "unknown", kArgument,
-        [this] { return splat_model_load(model_, weights_, 1U << 5); });
+        [this] { return splat_model_load(model_, weights_, 1U << 6); });
+    add("splat_model_load", "flags", "adapters and more", kArgument, [this] {
+        return splat_model_load(model_, weights_, SPLAT_LOAD_ADAPTERS | SPLAT_LOAD_GRAFT);
+    });
+    add("splat_model_load", "flags", "adapters where there are none", kState,
+        [this] { return splat_model_load(model_, weights_, SPLAT_LOAD_ADAPTERS); });
     on_model("splat_model_store",
              [this](splat_model m) { return splat_model_store(m, outputs.weights.out()); });
     add("splat_model_store", "weights", "NULL", kArgument,
         [this] { return splat_model_store(model_, nullptr); });
+    on_model("splat_model_export", [this](splat_model m) {
+        return splat_model_export(m, SPLAT_EXPORT_ADAPTERS, outputs.weights.out());
+    });
+    for (const std::uint32_t what : {0U, 3U})
+        add("splat_model_export", "what", "none", kArgument,
+            [this, what] { return splat_model_export(model_, what, outputs.weights.out()); });
+    for (const std::uint32_t what : {SPLAT_EXPORT_ADAPTERS, SPLAT_EXPORT_MERGED})
+        add("splat_model_export", "what", "without adapters", kState,
+            [this, what] { return splat_model_export(model_, what, outputs.weights.out()); });
+    add("splat_model_export", "weights", "NULL", kArgument,
+        [this] { return splat_model_export(model_, SPLAT_EXPORT_ADAPTERS, nullptr); });
     on_model("splat_model_report", [this](splat_model m) {
         return splat_model_report(m, *outputs.text.out(), 16, outputs.size.out());
     });

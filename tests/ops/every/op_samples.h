@@ -3,6 +3,7 @@
 #include <bit>
 
 #include <algorithm>
+#include <array>
 
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
@@ -41,6 +42,17 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
     calls.push_back(sample("resample2d", {{"down", true}}, {x, {}}, {Shape{2, 6, 2, 3}}));
     calls.push_back(sample("film", Json::object(), {x, normal_tensor({2, 12}, 3)}, {image}));
     calls.push_back(sample("film", Json::object(), {x, normal_tensor({2, 6}, 4)}, {image}));
+}
+
+inline void add_feature_samples(std::vector<OpCall>& calls) {
+    const Shape image{2, 6, 5, 6};
+    calls.push_back(sample("relu", Json::object(), {normal_tensor(image, 1)}, {image}));
+    calls.push_back(
+        sample("max_pool2d", Json::object(), {normal_tensor(image, 2)}, {Shape{2, 6, 2, 3}}));
+    calls.push_back(
+        sample("feature_distance", Json::object(),
+               {normal_tensor(image, 3), normal_tensor(image, 4), normal_tensor({6}, 5, 1, 0.1)},
+               {Shape{2, 1}}));
 }
 
 inline void add_attention_samples(std::vector<OpCall>& calls) {
@@ -111,6 +123,24 @@ inline void add_random_samples(std::vector<OpCall>& calls) {
                            {normal_tensor({3, 6}, 24)}, {Shape{3, 60}}));
 }
 
+/// Parts of blocks and tiles in every direction.
+inline void add_matrix_samples(std::vector<OpCall>& calls) {
+    for (const auto& [rows, in, out] : {std::array{17U, 15U, 31U}, {67U, 63U, 33U}})
+        calls.push_back(sample(
+            "linear", Json::object(),
+            {normal_tensor({rows, in}, 8), normal_tensor({out, in}, 9), normal_tensor({out}, 10)},
+            {Shape{rows, out}}));
+    for (const int winograd : {0, 2, 4})
+        calls.push_back(sample("conv2d", {{"scale", 0.5}, {"winograd", winograd}},
+                               {normal_tensor({2, 9, 9, 8}, 11), normal_tensor({15, 9, 3, 3}, 12),
+                                normal_tensor({15}, 13), normal_tensor({2, 15, 9, 8}, 14)},
+                               {Shape{2, 15, 9, 8}}));
+    calls.push_back(sample("conv2d", {{"scale", 0.5}},
+                           {normal_tensor({2, 6, 5, 7}, 11), normal_tensor({10, 6, 1, 1}, 12),
+                            normal_tensor({10}, 13), normal_tensor({2, 10, 5, 7}, 14)},
+                           {Shape{2, 10, 5, 7}}));
+}
+
 inline std::vector<OpCall> op_samples() {
     std::vector<OpCall> calls;
     for (const std::uint32_t channels : {8U, 6U})  // whole quads per group, and not
@@ -118,19 +148,10 @@ inline std::vector<OpCall> op_samples() {
                                {normal_tensor({2, channels, 5, 7}, 5), normal_tensor({channels}, 6),
                                 normal_tensor({channels}, 7)},
                                {Shape{2, channels, 5, 7}}));
-    calls.push_back(
-        sample("linear", Json::object(),
-               {normal_tensor({17, 15}, 8), normal_tensor({31, 15}, 9), normal_tensor({31}, 10)},
-               {Shape{17, 31}}));
-    for (const std::uint32_t kernel : {1U, 3U})
-        for (const int winograd : {0, 2, 4})
-            calls.push_back(
-                sample("conv2d", {{"scale", 0.5}, {"winograd", kernel == 3 ? winograd : 0}},
-                       {normal_tensor({2, 5, 3, 7}, 11), normal_tensor({6, 5, kernel, kernel}, 12),
-                        normal_tensor({6}, 13), normal_tensor({2, 6, 3, 7}, 14)},
-                       {Shape{2, 6, 3, 7}}));
+    add_matrix_samples(calls);
     add_elementwise_samples(calls);
     add_attention_samples(calls);
+    add_feature_samples(calls);
     add_random_samples(calls);
     calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
     for (const char* loss : {"l1", "l2", "ssim"})

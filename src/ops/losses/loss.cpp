@@ -1,4 +1,4 @@
-#include "ops/loss.h"
+#include "ops/losses/loss.h"
 
 #include "core/checked_math.h"
 #include "ops/launch.h"

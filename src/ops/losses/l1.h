@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ops/loss.h"
+#include "ops/losses/loss.h"
 
 namespace splat::ops {
 

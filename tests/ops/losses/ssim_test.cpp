@@ -1,9 +1,9 @@
-#include "ops/ssim.h"
+#include "ops/losses/ssim.h"
 
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/ssim_ref.h"
+#include "ref/losses/ssim_ref.h"
 #include "support/golden.h"
 
 namespace splat::test {

@@ -1,4 +1,4 @@
-#include "ops/l2.h"
+#include "ops/losses/l2.h"
 
 namespace splat::ops {
 

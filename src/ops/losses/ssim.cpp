@@ -1,4 +1,4 @@
-#include "ops/ssim.h"
+#include "ops/losses/ssim.h"
 
 #include "ops/launch.h"
 #include "params/ssim_params.h"

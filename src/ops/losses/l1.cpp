@@ -1,4 +1,4 @@
-#include "ops/l1.h"
+#include "ops/losses/l1.h"
 
 namespace splat::ops {
 

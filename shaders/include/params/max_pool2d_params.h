@@ -1,0 +1,22 @@
+#ifndef SPLAT_MAX_POOL2D_PARAMS_H
+#define SPLAT_MAX_POOL2D_PARAMS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct MaxPool2dParams {
+    uint planes;  // quads of channels times images
+    uint height;  // of x
+    uint width;
+    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(MaxPool2dParams) <= 128);
+}
+#endif
+
+#endif

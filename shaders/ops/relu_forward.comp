@@ -1,0 +1,17 @@
+#version 460
+// y = max(x, 0). One invocation computes one quad. Bindings: x, y, both quads.
+#extension GL_GOOGLE_include_directive : require
+#include "load.glsl"
+#include "params/relu_params.h"
+
+layout(local_size_x_id = 0) in;
+QUADS(0, x);
+layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
+layout(push_constant) uniform Push { ReluParams params; };
+
+#include "launch.glsl"
+
+void main() {
+    const uint i = invocation_index(params.groups_x);
+    if (i < params.quads) y[i] = max(LD4(x, i), vec4(0));
+}

@@ -1,0 +1,186 @@
+#include "model/adapters.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splat::model {
+namespace {
+
+using io::NamedTensor;
+using io::NamedTensors;
+
+constexpr std::string_view kPrefix = "base_model.model.";
+constexpr std::string_view kSuffix = ".weight";
+constexpr const char* kAlpha = "lora_alpha";
+
+bool is_adapter(const std::string& name) {
+    return name.ends_with(".lora_A") || name.ends_with(".lora_B");
+}
+
+/// "<layer>.lora_A" of either kind of name; others as they are.
+std::string plain_name(const std::string& name) {
+    if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) return name;
+    return name.substr(kPrefix.size(), name.size() - kPrefix.size() - kSuffix.size());
+}
+
+/// The adapters among `tensors` under their plain names, as matrices.
+Result<NamedTensors> plain_adapters(const NamedTensors& tensors) {
+    NamedTensors plain;
+    for (const NamedTensor& tensor : tensors) {
+        NamedTensor made = tensor;
+        made.name = plain_name(tensor.name);
+        if (!is_adapter(made.name)) continue;
+        if (tensor.dims.empty() || tensor.dims[0] < 1)
+            return error(Code::kShape, "adapter '%s' has shape %s, expected a matrix",
+                         tensor.name.c_str(), io::dims_text(tensor.dims).c_str());
+        made.dims = {tensor.dims[0],
+                     static_cast<std::int64_t>(tensor.values.size()) / tensor.dims[0]};
+        SPLAT_TRY(plain.add(std::move(made)));
+    }
+    return plain;
+}
+
+std::string number_text(double value) {
+    return format("%.9g", value);
+}
+
+Status expect_adapters(Predictor& predictor) {
+    if (predictor.config().lora.rank > 0) return {};
+    return error(Code::kInvalidState,
+                 "the model has no adapters: its configuration lacks opt.lora_finetune");
+}
+
+/// Another factor would change what the adapters do.
+Status check_alpha(const Predictor& predictor, const io::WeightsFile& file) {
+    const auto alpha = std::find_if(file.metadata.begin(), file.metadata.end(),
+                                    [](const auto& entry) { return entry.first == kAlpha; });
+    const auto own = static_cast<double>(predictor.config().lora.alpha);
+    if (alpha == file.metadata.end() || alpha->second == number_text(own)) return {};
+    return error(
+        Code::kInvalidArgument,
+        "the file's adapters were trained with lora_alpha %s, the configuration has %s; set "
+        "opt.lora_alpha",
+        alpha->second.c_str(), number_text(own).c_str());
+}
+
+Status check_finite(const NamedTensor& tensor) {
+    for (std::size_t i = 0; i < tensor.values.size(); ++i)
+        if (!std::isfinite(tensor.values[i]))
+            return error(Code::kInvalidArgument,
+                         "adapter '%s' holds %g at %zu, expected finite numbers",
+                         tensor.name.c_str(), static_cast<double>(tensor.values[i]), i);
+    return {};
+}
+
+/// W + scale * (B A), rounded once.
+Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, double factor) {
+    if (a.dims[0] != b.dims[1] ||
+        static_cast<std::uint64_t>(b.dims[0]) * static_cast<std::uint64_t>(a.dims[1]) !=
+            weight.values.size())
+        return error(Code::kShape, "layer of '%s': adapters %s and %s do not multiply to its %s",
+                     weight.name.c_str(), io::dims_text(b.dims).c_str(),
+                     io::dims_text(a.dims).c_str(), io::dims_text(weight.dims).c_str());
+    const auto rank = static_cast<std::size_t>(a.dims[0]);
+    const auto columns = static_cast<std::size_t>(a.dims[1]);
+    const double scale = factor / static_cast<double>(rank);
+    for (std::size_t i = 0; i < weight.values.size(); ++i) {
+        double sum = 0;
+        for (std::size_t r = 0; r < rank; ++r)
+            sum += static_cast<double>(b.values[i / columns * rank + r]) *
+                   static_cast<double>(a.values[r * columns + i % columns]);
+        weight.values[i] = static_cast<float>(static_cast<double>(weight.values[i]) + scale * sum);
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<io::WeightsFile> save_adapters(Predictor& predictor) {
+    SPLAT_TRY(expect_adapters(predictor));
+    io::WeightsFile file;
+    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+        if (!is_adapter(parameter.name)) continue;
+        const std::string layer = parameter.name.substr(0, parameter.name.size() - 7);
+        const nn::Parameter* weight = predictor.parameters().find(layer + ".weight");
+        const std::int64_t rows = parameter.shape[0];
+        NamedTensor tensor;
+        tensor.name = std::string(kPrefix) + parameter.name + std::string(kSuffix);
+        tensor.dims = parameter.name.ends_with("A")
+                          ? std::vector<std::int64_t>{rows, weight->shape[1], weight->shape[2],
+                                                      weight->shape[3]}
+                          : std::vector<std::int64_t>{rows, parameter.shape[1], 1, 1};
+        SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values));
+        SPLAT_TRY(file.tensors.add(std::move(tensor)));
+    }
+    const LoraConfig& lora = predictor.config().lora;
+    file.metadata = {{"format", "pt"},
+                     {kAlpha, number_text(static_cast<double>(lora.alpha))},
+                     {"lora_rank", std::to_string(lora.rank)}};
+    return file;
+}
+
+Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report) {
+    SPLAT_TRY(expect_adapters(predictor));
+    SPLAT_TRY(check_alpha(predictor, file));
+    SPLAT_ASSIGN(const NamedTensors adapters, plain_adapters(file.tensors));
+    for (const NamedTensor& tensor : file.tensors)
+        if (adapters.find(plain_name(tensor.name)) == nullptr)
+            return error(Code::kInvalidArgument,
+                         "tensor '%s' is no adapter; load the file as a state dict",
+                         tensor.name.c_str());
+    LoadReport made;
+    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+        if (!is_adapter(parameter.name)) continue;
+        const NamedTensor* tensor = adapters.find(parameter.name);
+        if (tensor == nullptr)
+            return error(Code::kInvalidArgument, "the file has no adapter '%s' %s",
+                         parameter.name.c_str(), parameter.shape.text().c_str());
+        if (tensor->dims[0] != parameter.shape[0] || tensor->dims[1] != parameter.shape[1])
+            return error(Code::kShape, "adapter '%s' has shape %s, expected %s",
+                         parameter.name.c_str(), io::dims_text(tensor->dims).c_str(),
+                         parameter.shape.text().c_str());
+        SPLAT_TRY(check_finite(*tensor));
+        made.copied.push_back(parameter.name);
+    }
+    for (const NamedTensor& tensor : adapters)
+        if (predictor.parameters().find(tensor.name) == nullptr)
+            return error(Code::kInvalidArgument,
+                         "the file's adapter '%s' belongs to no adapted layer of the model",
+                         tensor.name.c_str());
+    for (const std::string& name : made.copied)
+        SPLAT_TRY(predictor.parameters().write(*predictor.parameters().find(name),
+                                               adapters.find(name)->values));
+    report = std::move(made);
+    return {};
+}
+
+Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& given,
+                                    float alpha, int sign) {
+    SPLAT_ASSIGN(const NamedTensors adapters, plain_adapters(given));
+    NamedTensors merged;
+    std::size_t used = 0;
+    for (const NamedTensor& tensor : tensors) {
+        if (is_adapter(plain_name(tensor.name))) continue;
+        NamedTensor result = tensor;
+        if (tensor.name.ends_with(kSuffix)) {
+            const std::string layer = tensor.name.substr(0, tensor.name.size() - kSuffix.size());
+            const NamedTensor* a = adapters.find(layer + ".lora_A");
+            const NamedTensor* b = adapters.find(layer + ".lora_B");
+            if ((a == nullptr) != (b == nullptr))
+                return error(Code::kInvalidArgument, "layer '%s' has only one half of an adapter",
+                             layer.c_str());
+            if (a != nullptr) {
+                used += 2;
+                SPLAT_TRY(fold(result, *a, *b, sign * static_cast<double>(alpha)));
+            }
+        }
+        SPLAT_TRY(merged.add(std::move(result)));
+    }
+    if (used != adapters.size())
+        return error(Code::kInvalidArgument,
+                     "%zu of %zu matrices of adapters belong to no weight of the file",
+                     adapters.size() - used, adapters.size());
+    return merged;
+}
+
+}  // namespace splat::model

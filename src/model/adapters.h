@@ -1,0 +1,38 @@
+#pragma once
+
+#include "io/tensor_file.h"
+#include "io/weights_file.h"
+#include "model/predictor.h"
+#include "model/weights.h"
+
+namespace splat::model {
+
+/// A file of low-rank adapters alone has, for each adapted layer, tensors with the names and shapes of
+/// Hugging Face's PEFT:
+///
+///   base_model.model.<layer>.lora_A.weight  [rank, in, k, k]
+///   base_model.model.<layer>.lora_B.weight  [out, rank, 1, 1]
+///
+/// and, as safetensors, lora_alpha and lora_rank in its metadata. Read are also the names of state
+/// dicts, "<layer>.lora_A" [rank, in * k * k] and "<layer>.lora_B" [out, rank]; the numbers are in the
+/// same order.
+
+/// Errors: kInvalidState if the predictor has no adapters.
+Result<io::WeightsFile> save_adapters(Predictor& predictor);
+
+/// Fill the adapters of a predictor, all or none; its other parameters stay as they are.
+///
+/// Errors  kInvalidState if it has none; kInvalidArgument for a tensor that is no adapter, a missing
+///         one, one that is not finite, or another alpha than the configuration's; kShape
+Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report);
+
+/// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the rest of
+/// `tensors` without the adapters; `sign` -1 takes them out again.
+///
+/// Errors     kInvalidArgument for half a pair or a weight that is not there, kShape for shapes that do
+///            not multiply
+/// Precision  one rounding of each weight, from float64
+Result<io::NamedTensors> merge_adapters(const io::NamedTensors& tensors,
+                                        const io::NamedTensors& adapters, float alpha, int sign);
+
+}  // namespace splat::model

@@ -1,0 +1,154 @@
+#include "model/adapters.h"
+
+#include <gtest/gtest.h>
+
+#include "ops/op_harness.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using model::Predictor;
+using model::PredictorConfig;
+
+constexpr const char* kConv0 = "base_model.model.network_with_offset.encoder.enc.8x8_block0.conv0";
+
+/// Files of adapters alone: nothing runs, so one set of kernels says it all.
+class Adapters : public KernelsTest {
+  protected:
+    std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6) {
+        PredictorConfig config;
+        config.resolution = 8;
+        config.base_dim = 4;
+        config.num_blocks = 1;
+        config.channel_mult = {1};
+        config.attention_resolutions = {8};
+        config.lora.rank = rank;
+        config.lora.alpha = alpha;
+        auto made = Predictor::create(context(), config, {});
+        EXPECT_OK(made.status());
+        if (!made.ok()) return nullptr;
+        for (const nn::Parameter& parameter : made.value()->parameters().all())
+            EXPECT_OK(made.value()->parameters().write(
+                parameter, normal_fill(parameter.shape.elements(), seed++)));
+        return std::move(made.value());
+    }
+    std::vector<float> read(Predictor& predictor, const nn::Parameter& parameter) {
+        std::vector<float> values;
+        EXPECT_OK(predictor.parameters().read(parameter.value, values));
+        return values;
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Kernels, Adapters, testing::Values(vk::Kernels::kPlain),
+                         kernels_test_name);
+
+TEST_P(Adapters, GoRoundUnderTheNamesOfPeft) {
+    const auto first = make(10);
+    const auto second = make(500);
+    ASSERT_TRUE(first && second);
+    const auto file = model::save_adapters(*first);
+    ASSERT_OK(file.status());
+    const io::NamedTensor* a = file.value().tensors.find(std::string(kConv0) + ".lora_A.weight");
+    const io::NamedTensor* b = file.value().tensors.find(std::string(kConv0) + ".lora_B.weight");
+    ASSERT_TRUE(a != nullptr && b != nullptr);
+    EXPECT_EQ(a->dims, (std::vector<std::int64_t>{3, 4, 3, 3}));
+    EXPECT_EQ(b->dims, (std::vector<std::int64_t>{4, 3, 1, 1}));
+    EXPECT_EQ(file.value().metadata,
+              (io::Metadata{{"format", "pt"}, {"lora_alpha", "6"}, {"lora_rank", "3"}}));
+
+    model::LoadReport report;
+    ASSERT_OK(model::load_adapters(*second, file.value(), report));
+    EXPECT_EQ(report.copied.size(), file.value().tensors.size());
+    const auto untouched = make(500);
+    ASSERT_TRUE(untouched);
+    for (const nn::Parameter& parameter : second->parameters().all()) {
+        const bool adapter = parameter.name.find(".lora_") != std::string::npos;
+        const auto& from = adapter ? first : untouched;
+        EXPECT_EQ(read(*second, parameter), read(*from, *from->parameters().find(parameter.name)))
+            << parameter.name;
+    }
+}
+
+TEST_P(Adapters, AreReadUnderTheNamesOfStateDicts) {
+    const auto first = make(10);
+    const auto second = make(500);
+    ASSERT_TRUE(first && second);
+    const auto state = model::save_state(*first);
+    ASSERT_OK(state.status());
+    io::WeightsFile file;
+    for (const io::NamedTensor& tensor : state.value())
+        if (tensor.name.find(".lora_") != std::string::npos) {
+            ASSERT_OK(file.tensors.add(tensor));
+        }
+    model::LoadReport report;
+    ASSERT_OK(model::load_adapters(*second, file, report));
+    const char* name = "network_with_offset.encoder.dec.8x8_in0.qkv.lora_B";
+    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.value().find(name)->values);
+}
+
+TEST_P(Adapters, RefusesOtherFiles) {
+    const auto predictor = make(10);
+    const auto without = make(20, 0);
+    ASSERT_TRUE(predictor && without);
+    const auto saved = model::save_adapters(*predictor);
+    ASSERT_OK(saved.status());
+    model::LoadReport report;
+    EXPECT_ERROR(model::save_adapters(*without).status(), Code::kInvalidState, "no adapters");
+    EXPECT_ERROR(model::load_adapters(*without, saved.value(), report), Code::kInvalidState,
+                 "no adapters");
+    const auto other = make(30, 3, 7);
+    ASSERT_TRUE(other);
+    EXPECT_ERROR(model::load_adapters(*other, saved.value(), report), Code::kInvalidArgument,
+                 "lora_alpha 6, the configuration has 7");
+    const auto wider = make(30, 2);
+    ASSERT_TRUE(wider);
+    EXPECT_ERROR(model::load_adapters(*wider, saved.value(), report), Code::kShape,
+                 "has shape [3, 36], expected [2, 36]");
+
+    const auto changed = [&](const std::function<void(io::NamedTensor&)>& change) {
+        io::WeightsFile file;
+        for (io::NamedTensor tensor : saved.value().tensors) {
+            if (tensor.name == std::string(kConv0) + ".lora_B.weight") change(tensor);
+            if (!tensor.name.empty()) {
+                EXPECT_OK(file.tensors.add(std::move(tensor)));
+            }
+        }
+        return file;
+    };
+    const auto status = [&](const std::function<void(io::NamedTensor&)>& change) {
+        return model::load_adapters(*predictor, changed(change), report);
+    };
+    EXPECT_ERROR(status([](io::NamedTensor& t) { t.name.clear(); }), Code::kInvalidArgument,
+                 "has no adapter 'network_with_offset.encoder.enc.8x8_block0.conv0.lora_B' [4, 3]");
+    EXPECT_ERROR(status([](io::NamedTensor& t) { t.name = "out.weight"; }), Code::kInvalidArgument,
+                 "'out.weight' is no adapter");
+    EXPECT_ERROR(status([](io::NamedTensor& t) { t.values[5] = NAN; }), Code::kInvalidArgument,
+                 "holds nan at 5");
+    EXPECT_ERROR(status([](io::NamedTensor& t) {
+                     t.dims = {0};
+                     t.values.clear();
+                 }),
+                 Code::kShape, "expected a matrix");
+    io::WeightsFile more = saved.value();
+    ASSERT_OK(more.tensors.add({"elsewhere.lora_A", {3, 1}, io::NumberType::kF32, {1, 2, 3}}));
+    EXPECT_ERROR(model::load_adapters(*predictor, more, report), Code::kInvalidArgument,
+                 "'elsewhere.lora_A' belongs to no adapted layer");
+    const auto state = model::save_state(*predictor);
+    ASSERT_OK(state.status());
+    EXPECT_ERROR(model::merge_adapters(state.value(), more.tensors, 6, 1).status(),
+                 Code::kInvalidArgument, "1 of 33 matrices");
+    EXPECT_ERROR(
+        model::merge_adapters(state.value(),
+                              changed([](io::NamedTensor& t) { t.name.clear(); }).tensors, 6, 1)
+            .status(),
+        Code::kInvalidArgument, "only one half");
+    EXPECT_ERROR(model::merge_adapters(state.value(), changed([](io::NamedTensor& t) {
+                                                          t.dims = {3, 4};
+                                                      }).tensors,
+                                       6, 1)
+                     .status(),
+                 Code::kShape, "do not multiply");
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,53 @@
+#include "model/config_file.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+using model::PredictorConfig;
+
+Result<PredictorConfig> read(const std::string& text) {
+    SPLAT_ASSIGN(const Config config, read_config(text, "the test"));
+    return model::predictor_config(config);
+}
+
+TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
+    const auto config = read(
+        "opt:\n  freeze: [out.]\n  lora_finetune: true\n  lora_rank: 8\n"
+        "  lora_targets: [conv0]\n  train_with_adapters: [x16_conv., norm]\n");
+    ASSERT_OK(config.status());
+    EXPECT_EQ(config.value().frozen, std::vector<std::string>{"out."});
+    EXPECT_EQ(config.value().lora.rank, 8U);
+    EXPECT_EQ(config.value().lora.targets, std::vector<std::string>{"conv0"});
+    EXPECT_EQ(config.value().lora.trained, (std::vector<std::string>{"x16_conv.", "norm"}));
+    const auto plain = read("opt: {freeze: [norm], train_with_adapters: [x16_conv.]}\n");
+    ASSERT_OK(plain.status());
+    EXPECT_EQ(plain.value().frozen, std::vector<std::string>{"norm"});
+    EXPECT_TRUE(plain.value().lora.trained.empty()) << "there are no adapters";
+    EXPECT_ERROR(read("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
+}
+
+/// What config_text() writes is read as the same configuration.
+TEST(PredictorConfigFile, GoesRound) {
+    for (const char* text :
+         {"{}", "opt: {freeze: ['a \"b\"', norm]}\n",
+          "data: {fov: 30.5, use_mask: true, input_images: 2}\n"
+          "cam_embd: {embedding: pose, dimension: 4, film: affine}\n"
+          "model: {base_dim: 8, channel_mult: [1, 3], network_without_offset: true}\n"
+          "opt: {lora_finetune: true, lora_alpha: 3, train_with_adapters: [x16_conv.]}\n"}) {
+        const auto config = read(text);
+        ASSERT_OK(config.status());
+        const std::string written = model::config_text(config.value());
+        const auto again = read(written);
+        ASSERT_OK(again.status());
+        EXPECT_EQ(model::config_text(again.value()), written) << text;
+        EXPECT_EQ(again.value().frozen, config.value().frozen);
+        EXPECT_EQ(again.value().lora.trained, config.value().lora.trained);
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,144 @@
+#include "model/lpips_net.h"
+
+#include <gtest/gtest.h>
+
+#include "ops/op_harness.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using model::LpipsDesc;
+using model::LpipsNet;
+
+constexpr std::uint32_t kSide = 17;  // odd: the first halving passes a row and a column over
+
+/// Random weights of VGG16's shapes, under torchvision's names. Made once: they are 15 million.
+const io::NamedTensors& vgg_weights() {
+    static const io::NamedTensors weights = [] {
+        io::NamedTensors made;
+        std::int64_t in = 3;
+        std::uint64_t seed = 1;
+        const std::pair<int, std::int64_t> layers[] = {
+            {0, 64},   {2, 64},   {5, 128},  {7, 128},  {10, 256}, {12, 256}, {14, 256},
+            {17, 512}, {19, 512}, {21, 512}, {24, 512}, {26, 512}, {28, 512}};
+        for (const auto& [layer, out] : layers) {
+            const std::string name = "features." + std::to_string(layer);
+            const double deviation = std::sqrt(2.0 / (9.0 * static_cast<double>(in)));
+            EXPECT_OK(made.add(
+                {name + ".weight",
+                 {out, in, 3, 3},
+                 io::NumberType::kF32,
+                 normal_fill(static_cast<std::size_t>(out * in * 9), ++seed, 0, deviation)}));
+            EXPECT_OK(made.add({name + ".bias",
+                                {out},
+                                io::NumberType::kF32,
+                                normal_fill(static_cast<std::size_t>(out), ++seed, 0, 0.1)}));
+            in = out;
+        }
+        return made;
+    }();
+    return weights;
+}
+
+io::NamedTensors linear_weights() {
+    io::NamedTensors made;
+    const std::int64_t channels[] = {64, 128, 256, 512, 512};
+    for (int k = 0; k < 5; ++k)
+        EXPECT_OK(made.add({"lin" + std::to_string(k) + ".model.1.weight",
+                            {1, channels[k], 1, 1},
+                            io::NumberType::kF32,
+                            std::vector<float>(static_cast<std::size_t>(channels[k]), 0.5F)}));
+    return made;
+}
+
+/// Its operators are tested under all kernels; values and gradients against PyTorch's: tests/interop.
+class LpipsRules : public KernelsTest {
+  protected:
+    Result<std::unique_ptr<LpipsNet>> make(const io::NamedTensors& vgg,
+                                           const io::NamedTensors& linear,
+                                           const LpipsDesc& desc = {.images = 2, .side = kSide}) {
+        const io::NamedTensors* files[] = {&vgg, &linear};
+        return LpipsNet::create(context(), desc, files);
+    }
+    void put(const vk::BufferView& view, const std::vector<float>& values) {
+        ASSERT_EQ(view.shape.elements(), values.size());
+        EXPECT_OK(context().write(view, values.data(), values.size() * 4));
+    }
+    std::vector<float> get(const vk::BufferView& view) {
+        std::vector<float> values(view.shape.elements());
+        EXPECT_OK(context().read(view, values.data(), values.size() * 4));
+        return values;
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Kernels, LpipsRules, testing::Values(vk::Kernels::kCpu),
+                         kernels_test_name);
+
+TEST_P(LpipsRules, EqualImagesAreAtDistanceZero) {
+    const auto net = make(vgg_weights(), linear_weights());
+    ASSERT_OK(net.status());
+    const std::size_t image = std::size_t{3} * kSide * kSide;
+    std::vector<float> render = normal_fill(2 * image, 3, 0.5, 0.2);
+    std::vector<float> target = render;
+    for (std::size_t i = image; i < 2 * image; ++i) target[i] = 1 - target[i];
+    const auto run = [&] {
+        put(net.value()->render(), render);
+        put(net.value()->target(), target);
+        EXPECT_OK(net.value()->forward());
+        return get(net.value()->values());
+    };
+    const std::vector<float> values = run();
+    EXPECT_EQ(values[0], 0) << "the first images are the same";
+    EXPECT_GT(values[1], 0.01F);
+    put(net.value()->value_gradients(), {1, 1});
+    ASSERT_OK(net.value()->backward());
+    const std::vector<float> gradient = get(net.value()->render_gradient());
+    double slope = 0;
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+        if (i < image) {
+            EXPECT_EQ(gradient[i], 0) << i;
+        }
+        slope += std::pow(static_cast<double>(gradient[i]), 2);
+    }
+    // A step against the gradient brings the second images nearer, by about what it says.
+    const double step = 1e-3 / std::sqrt(slope);
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+        render[i] -= static_cast<float>(step) * gradient[i];
+    const double fall = static_cast<double>(values[1]) - static_cast<double>(run()[1]);
+    EXPECT_NEAR(fall / (step * slope), 1, 0.2);
+}
+
+TEST_P(LpipsRules, RefusesOtherWeights) {
+    const auto changed = [](const io::NamedTensors& from, const std::string& name,
+                            const std::function<void(io::NamedTensor&)>& change) {
+        io::NamedTensors made;
+        for (io::NamedTensor tensor : from) {
+            if (tensor.name == name) change(tensor);
+            EXPECT_OK(made.add(std::move(tensor)));
+        }
+        return made;
+    };
+    const io::NamedTensors linear = linear_weights();
+    EXPECT_ERROR(make(vgg_weights(), vgg_weights()).status(), Code::kInvalidArgument,
+                 "no file has the tensor 'lin0.model.1.weight' [64]");
+    EXPECT_ERROR(make(linear, linear).status(), Code::kInvalidArgument,
+                 "no file has the tensor 'features.0.weight' [64, 3, 3, 3]");
+    EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin3.model.1.weight",
+                                             [](io::NamedTensor& t) {
+                                                 t.dims = {1, 256, 1, 1};
+                                                 t.values.resize(256);
+                                             }))
+                     .status(),
+                 Code::kShape, "'lin3.model.1.weight' has shape [1, 256, 1, 1], expected [512]");
+    EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin2.model.1.weight",
+                                             [](io::NamedTensor& t) { t.values[7] = NAN; }))
+                     .status(),
+                 Code::kInvalidArgument, "'lin2.model.1.weight' holds nan at 7");
+    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 1, .side = 15}).status(),
+                 Code::kInvalidArgument, "1 images of 15 pixels");
+    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 0, .side = 32}).status(),
+                 Code::kInvalidArgument, "0 images");
+}
+
+}  // namespace
+}  // namespace splat::test

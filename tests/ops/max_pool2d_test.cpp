@@ -1,0 +1,74 @@
+#include "ops/max_pool2d.h"
+
+#include <gtest/gtest.h>
+
+#include "ops/every/op_samples.h"
+#include "ref/max_pool2d_ref.h"
+
+namespace splat::test {
+namespace {
+
+class MaxPool2d : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(MaxPool2d);
+
+Shape half(const Shape& shape) {
+    return {shape[0], shape[1], shape[2] / 2, shape[3] / 2};
+}
+
+ref::PoolShape pool_shape(const Shape& x) {
+    return {std::size_t{x[0]} * x[1], x[2], x[3]};
+}
+
+TEST_P(MaxPool2d, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const Shape& shape : {Shape{1, 1, 2, 2}, Shape{2, 3, 4, 6}, Shape{1, 16, 8, 8},
+                               Shape{2, 6, 7, 5}, Shape{3, 5, 2, 9}}) {
+        const OpCall call =
+            sample("max_pool2d", Json::object(), {normal_tensor(shape, ++seed)}, {half(shape)});
+        const std::vector<double> x = to_double(call.inputs[0].values);
+        const OpResult gpu = run_op(context(), call);
+        ASSERT_OK(gpu.status) << shape.text();
+        const Subject y{"y", reproduce(shape.text())};
+        EXPECT_TRUE(exact(gpu.outputs[0], ref::max_pool2d_forward(pool_shape(shape), x), y));
+        // Three of four gradients are zero, and more at odd edges.
+        const Subject grad{"grad_x", reproduce(shape.text()), true, true};
+        EXPECT_TRUE(exact(
+            gpu.grad_inputs[0],
+            ref::max_pool2d_backward(pool_shape(shape), x, to_double(call.grad_outputs[0].values)),
+            grad));
+    }
+}
+
+/// Among equals the first counts, row by row.
+TEST_P(MaxPool2d, GivesTheGradientToOne) {
+    const OpCall call =
+        sample("max_pool2d", Json::object(), {{{1, 1, 2, 6}, {5, 5, 0, 7, 1, 2, 5, 5, 7, 7, 3, 3}}},
+               std::vector<HostTensor>{{{1, 1, 1, 3}, {1, 2, 3}}});
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    EXPECT_EQ(gpu.outputs[0], (std::vector<float>{5, 7, 3}));
+    EXPECT_EQ(gpu.grad_inputs[0], (std::vector<float>{1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 3, 0}));
+}
+
+TEST_P(MaxPool2d, RejectsBadShapes) {
+    const auto status = [&](const Shape& shape) {
+        return run_op(context(), sample("max_pool2d", Json::object(), {normal_tensor(shape, 1)},
+                                        std::vector<HostTensor>{}))
+            .status;
+    };
+    EXPECT_ERROR(status({1, 1, 1, 4}), Code::kShape, "1 x 4");
+    EXPECT_ERROR(status({1, 1, 4, 1}), Code::kShape, "4 x 1");
+    EXPECT_ERROR(status({1, 1, 4}), Code::kShape, "'x'");
+}
+
+TEST(MaxPool2dReference, GradcheckFloat64) {
+    const ref::PoolShape shape{2, 5, 4};
+    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 3));
+    const std::vector<double> grad_y = to_double(normal_fill(8, 2));
+    expect_gradcheck(
+        {x}, [&](const Arrays& in) { return Arrays{ref::max_pool2d_forward(shape, in[0]).value}; },
+        {grad_y}, {ref::max_pool2d_backward(shape, x, grad_y).value});
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,225 @@
+// vkrun weights graft, lora-merge, lora-extract: state dicts taken over into the network of a configuration.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "vkrun/command.h"
+#include "vkrun/scene_input.h"
+
+namespace vkrun {
+namespace {
+
+using Weights = Owner<splat_weights, splat_weights_destroy>;
+
+constexpr const char* kGraftFooter =
+    R"(The first convolution is widened to the channels of the configuration, each column going to where its
+meaning is, with zeros for the new ones: until they are trained, predictions stay those of IN. Adapters,
+embeddings and attention to tokens that IN lacks start at random. RGB need not be named in --from.
+
+JSON: {in, out, config, copied, widened, fresh, left_out}.
+
+Exit status: 0 done, 1 IN does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+
+Examples:
+  vkrun weights graft model_best.pth start.safetensors --config depth_normal.yaml
+  vkrun weights graft depth.safetensors all.safetensors --config all.yaml --from depth --json
+)";
+
+constexpr const char* kMergeFooter =
+    R"(OUT is the state dict of the configuration's network without adapters, which are folded into its
+weights: W + lora_alpha / lora_rank * B A. IN holds the adapters, too, unless --adapters gives a file of
+them alone, with the names of state dicts or of PEFT.
+
+JSON: {in, out, adapters, config, folded}.
+
+Exit status: 0 done, 1 a file does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+
+Examples:
+  vkrun weights lora-merge model_latest.pth merged.safetensors --config config.yaml
+  vkrun weights lora-merge cars.pth merged.npz --config lora.yaml --adapters adapters.safetensors --json
+)";
+
+constexpr const char* kExtractFooter =
+    R"(OUT has the adapters alone, with the names and shapes of PEFT (base_model.model.<layer>.lora_A.weight)
+and, as .safetensors, lora_alpha and lora_rank in its metadata.
+
+JSON: {in, out, config, layers}.
+
+Exit status: 0 done, 1 IN does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+
+Examples:
+  vkrun weights lora-extract model_latest.pth adapters.safetensors --config config.yaml
+  vkrun weights lora-extract tuned.safetensors adapters.safetensors --config lora.yaml --json
+)";
+
+struct Options {
+    std::string in;
+    std::string out;
+    std::string config;
+    std::string adapters;
+    std::vector<std::string> from;
+    std::uint64_t seed = 0;
+    std::string device = "best";
+    bool overwrite = false;
+    bool json = false;
+};
+
+/// A model of a configuration's file, its parameters started at random.
+class StartedModel {
+  public:
+    explicit StartedModel(const Options& options)
+        : device_(open_device(device_desc(options.device))) {
+        const std::string config = read_text(options.config);
+        auto desc = sized<splat_model_desc>();
+        desc.flags = SPLAT_MODEL_LOW_MEMORY;
+        desc.config = config.c_str();
+        check(splat_model_create(device_.get(), &desc, model_.out()));
+        check(splat_model_init(model_.get(), options.seed));
+    }
+
+    void load(const std::string& path, std::uint32_t flags) {
+        Weights weights;
+        check(splat_weights_load(path.c_str(), weights.out()));
+        check(splat_model_load(model_.get(), weights.get(), flags));
+    }
+
+    [[nodiscard]] Json report() const {
+        return Json::parse(
+            whole_text([this](char* buffer, std::size_t capacity, std::size_t* needed) {
+                return splat_model_report(model_.get(), buffer, capacity, needed);
+            }));
+    }
+
+    [[nodiscard]] splat_model get() const { return model_.get(); }
+
+  private:
+    Device device_;
+    Model model_;
+};
+
+int graft(const Options& options) {
+    check_target(options.out, options.overwrite);
+    std::uint32_t flags = SPLAT_LOAD_GRAFT;
+    for (const std::string& channel : options.from)
+        flags |= channel == "depth"    ? SPLAT_LOAD_FROM_DEPTH
+                 : channel == "normal" ? SPLAT_LOAD_FROM_NORMAL
+                                       : SPLAT_LOAD_FROM_MASK;
+    StartedModel model(options);
+    model.load(options.in, flags);
+    const Json report = model.report();
+    Weights made;
+    check(splat_model_store(model.get(), made.out()));
+    check(splat_weights_save(made.get(), options.out.c_str(), 0));
+    const Json& load = report.at("load");
+    if (options.json) {
+        Json json = {{"in", options.in}, {"out", options.out}, {"config", report.at("config")}};
+        for (const char* key : {"copied", "widened", "fresh", "left_out"}) json[key] = load.at(key);
+        std::printf("%s\n", json_text(json).c_str());
+        return kSuccess;
+    }
+    std::printf("%s: %zu tensors copied, %zu widened, %zu new, %zu of IN left out\n",
+                options.out.c_str(), load.at("copied").size(), load.at("widened").size(),
+                load.at("fresh").size(), load.at("left_out").size());
+    return kSuccess;
+}
+
+/// IN, and its adapters alone.
+struct Adapted {
+    StartedModel model;
+    Weights adapters;
+    std::uint32_t layers = 0;
+
+    explicit Adapted(const Options& options) : model(options) {
+        model.load(options.in, SPLAT_LOAD_TAKE_RAYS);
+        if (!options.adapters.empty()) {
+            model.load(options.adapters, SPLAT_LOAD_ADAPTERS);
+        } else if (const Json fresh = model.report().at("load").at("fresh"); !fresh.empty()) {
+            throw Failure(kFailed, options.in + " has no tensor '" + fresh[0].get<std::string>() +
+                                       "'; a file of adapters alone is given with --adapters");
+        }
+        check(splat_model_export(model.get(), SPLAT_EXPORT_ADAPTERS, adapters.out()));
+        check(splat_weights_count(adapters.get(), &layers));
+        layers /= 2;
+    }
+};
+
+int extract(const Options& options) {
+    check_target(options.out, options.overwrite);
+    const Adapted made(options);
+    check(splat_weights_save(made.adapters.get(), options.out.c_str(), 0));
+    if (options.json)
+        std::printf("%s\n", json_text({{"in", options.in},
+                                       {"out", options.out},
+                                       {"config", made.model.report().at("config")},
+                                       {"layers", made.layers}})
+                                .c_str());
+    else
+        std::printf("%s: the adapters of %u layers\n", options.out.c_str(), made.layers);
+    return kSuccess;
+}
+
+int merge(const Options& options) {
+    check_target(options.out, options.overwrite);
+    const Adapted adapted(options);
+    Weights made;
+    check(splat_model_export(adapted.model.get(), SPLAT_EXPORT_MERGED, made.out()));
+    check(splat_weights_save(made.get(), options.out.c_str(), 0));
+    if (options.json)
+        std::printf("%s\n", json_text({{"in", options.in},
+                                       {"out", options.out},
+                                       {"adapters", options.adapters},
+                                       {"config", adapted.model.report().at("config")},
+                                       {"folded", adapted.layers}})
+                                .c_str());
+    else
+        std::printf("%s: the adapters of %u layers are folded in\n", options.out.c_str(),
+                    adapted.layers);
+    return kSuccess;
+}
+
+CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const char* footer,
+              Options& options) {
+    CLI::App* command = weights.add_subcommand(name, sentence);
+    command->group("Commands");
+    command->add_option("IN", options.in, "Weights to read")->required()->type_name("");
+    command->add_option("OUT", options.out, "Weights to write: .safetensors or .npz")
+        ->required()
+        ->type_name("");
+    command->add_option("--config", options.config, "The network of OUT, JSON or YAML")
+        ->type_name("FILE")
+        ->required();
+    add_device_option(*command, options.device);
+    command->add_flag("--overwrite", options.overwrite, "Replace OUT if it is there");
+    command->add_flag("--json", options.json, "Print one JSON object on standard output");
+    command->footer(footer);
+    return command;
+}
+
+}  // namespace
+
+void add_weights_model(CLI::App& weights, int& exit_code) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = add(weights, "graft", "Take weights over into a network of more inputs.",
+                            kGraftFooter, *options);
+    command->add_option("--from", options->from, "Channels of IN behind RGB: depth,normal,mask")
+        ->type_name("LIST")
+        ->delimiter(',')
+        ->check(CLI::IsMember({"depth", "normal", "mask"}));
+    command->add_option("--seed", options->seed, "Of what starts at random")->type_name("N");
+    command->callback([options, &exit_code] { exit_code = graft(*options); });
+
+    const auto merging = std::make_shared<Options>();
+    command =
+        add(weights, "lora-merge", "Fold low-rank adapters into weights.", kMergeFooter, *merging);
+    command->add_option("--adapters", merging->adapters, "Adapters alone, where IN has none")
+        ->type_name("FILE");
+    command->callback([merging, &exit_code] { exit_code = merge(*merging); });
+
+    const auto extracting = std::make_shared<Options>();
+    command = add(weights, "lora-extract", "Write the low-rank adapters of weights alone.",
+                  kExtractFooter, *extracting);
+    command->callback([extracting, &exit_code] { exit_code = extract(*extracting); });
+}
+
+}  // namespace vkrun
