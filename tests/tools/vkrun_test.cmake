@@ -81,7 +81,7 @@ endfunction()
 function(UsageErrorsExitWithTwo)
   vkrun(2)
   expect("${err}" "a command is missing" 
-         "devices, doctor, render, inspect, convert, weights, data, train, eval, compare, bench")
+         "devices, doctor, render, inspect, convert, weights, train, eval, data, compare, bench")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)
