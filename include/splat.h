@@ -1153,14 +1153,19 @@ SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint3
 /* Objects seen by several cameras, in a folder, in host memory as they are read; no device is needed. */
 typedef struct splat_dataset_s* splat_dataset;
 
-enum { SPLAT_DATA_DEPTH = 1u << 0, SPLAT_DATA_NORMAL = 1u << 1, SPLAT_DATA_MASK = 1u << 2 }; /* maps */
+enum {
+    SPLAT_DATA_DEPTH = 1u << 0, /* maps that must be there */
+    SPLAT_DATA_NORMAL = 1u << 1,
+    SPLAT_DATA_MASK = 1u << 2,
+    SPLAT_DATA_LENIENT = 1u << 3 /* keep objects with missing files, for splat_dataset_check */
+};
 
 typedef struct splat_dataset_desc {
     uint32_t struct_size;
-    uint32_t flags; /* SPLAT_DATA_*: maps that must be there */
+    uint32_t flags; /* SPLAT_DATA_* */
     const void* next;
     const char* path;
-    const char* format;   /* "srn"; NULL: by what the folder holds */
+    const char* format;   /* "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
     const char* split;    /* "train", "val", "test"; NULL: train */
     uint32_t resolution;  /* of the images given out, which are square; 0: as stored */
     uint32_t limit;       /* objects, the first in order; 0: all */
@@ -1209,7 +1214,7 @@ typedef struct splat_photo_desc {
     uint32_t struct_size;
     uint32_t flags; /* SPLAT_PHOTO_* */
     const void* next;
-    const char* image;  /* PNG */
+    const char* image;  /* PNG, JPEG or WebP */
     const char* depth;  /* maps of the same size; NULL: none */
     const char* normal;
     const char* mask;   /* of the object; NULL: the image's alpha, else what differs from its border */
@@ -1229,6 +1234,14 @@ enum { SPLAT_PHOTO_WHOLE = 1u << 0 }; /* take the largest square in the middle, 
  *                                     mask; `out` is as it was */
 SPLAT_API splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views* out,
                                         char* buffer, size_t capacity, size_t* needed);
+
+/* Read all of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded images),
+ * "problems": [sentences on damaged or missing files, poses, sizes], "warnings": [sentences on views that
+ * come twice or are blank]}. Thread-safe, as splat_dataset_read.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such
+ *   object) */
+SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
+                                           size_t capacity, size_t* needed);
 
 /* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);

@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "data/dataset_check.h"
 #include "data/synthetic.h"
 
 using namespace splat;
@@ -37,14 +38,15 @@ Result<data::SyntheticDesc> synthetic_desc(const splat_synthetic_desc* desc) {
 splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(dataset, "dataset"));
-        SPLAT_TRY(
-            api::check_desc(desc, "splat_dataset_desc", sizeof(splat_dataset_desc), kMapFlags));
+        SPLAT_TRY(api::check_desc(desc, "splat_dataset_desc", sizeof(splat_dataset_desc),
+                                  kMapFlags | SPLAT_DATA_LENIENT));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         data::DatasetDesc value;
         value.path = desc->path;
         if (desc->format != nullptr) value.format = desc->format;
         if (desc->split != nullptr) value.split = desc->split;
-        value.maps = desc->flags;
+        value.maps = desc->flags & kMapFlags;
+        value.lenient = (desc->flags & SPLAT_DATA_LENIENT) != 0;
         value.resolution = desc->resolution;
         value.limit = desc->limit;
         value.cache_bytes = desc->cache_bytes;
@@ -85,6 +87,18 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
             {out->images, out->depths, out->normals, out->masks, out->view_to_world,
              out->quaternions, out->focals, out->origin_distances});
     });
+}
+
+splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
+                                 size_t capacity, size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
+        SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
+        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_dataset_destroy(splat_dataset dataset) {

@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "data/co3d.h"
+#include "data/image_folder.h"
+#include "data/nmr.h"
+#include "data/objaverse.h"
 #include "data/relative_pose.h"
 #include "data/srn.h"
 
@@ -19,7 +23,13 @@ struct Format {
     Result<std::unique_ptr<DatasetReader>> (*open)(const ReaderDesc& desc);
 };
 
-constexpr Format kFormats[] = {{"srn", is_srn, open_srn}};
+/// In the order in which they are tried.
+constexpr Format kFormats[] = {{"srn", is_srn, open_srn},
+                               {"co3d", is_co3d, open_co3d},
+                               {"nmr", is_nmr, open_nmr},
+                               {"gso", is_gso, open_gso},
+                               {"objaverse", is_objaverse, open_objaverse},
+                               {"images", is_image_folder, open_image_folder}};
 
 std::string format_names() {
     std::string names;
@@ -76,11 +86,6 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
 
 }  // namespace
 
-const char* map_name(MapKind kind) {
-    constexpr const char* kNames[] = {"rgb", "depth", "normal", "mask"};
-    return kNames[static_cast<std::size_t>(kind)];
-}
-
 Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
     : reader_(std::move(reader)),
       resolution_(desc.resolution != 0 ? desc.resolution : reader_->index().resolution),
@@ -100,7 +105,7 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
             return error(Code::kInvalidArgument, "background is %g, expected 0 to 1",
                          static_cast<double>(value));
     SPLAT_ASSIGN(const Format* format, format_of(desc));
-    SPLAT_ASSIGN(auto reader, format->open({desc.path, desc.split, desc.limit}));
+    SPLAT_ASSIGN(auto reader, format->open({desc.path, desc.split, desc.limit, desc.lenient}));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
     return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
 }
@@ -150,6 +155,8 @@ Status Dataset::read_cameras(std::uint32_t object, std::span<const std::uint32_t
     SPLAT_ASSIGN(const Views stored, cameras(object));
     std::vector<scene::Mat4> poses;
     for (const std::uint32_t view : views) poses.push_back((*stored)[view].camera_to_world);
+    if (index().source_distance != 0 && !poses.empty())
+        SPLAT_TRY(scale_to_distance(index().source_distance, poses));
     SPLAT_ASSIGN(const std::vector<RelativeView> relative, relative_views(poses));
     for (std::size_t i = 0; i < views.size(); ++i) {
         const StoredView& view = (*stored)[views[i]];

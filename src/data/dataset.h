@@ -12,10 +12,11 @@ struct DatasetDesc {
     std::string path;
     std::string format;  ///< see kFormats; empty: by what the folder holds
     std::string split = "train";
-    std::uint32_t maps = 0;             ///< flags of the maps that must be there
-    std::uint32_t resolution = 0;       ///< of the images given out; 0: as stored
-    std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
-    std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
+    std::uint32_t maps = 0;         ///< flags of the maps that must be there
+    std::uint32_t resolution = 0;   ///< of the images given out; 0: as stored
+    std::uint32_t limit = 0;        ///< objects, the first in order; 0: all
+    bool lenient = false;           ///< for check_object(): objects with missing files are no error
+    std::uint64_t cache_bytes = 0;  ///< decoded images kept; 0: 1 GiB
     std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
 };
 
@@ -39,6 +40,7 @@ class Dataset {
 
     [[nodiscard]] const DatasetIndex& index() const { return reader_->index(); }
     [[nodiscard]] std::uint32_t resolution() const { return resolution_; }
+    [[nodiscard]] const DatasetReader& reader() const { return *reader_; }
     [[nodiscard]] const ImageCache& cache() const { return cache_; }
 
     /// Copy views of an object, in the order asked for, cameras relative to the first of them.

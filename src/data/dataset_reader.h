@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,14 @@ struct StoredView {
     double origin_distance = 0;     ///< of CO3D
 };
 
+class DatasetReader;
+
+/// Names of the views of an object that have a camera, and of those that have an image; sorted.
+struct ViewNames {
+    std::vector<std::string> cameras;
+    std::vector<std::string> images;
+};
+
 /// What a folder holds.
 struct DatasetIndex {
     std::string format;
@@ -40,7 +49,21 @@ struct DatasetIndex {
     std::uint32_t maps = 0;            ///< flags of the maps that every object has
     std::uint32_t resolution = 0;      ///< of the first image
     Filter filter = Filter::kBicubic;  ///< for other resolutions
+    double source_distance = 0;  ///< to which the scene is scaled for the first view read; 0: not
+    std::vector<std::vector<std::string>> problems;  ///< of each object, if they were asked for
+
+    /// Add an object with the views that have both, and hand them to `accept`. Errors: kInvalidArgument for
+    /// views that lack one of both, and for fewer than two views; if lenient they are noted as problems.
+    Status add(const std::string& name, const std::string& folder, const ViewNames& views,
+               bool lenient, const std::function<void(std::vector<std::string>)>& accept);
+
+    /// Set the resolution to that of the first image; if lenient, of the first object that has a good one.
+    Status find_resolution(const DatasetReader& reader, bool lenient);
 };
+
+/// Errors: kInvalidArgument, naming what is only in one of both; `kind` is what `images` are.
+Status check_same(const std::string& folder, const char* kind,
+                  const std::vector<std::string>& cameras, const std::vector<std::string>& images);
 
 /// One format of data sets. Thread-safe once it is opened.
 class DatasetReader {
@@ -64,6 +87,7 @@ struct ReaderDesc {
     std::string path;
     std::string split;        ///< "train", "val", "test"
     std::uint32_t limit = 0;  ///< objects; 0: all
+    bool lenient = false;     ///< keep objects with missing files, and note their problems
 };
 
 }  // namespace splat::data

@@ -2,17 +2,12 @@
 
 #include <algorithm>
 
-#include "io/file.h"
+#include "io/photo/image_file.h"
 #include "scene/camera_pose.h"
 
 namespace splat::data {
-namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
-
-}  // namespace
 
 std::vector<std::string> folders_in(const fs::path& folder) {
     std::vector<std::string> names;
@@ -42,22 +37,59 @@ bool is_file(const fs::path& path) {
     return fs::is_regular_file(path, code);
 }
 
+std::vector<std::string> images_in(const fs::path& folder) {
+    std::vector<std::string> names;
+    std::error_code code;
+    for (const auto& entry : fs::directory_iterator(folder, code)) {
+        const std::string name = entry.path().filename().string();
+        if (io::is_image_name(name) && name.rfind('.', 0) != 0) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+Status in_file(const Status& status, const std::string& place) {
+    return Status(status.code(), "'" + place + "': " + status.message());
+}
+
+Result<scene::Mat4> affine(std::span<const float> values) {
+    if (values.size() != 12 && values.size() != 16)
+        return error(Code::kInvalidArgument, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",
+                     values.size());
+    scene::Mat4 pose{};
+    std::copy(values.begin(), values.end(), pose.begin());
+    pose[15] = 1;
+    return pose;
+}
+
+Result<scene::Mat4> inverse_pose(const scene::Mat4& pose) {
+    SPLAT_TRY(check_pose(pose, "pose"));
+    scene::Mat4 out{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            out[i * 4 + j] = pose[j * 4 + i];
+            out[i * 4 + 3] -= pose[j * 4 + i] * pose[j * 4 + 3];
+        }
+    out[15] = 1;
+    return out;
+}
+
 Result<io::Image> load_square(const fs::path& path) {
-    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxImageBytes));
-    auto image = io::read_png(file);
-    if (!image.ok())
-        return Status(image.status().code(),
-                      format("'%s': ", path.c_str()) + image.status().message());
-    io::Image& found = image.value();
+    SPLAT_ASSIGN(io::Image found, load_bytes(path));
     if (found.width != found.height)
         return error(Code::kInvalidArgument, "'%s': %u x %u pixels, expected a square",
                      path.c_str(), found.width, found.height);
+    return found;
+}
+
+Result<io::Image> load_bytes(const fs::path& path) {
+    SPLAT_ASSIGN(io::Image found, io::load_image(path.string()));
     if (found.bits == 16) {
         for (std::uint16_t& sample : found.samples)
             sample = static_cast<std::uint16_t>((sample * 255U + 32767U) / 65535U);
         found.bits = 8;
     }
-    return std::move(found);
+    return found;
 }
 
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) {

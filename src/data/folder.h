@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,23 @@ std::vector<std::string> stems_in(const std::filesystem::path& folder,
 
 bool is_file(const std::filesystem::path& path);
 
+/// Names of the files that are named as images, sorted.
+std::vector<std::string> images_in(const std::filesystem::path& folder);
+
+/// The error with the place in front.
+Status in_file(const Status& status, const std::string& place);
+
+/// A row-major [3,4] or [4,4] as [4,4]. Errors: kInvalidArgument for another number of values.
+Result<scene::Mat4> affine(std::span<const float> values);
+
+/// The inverse of a rigid motion. Errors: kInvalidArgument as check_pose().
+Result<scene::Mat4> inverse_pose(const scene::Mat4& pose);
+
 /// An image of 8 bits and as many rows as columns. Errors: kInvalidArgument with the path.
 Result<io::Image> load_square(const std::filesystem::path& path);
+
+/// An image of 8 bits and any size. Errors: as load_square().
+Result<io::Image> load_bytes(const std::filesystem::path& path);
 
 /// Finite, a rotation within 1e-3 and not mirrored. Errors: kInvalidArgument, naming the place.
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place);

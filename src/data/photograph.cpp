@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "data/resample.h"
-#include "io/file.h"
+#include "io/photo/image_file.h"
 
 namespace splat::data {
 namespace {
@@ -17,11 +17,8 @@ struct Box {
 };
 
 Result<io::Image> load(const std::string& path) {
-    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-    auto image = io::read_png(file);
-    if (!image.ok())
-        return error(image.status().code(), "'%s': %s", path.c_str(),
-                     image.status().message().c_str());
+    auto image = io::load_image(path);
+    if (!image.ok()) return image;
     if (image.value().bits == 8) return image;
     io::Image eight = std::move(image.value());
     for (std::uint16_t& sample : eight.samples) sample = static_cast<std::uint16_t>(sample / 257);

@@ -73,6 +73,17 @@ scene::Quaternion quaternion_of(const Mat3& m) {
     return q;
 }
 
+Status scale_to_distance(double distance, std::span<Mat4> camera_to_world) {
+    const Mat4& first = camera_to_world.front();
+    const double now = scene::length({first[3], first[7], first[11]});
+    if (!(now > 0) || !std::isfinite(now))
+        return error(Code::kInvalidArgument,
+                     "the first camera is in the origin: the scene has no scale");
+    for (Mat4& pose : camera_to_world)
+        for (const std::size_t i : {3U, 7U, 11U}) pose[i] *= distance / now;
+    return {};
+}
+
 double origin_distance(const Mat4& m) {
     return -(m[3] * m[2] + m[7] * m[6] + m[11] * m[10]);
 }

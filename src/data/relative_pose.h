@@ -25,6 +25,10 @@ struct RelativeView {
 ///                   latter this one keeps its precision near 180 degrees, and q is never -q there
 Result<std::vector<RelativeView>> relative_views(std::span<const scene::Mat4> camera_to_world);
 
+/// Scale the world so that the first camera is at a distance from its origin. Errors: kInvalidArgument if
+/// it is in the origin.
+Status scale_to_distance(double distance, std::span<scene::Mat4> camera_to_world);
+
 /// Quaternion w, x, y, z with w >= 0 of a rotation matrix.
 scene::Quaternion quaternion_of(const scene::Mat3& rotation);
 

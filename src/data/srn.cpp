@@ -78,23 +78,6 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
                  folder.c_str());
 }
 
-/// "123, first 'x'" of what is only in `a`.
-std::string only_in(const std::vector<std::string>& a, const std::vector<std::string>& b) {
-    std::vector<std::string> rest;
-    std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest));
-    return rest.empty() ? "0" : format("%zu (first '%s')", rest.size(), rest.front().c_str());
-}
-
-Status check_same(const fs::path& folder, const char* kind, const std::vector<std::string>& poses,
-                  const std::vector<std::string>& images) {
-    if (poses == images) return {};
-    return error(
-        Code::kInvalidArgument,
-        "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
-        folder.c_str(), poses.size(), images.size(), kind, only_in(poses, images).c_str(),
-        only_in(images, poses).c_str());
-}
-
 /// All numbers of a text file.
 Result<std::vector<double>> numbers_of(const fs::path& path) {
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxTextBytes));
@@ -153,11 +136,9 @@ class SrnReader : public DatasetReader {
         for (const std::string& name : folders_in(root)) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
             if (!is_file(root / name / "intrinsics.txt")) continue;
-            SPLAT_TRY(add(root / name, name));
+            SPLAT_TRY(add(root / name, name, desc.lenient));
         }
-        SPLAT_ASSIGN(const io::Image first, image(0, 0, MapKind::kRgb));
-        index_.resolution = first.width;
-        return {};
+        return index_.find_resolution(*this, desc.lenient);
     }
 
     [[nodiscard]] const DatasetIndex& index() const override { return index_; }
@@ -180,23 +161,24 @@ class SrnReader : public DatasetReader {
     }
 
   private:
-    Status add(const fs::path& folder, const std::string& name) {
-        SrnObject object{folder, stems_in(folder / "pose", ".txt")};
-        SPLAT_TRY(check_same(folder, "rgb", object.views, stems_in(folder / "rgb", ".png")));
-        if (object.views.size() < 2)
-            return error(Code::kInvalidArgument,
-                         "'%s': %zu views, expected 2 or more: one to see and one to compare with",
-                         folder.c_str(), object.views.size());
+    Status add(const fs::path& folder, const std::string& name, bool lenient) {
+        const ViewNames names = {stems_in(folder / "pose", ".txt"),
+                                 stems_in(folder / "rgb", ".png")};
+        SPLAT_TRY(
+            index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
+                objects_.push_back({folder, std::move(views)});
+            }));
         for (const MapKind kind : kMaps) {
             const std::vector<std::string> maps = stems_in(folder / map_name(kind), ".png");
-            if (maps.empty())
+            if (maps.empty()) {
                 index_.maps &= ~flag_of(kind);
-            else
-                SPLAT_TRY(check_same(folder, map_name(kind), object.views, maps));
+                continue;
+            }
+            const Status same =
+                check_same(folder.string(), map_name(kind), objects_.back().views, maps);
+            if (!same.ok() && !lenient) return same;
+            if (!same.ok()) index_.problems.back().push_back(same.message());
         }
-        index_.names.push_back(name);
-        index_.views_of.push_back(static_cast<std::uint32_t>(object.views.size()));
-        objects_.push_back(std::move(object));
         return {};
     }
 

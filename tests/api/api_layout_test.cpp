@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "api/layout_network.h"
+#include "api/layout/layout_network.h"
 
 namespace splat::test {
 namespace {

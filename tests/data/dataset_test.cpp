@@ -143,8 +143,8 @@ TEST(Srn, NamesWhatIsWrong) {
     wrong([&] { fs::remove(object / "rgb/000000.png"); },
           "poses without image: 1 (first '000000')");
     wrong([&] { put_image(object / "depth/000001.png", 8, 1); }, "2 poses and 1 images in depth");
-    wrong([&] { put_text(object / "rgb/000000.png", "no image"); }, "000000.png': png:");
-    wrong([&] { put_text(object / "rgb/000001.png", "no image"); }, "000001.png': png:");
+    wrong([&] { put_text(object / "rgb/000000.png", "no image"); }, "000000.png': no PNG");
+    wrong([&] { put_text(object / "rgb/000001.png", "no image"); }, "000001.png': no PNG");
     wrong([&] { put_text(object / "pose/000001.txt", "1 2 3"); },
           "000001.txt': 3 numbers, expected 16");
     wrong([&] { put_text(object / "pose/000001.txt", "1 2 x"); },

@@ -8,6 +8,8 @@
 #include <algorithm>
 
 #include "support/expect_status.h"
+#include "support/golden.h"
+#include "support/npz.h"
 
 namespace splat::data {
 namespace {
@@ -78,6 +80,33 @@ TEST(Resample, RefusesWhatIsNone) {
     EXPECT_ERROR(resample(deep, 1, 1, Filter::kBox).status(), Code::kInvalidArgument, "16 bits");
     EXPECT_ERROR(resample(even(2, 2, 9), 0, 1, Filter::kBox).status(), Code::kInvalidArgument,
                  "0 x 1");
+}
+
+TEST(GoldenNetResample, GivesPillowsBytes) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    const std::pair<const char*, Filter> filters[] = {{"bilinear", Filter::kBilinear},
+                                                      {"bicubic", Filter::kBicubic},
+                                                      {"lanczos", Filter::kLanczos}};
+    for (const std::string& path : test::golden_files("net", "prior")) {
+        const auto file = test::Npz::read(path);
+        ASSERT_OK(file.status());
+        const auto image = [&file](const std::string& name) {
+            const test::NpyArray* array = file.value().find(name).value();
+            const std::vector<std::int64_t> samples = array->ints().value();
+            return image_of(static_cast<std::uint32_t>(array->shape[1]),
+                            static_cast<std::uint32_t>(array->shape[0]),
+                            static_cast<std::uint32_t>(array->shape[2]),
+                            {samples.begin(), samples.end()});
+        };
+        const io::Image source = image("dpt.rgb");
+        for (const auto& [name, filter] : filters)
+            for (const char* direction : {"_dn", "_up"}) {
+                const io::Image expected = image(std::string("pil.") + name + direction);
+                const auto found = resample(source, expected.width, expected.height, filter);
+                ASSERT_OK(found.status());
+                EXPECT_EQ(found.value().samples, expected.samples) << name << direction;
+            }
+    }
 }
 
 }  // namespace

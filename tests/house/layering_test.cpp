@@ -20,6 +20,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"volk.h", {"vk"}},       {"vulkan/", {"vk"}},
     {"nlohmann/", {"core"}},  {"glm/", {"scene", "model", "data", "raster", "api"}},
     {"png.h", {"io"}},        {"jpeglib.h", {"io"}},
+    {"jerror.h", {"io"}},     {"webp/", {"io"}},
     {"gif_lib.h", {"io"}},    {"zstd.h", {"io"}},
     {"zlib.h", {"io", "vk"}}, {"yaml.h", {"core"}},
 };

@@ -138,6 +138,7 @@ int run(int argc, char** argv) {
     add_train(app, exit_code);
     add_eval(app, exit_code);
     add_data(app, exit_code);
+    add_compare(app, exit_code);
     add_bench(app, exit_code);
     try {
         app.parse(argc, argv);

@@ -49,6 +49,18 @@ void MisuseTable::dataset_rows() {
         add("splat_dataset_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
             [this] { return splat_dataset_report(dataset_, nullptr, 0, nullptr); });
     handles<splat_dataset>(
+        "splat_dataset_check", "dataset",
+        [this](splat_dataset d) {
+            return splat_dataset_check(d, 0, *outputs.text.out(), 16, outputs.size.out());
+        },
+        kHandle);
+    add("splat_dataset_check", "object", "too high", kArgument, [this] {
+        return splat_dataset_check(dataset_, 2, *outputs.text.out(), 16, outputs.size.out());
+    });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_dataset_check", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_dataset_check(dataset_, 0, nullptr, 0, nullptr); });
+    handles<splat_dataset>(
         "splat_dataset_read", "dataset", [](splat_dataset d) { return read_one(d, 0, &kView, 1); },
         kHandle);
     for (const std::uint32_t object : {2U, UINT32_MAX})

@@ -1,16 +1,11 @@
 // vkrun data synth: a data set of procedural objects.
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <mutex>
-#include <thread>
 
 #include "vkrun/data/data_commands.h"
-#include "vkrun/progress.h"
 #include "vkrun/scene_input.h"
 
 namespace vkrun {
@@ -45,51 +40,6 @@ struct SynthOptions {
     bool json = false;
 };
 
-/// Objects are written by several threads; the first error stops all of them.
-class Writers {
-  public:
-    Writers(const splat_synthetic_desc& desc, std::uint32_t total) : desc_(desc), total_(total) {}
-
-    void run(std::uint32_t threads) {
-        std::vector<std::thread> workers;
-        for (std::uint32_t i = 0; i < threads; ++i) workers.emplace_back([this] { work(); });
-        {
-            Progress progress("objects", total_);
-            while (!stopped() && done_ < total_) {
-                progress.show(done_);
-                std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            }
-        }
-        for (std::thread& worker : workers) worker.join();
-        if (failed_) throw Failure(kFailed, message_);
-    }
-
-  private:
-    bool stopped() const { return failed_; }
-
-    void work() {
-        while (!stopped()) {
-            const std::uint32_t index = next_++;
-            if (index >= total_) break;
-            if (splat_synthetic_write(&desc_, index) == SPLAT_OK) {
-                ++done_;
-                continue;
-            }
-            const std::lock_guard lock(mutex_);
-            if (!failed_) message_ = splat_last_error_message();
-            failed_ = true;
-        }
-    }
-
-    splat_synthetic_desc desc_;
-    std::uint32_t total_;
-    std::atomic<std::uint32_t> next_{0};
-    std::atomic<std::uint32_t> done_{0};
-    std::atomic<bool> failed_{false};
-    std::mutex mutex_;
-    std::string message_;
-};
-
 int synth(const SynthOptions& options) {
     auto desc = sized<splat_synthetic_desc>();
     desc.path = options.out.c_str();
@@ -103,10 +53,9 @@ int synth(const SynthOptions& options) {
     desc.test_objects = options.test;
     const std::uint32_t total = options.train + options.val + options.test;
     if (total == 0) throw Failure(kUsageError, "no objects are wanted: --objects, --val or --test");
-    const std::uint32_t cores = std::max(1U, std::thread::hardware_concurrency());
-    const std::uint32_t threads = options.threads != 0 ? options.threads : cores;
     const auto start = std::chrono::steady_clock::now();
-    Writers(desc, total).run(std::min(threads, total));
+    for_each_index("objects", total, options.threads,
+                   [&desc](std::uint32_t index) { check(splat_synthetic_write(&desc, index)); });
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     const std::uint64_t views = std::uint64_t{options.train} * options.views +
                                 (std::uint64_t{options.val} + options.test) * options.test_views;

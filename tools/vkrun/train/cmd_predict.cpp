@@ -66,7 +66,7 @@ void add_predict(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<PredictionOptions>();
     auto json = std::make_shared<bool>(false);
     PredictionOptions& o = *options;
-    command->add_option("IMAGE", o.image, "Picture of one object (PNG)");
+    command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)");
     command->add_option("--data", o.data, "Take an object of this data set instead");
     command->add_option("--split", o.split, "train, val or test")->capture_default_str();
     command->add_option("--object", o.object, "Its number, from 0")->capture_default_str();

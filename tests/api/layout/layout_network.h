@@ -1,7 +1,7 @@
 // The frozen layouts of weights, models, training and data.
 #pragma once
 
-#include "api/layout.h"
+#include "api/layout/layout.h"
 
 namespace splat::test {
 

@@ -1,0 +1,141 @@
+#include "data/dataset_check.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "core/json.h"
+
+namespace splat::data {
+namespace {
+
+/// Sentences of one kind that are listed before the rest is only counted.
+constexpr std::size_t kListed = 10;
+
+/// FNV-1a of 64 bits.
+class Hash {
+  public:
+    void add(const void* data, std::size_t bytes) {
+        const auto* at = static_cast<const unsigned char*>(data);
+        for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ at[i]) * 0x100000001B3U;
+    }
+    template <class T>
+    void add(const T& number) {
+        add(&number, sizeof number);
+    }
+    [[nodiscard]] std::uint64_t value() const { return value_; }
+
+  private:
+    std::uint64_t value_ = 0xCBF29CE484222325U;
+};
+
+class Checker {
+  public:
+    Checker(const Dataset& dataset, std::uint32_t object) : dataset_(dataset), object_(object) {
+        const auto& problems = dataset.index().problems;
+        if (object < problems.size()) found_.problems = problems[object];
+    }
+
+    ObjectCheck run() {
+        const std::uint32_t views = dataset_.index().views_of[object_];
+        check_cameras();
+        for (std::uint32_t view = 0; view < views; ++view) check_image(view, MapKind::kRgb);
+        for (const MapKind kind : kMaps)
+            if ((dataset_.index().maps & flag_of(kind)) != 0)
+                for (std::uint32_t view = 0; view < views; ++view) check_image(view, kind);
+        if (images_.size() < loaded_)
+            found_.warnings.push_back(
+                format("%zu of %zu images come more than once", loaded_ - images_.size(), loaded_));
+        shorten(found_.problems, "problems");
+        shorten(found_.warnings, "warnings");
+        found_.hash = hash_.value();
+        return std::move(found_);
+    }
+
+  private:
+    void check_cameras() {
+        const auto cameras = dataset_.reader().cameras(object_);
+        if (!cameras.ok()) {
+            found_.problems.push_back(cameras.status().message());
+            return;
+        }
+        std::map<scene::Mat4, std::size_t> poses;
+        for (std::size_t i = 0; i < cameras.value().size(); ++i) {
+            const StoredView& view = cameras.value()[i];
+            hash_.add(view.camera_to_world);
+            hash_.add(view.focal_x);
+            hash_.add(view.focal_y);
+            const auto [place, fresh] = poses.emplace(view.camera_to_world, i);
+            if (!fresh)
+                found_.warnings.push_back(
+                    format("views %zu and %zu have the same pose", place->second, i));
+        }
+    }
+
+    void check_image(std::uint32_t view, MapKind kind) {
+        const auto loaded = dataset_.reader().image(object_, view, kind);
+        if (!loaded.ok()) {
+            found_.problems.push_back(loaded.status().message());
+            return;
+        }
+        const io::Image& image = loaded.value();
+        Hash own;
+        for (Hash* hash : {&own, &hash_}) {
+            hash->add(image.width);
+            hash->add(image.channels);
+            hash->add(image.samples.data(), image.samples.size() * sizeof image.samples[0]);
+        }
+        if (found_.width == 0) found_.width = image.width;
+        if (image.width != found_.width)
+            found_.problems.push_back(
+                format("view %u: %s has %u x %u pixels, the first image %u x %u", view,
+                       map_name(kind), image.width, image.height, found_.width, found_.width));
+        if (kind != MapKind::kRgb) return;
+        ++loaded_;
+        images_.emplace(own.value(), view);
+        const auto [least, most] = std::minmax_element(image.samples.begin(), image.samples.end());
+        if (*least == *most)
+            found_.warnings.push_back(format("view %u is of one colour (%u)", view, *least));
+    }
+
+    static void shorten(std::vector<std::string>& sentences, const char* what) {
+        if (sentences.size() <= kListed) return;
+        const std::size_t more = sentences.size() - kListed;
+        sentences.resize(kListed);
+        sentences.push_back(format("and %zu more %s", more, what));
+    }
+
+    const Dataset& dataset_;
+    std::uint32_t object_;
+    ObjectCheck found_;
+    Hash hash_;
+    std::size_t loaded_ = 0;
+    std::map<std::uint64_t, std::uint32_t> images_;  ///< by their hash
+};
+
+std::string list_of(const std::vector<std::string>& sentences) {
+    std::string text;
+    for (const std::string& sentence : sentences)
+        text += (text.empty() ? "" : ", ") + json_quote(sentence);
+    return "[" + text + "]";
+}
+
+}  // namespace
+
+Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
+    const std::size_t objects = dataset.index().names.size();
+    if (object >= objects)
+        return error(Code::kInvalidArgument, "object is %u, and there are %zu", object, objects);
+    return Checker(dataset, object).run();
+}
+
+Result<std::string> check_text(const Dataset& dataset, std::uint32_t object) {
+    SPLAT_ASSIGN(const ObjectCheck found, check_object(dataset, object));
+    return format(
+               "{\"name\": %s, \"views\": %u, \"width\": %u, \"hash\": \"%016llx\", \"problems\": ",
+               json_quote(dataset.index().names[object]).c_str(), dataset.index().views_of[object],
+               found.width, static_cast<unsigned long long>(found.hash)) +
+           list_of(found.problems) + ", \"warnings\": " + list_of(found.warnings) + "}";
+}
+
+}  // namespace splat::data

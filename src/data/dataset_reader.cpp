@@ -1,0 +1,68 @@
+#include "data/dataset_reader.h"
+
+#include <algorithm>
+
+namespace splat::data {
+namespace {
+
+/// "123 (first 'x')" of what is only in `a`.
+std::string only_in(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+    std::vector<std::string> rest;
+    std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest));
+    return rest.empty() ? "0" : format("%zu (first '%s')", rest.size(), rest.front().c_str());
+}
+
+}  // namespace
+
+const char* map_name(MapKind kind) {
+    constexpr const char* kNames[] = {"rgb", "depth", "normal", "mask"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+Status check_same(const std::string& folder, const char* kind,
+                  const std::vector<std::string>& cameras, const std::vector<std::string>& images) {
+    if (cameras == images) return {};
+    return error(
+        Code::kInvalidArgument,
+        "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
+        folder.c_str(), cameras.size(), images.size(), kind, only_in(cameras, images).c_str(),
+        only_in(images, cameras).c_str());
+}
+
+Status DatasetIndex::add(const std::string& name, const std::string& folder, const ViewNames& views,
+                         bool lenient,
+                         const std::function<void(std::vector<std::string>)>& accept) {
+    std::vector<std::string> both;
+    std::set_intersection(views.cameras.begin(), views.cameras.end(), views.images.begin(),
+                          views.images.end(), std::back_inserter(both));
+    Status few;
+    if (both.size() < 2)
+        few = error(Code::kInvalidArgument,
+                    "'%s': %zu views, expected 2 or more: one to see and one to compare with",
+                    folder.c_str(), both.size());
+    std::vector<std::string> found;
+    for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images), few}) {
+        if (!status.ok() && !lenient) return status;
+        if (!status.ok()) found.push_back(status.message());
+    }
+    names.push_back(name);
+    views_of.push_back(static_cast<std::uint32_t>(both.size()));
+    problems.push_back(std::move(found));
+    accept(std::move(both));
+    return {};
+}
+
+Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
+    for (std::uint32_t object = 0; object < names.size(); ++object) {
+        if (views_of[object] == 0) continue;
+        const auto first = reader.image(object, 0, MapKind::kRgb);
+        if (first.ok()) {
+            resolution = first.value().width;
+            return {};
+        }
+        if (!lenient) return first.status();
+    }
+    return {};
+}
+
+}  // namespace splat::data

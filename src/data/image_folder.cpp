@@ -1,0 +1,204 @@
+#include "data/image_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/json_tree.h"
+#include "data/folder.h"
+#include "io/colmap.h"
+#include "io/file.h"
+#include "io/transforms_json.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxCameraBytes = 16U << 20;
+
+/// A camera with its image, and the square of it that is used.
+struct Photograph {
+    std::string path;
+    StoredView view;
+    std::uint32_t width = 0, height = 0;
+    std::uint32_t left = 0, top = 0, side = 0;
+};
+
+using Photographs = std::vector<Photograph>;
+
+bool has_colmap(const fs::path& folder) {
+    for (const char* below : {"", "sparse/0"})
+        for (const char* name : {"cameras.bin", "cameras.txt"})
+            if (is_file(folder / below / name)) return true;
+    return false;
+}
+
+bool has_transforms(const fs::path& folder) {
+    for (const char* name : {"transforms.json", "transforms_train.json", "transforms_val.json",
+                             "transforms_test.json"})
+        if (is_file(folder / name)) return true;
+    return false;
+}
+
+bool has_cameras(const fs::path& folder) {
+    return has_transforms(folder) || has_colmap(folder);
+}
+
+/// The file that a camera names: as it is, in images/, or with an extension that was left out.
+Result<std::string> image_path(const fs::path& folder, const std::string& name) {
+    for (const char* below : {"", "images"})
+        for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp"}) {
+            const fs::path path = folder / below / (name + extension);
+            if (is_file(path)) return path.string();
+        }
+    return error(Code::kInvalidArgument, "'%s': there is no image '%s', neither below images/",
+                 folder.c_str(), name.c_str());
+}
+
+/// The size of the first image of a transforms.json, which need not say it.
+Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
+    SPLAT_ASSIGN(const JsonTree tree, parse_json_tree(text, "transforms.json"));
+    const JsonTree* frames = tree.find("frames");
+    const JsonTree::List* list = frames == nullptr ? nullptr : frames->list();
+    if (list == nullptr || list->empty())
+        return error(Code::kInvalidArgument, "there are no frames");
+    const JsonTree* name = list->front().find("file_path");
+    if (name == nullptr || name->text() == nullptr)
+        return error(Code::kInvalidArgument, "frame 0 has no file_path");
+    SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
+    return load_bytes(path);
+}
+
+Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
+    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
+    const auto first = first_image(folder, io::as_text(bytes));
+    if (!first.ok()) return in_file(first.status(), file.string());
+    auto cameras = io::read_transforms_json(bytes, first.value().width, first.value().height);
+    if (!cameras.ok()) return in_file(cameras.status(), file.string());
+    return cameras;
+}
+
+Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& split) {
+    for (const std::string& name :
+         {"transforms_" + split + ".json", std::string("transforms.json")})
+        if (is_file(folder / name)) return load_transforms(folder, folder / name);
+    return io::load_colmap(folder.string());
+}
+
+Result<Photograph> photograph_of(const fs::path& folder, const scene::Camera& camera) {
+    Photograph photo;
+    SPLAT_ASSIGN(photo.path, image_path(folder, camera.name));
+    const double half =
+        std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
+    if (!(half >= 1))
+        return error(Code::kInvalidArgument, "camera '%s': the principal point is not in the image",
+                     camera.name.c_str());
+    photo.width = camera.width;
+    photo.height = camera.height;
+    photo.side = static_cast<std::uint32_t>(std::floor(2 * half));
+    const auto start = [&photo](double center, std::uint32_t size) {
+        const double first = std::round(center - photo.side / 2.0);
+        return static_cast<std::uint32_t>(std::clamp(first, 0.0, double{1} * (size - photo.side)));
+    };
+    photo.left = start(camera.cx, camera.width);
+    photo.top = start(camera.cy, camera.height);
+    SPLAT_ASSIGN(photo.view.camera_to_world, inverse_pose(camera.world_to_camera));
+    photo.view.focal_x = camera.fx / photo.side;
+    photo.view.focal_y = camera.fy / photo.side;
+    return photo;
+}
+
+class ImageFolderReader : public DatasetReader {
+  public:
+    Status open(const ReaderDesc& desc) {
+        index_.format = "images";
+        index_.split = desc.split;
+        index_.filter = Filter::kLanczos;
+        const fs::path root = desc.path;
+        if (has_cameras(root)) {
+            SPLAT_TRY(add(root, root.filename().string(), desc));
+        } else {
+            for (const std::string& name : folders_in(root)) {
+                if (desc.limit != 0 && objects_.size() == desc.limit) break;
+                if (has_cameras(root / name)) SPLAT_TRY(add(root / name, name, desc));
+            }
+        }
+        if (objects_.empty())
+            return error(Code::kInvalidArgument,
+                         "'%s' holds neither transforms.json nor a COLMAP model", root.c_str());
+        return index_.find_resolution(*this, desc.lenient);
+    }
+
+    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+
+    [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
+        std::vector<StoredView> views;
+        for (const Photograph& photo : objects_[object]) views.push_back(photo.view);
+        return views;
+    }
+
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                          MapKind) const override {
+        const Photograph& photo = objects_[object][view];
+        SPLAT_ASSIGN(const io::Image whole, load_bytes(photo.path));
+        if (whole.width != photo.width || whole.height != photo.height)
+            return error(Code::kInvalidArgument, "'%s': %u x %u pixels, its camera has %u x %u",
+                         photo.path.c_str(), whole.width, whole.height, photo.width, photo.height);
+        io::Image square{photo.side, photo.side, whole.channels, 8, {}};
+        const std::size_t row = std::size_t{photo.side} * whole.channels;
+        for (std::size_t y = 0; y < photo.side; ++y) {
+            const std::size_t start = ((photo.top + y) * whole.width + photo.left) * whole.channels;
+            const auto from = whole.samples.begin() + static_cast<std::ptrdiff_t>(start);
+            square.samples.insert(square.samples.end(), from,
+                                  from + static_cast<std::ptrdiff_t>(row));
+        }
+        return square;
+    }
+
+  private:
+    Status add(const fs::path& folder, const std::string& name, const ReaderDesc& desc) {
+        SPLAT_ASSIGN(io::CameraSet set, load_cameras(folder, desc.split));
+        std::sort(set.cameras.begin(), set.cameras.end(),
+                  [](const auto& a, const auto& b) { return a.name < b.name; });
+        Photographs photos;
+        ViewNames names;
+        std::vector<std::string> problems;
+        for (const scene::Camera& camera : set.cameras) {
+            auto photo = photograph_of(folder, camera);
+            if (!photo.ok() && !desc.lenient) return photo.status();
+            if (!photo.ok()) {
+                problems.push_back(photo.status().message());
+                continue;
+            }
+            photos.push_back(std::move(photo.value()));
+            names.cameras.push_back(camera.name);
+        }
+        names.images = names.cameras;
+        SPLAT_TRY(index_.add(name, folder.string(), names, desc.lenient,
+                             [&](const std::vector<std::string>&) { objects_.push_back(photos); }));
+        index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
+                                      problems.end());
+        return {};
+    }
+
+    DatasetIndex index_;
+    std::vector<Photographs> objects_;
+};
+
+}  // namespace
+
+bool is_image_folder(const std::string& path) {
+    if (has_cameras(path)) return true;
+    for (const std::string& name : folders_in(path))
+        if (has_cameras(fs::path(path) / name)) return true;
+    return false;
+}
+
+Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc) {
+    auto reader = std::make_unique<ImageFolderReader>();
+    SPLAT_TRY(reader->open(desc));
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+}  // namespace splat::data

@@ -1,0 +1,138 @@
+#include "data/nmr.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "data/folder.h"
+#include "io/file.h"
+#include "io/npz.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxListBytes = 1U << 26;
+/// camera_mat[0][0] of all of NMR's images, in half widths.
+constexpr double kFocal = 3.7320509;
+
+struct NmrObject {
+    fs::path folder;
+    std::vector<std::string> views;  ///< names of the files
+};
+
+fs::path list_path(const fs::path& category, const std::string& split) {
+    return category / ("softras_" + split + ".lst");
+}
+
+Result<scene::Mat4> pose_at(const io::NpzFile& file, std::size_t view) {
+    const io::NamedTensor* matrix = file.tensors.find("world_mat_inv_" + std::to_string(view));
+    if (matrix != nullptr) return pose_of_nmr(matrix->values);
+    matrix = file.tensors.find("world_mat_" + std::to_string(view));
+    if (matrix == nullptr)
+        return error(Code::kInvalidArgument, "there is neither world_mat_inv_%zu nor world_mat_%zu",
+                     view, view);
+    SPLAT_ASSIGN(const scene::Mat4 world_to_camera, affine(matrix->values));
+    SPLAT_ASSIGN(const scene::Mat4 inverse, inverse_pose(world_to_camera));
+    std::vector<float> values(inverse.begin(), inverse.end());
+    return pose_of_nmr(values);
+}
+
+Status check_focal(const io::NpzFile& file, std::size_t view) {
+    const io::NamedTensor* lens = file.tensors.find("camera_mat_" + std::to_string(view));
+    if (lens == nullptr || lens->values.empty()) return {};
+    const auto focal = static_cast<double>(lens->values[0]);
+    if (std::abs(focal - kFocal) < 1e-4) return {};
+    return error(Code::kInvalidArgument, "camera_mat_%zu has the focal length %g, expected %g",
+                 view, focal, kFocal);
+}
+
+class NmrReader : public DatasetReader {
+  public:
+    Status open(const ReaderDesc& desc) {
+        index_.format = "nmr";
+        index_.split = desc.split;
+        for (const std::string& category : folders_in(desc.path)) {
+            const fs::path list = list_path(fs::path(desc.path) / category, desc.split);
+            if (is_file(list)) SPLAT_TRY(add_list(desc, category, list));
+        }
+        if (objects_.empty())
+            return error(Code::kInvalidArgument, "'%s' has no objects in <category>/softras_%s.lst",
+                         desc.path.c_str(), desc.split.c_str());
+        return index_.find_resolution(*this, desc.lenient);
+    }
+
+    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+
+    [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
+        const std::string path = (objects_[object].folder / "cameras.npz").string();
+        SPLAT_ASSIGN(const auto source, io::open_source(path));
+        const auto file = io::read_npz(*source);
+        if (!file.ok()) return in_file(file.status(), path);
+        std::vector<StoredView> views;
+        for (std::size_t i = 0; i < objects_[object].views.size(); ++i) {
+            const auto pose = pose_at(file.value(), i);
+            if (!pose.ok()) return in_file(pose.status(), path);
+            const Status lens = check_focal(file.value(), i);
+            if (!lens.ok()) return in_file(lens, path);
+            views.push_back({pose.value(), kFocal / 2, kFocal / 2, 0});
+        }
+        return views;
+    }
+
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                          MapKind) const override {
+        return load_square(objects_[object].folder / "image" / objects_[object].views[view]);
+    }
+
+  private:
+    Status add_list(const ReaderDesc& desc, const std::string& category, const fs::path& list) {
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(list.string(), kMaxListBytes));
+        const std::string_view text = io::as_text(file);
+        for (std::size_t at = 0; at < text.size();) {
+            const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+            const std::string name(text.substr(at, end - at));
+            at = end + 1;
+            if (name.empty() || (desc.limit != 0 && objects_.size() == desc.limit)) continue;
+            const fs::path folder = fs::path(desc.path) / category / name;
+            const std::vector<std::string> images = images_in(folder / "image");
+            SPLAT_TRY(index_.add(category + "/" + name, folder.string(), {images, images},
+                                 desc.lenient, [&](std::vector<std::string> views) {
+                                     objects_.push_back({folder, std::move(views)});
+                                 }));
+        }
+        return {};
+    }
+
+    DatasetIndex index_;
+    std::vector<NmrObject> objects_;
+};
+
+}  // namespace
+
+bool is_nmr(const std::string& path) {
+    for (const std::string& category : folders_in(path))
+        for (const char* split : {"train", "val", "test"})
+            if (is_file(list_path(fs::path(path) / category, split))) return true;
+    return false;
+}
+
+Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc) {
+    auto reader = std::make_unique<NmrReader>();
+    SPLAT_TRY(reader->open(desc));
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+Result<scene::Mat4> pose_of_nmr(std::span<const float> world_mat_inv) {
+    SPLAT_ASSIGN(const scene::Mat4 pose, affine(world_mat_inv));
+    scene::Mat4 turned = pose;  // x, y, z become x, -z, y
+    for (std::size_t i = 0; i < 4; ++i) {
+        turned[4 + i] = -pose[8 + i];
+        turned[8 + i] = pose[4 + i];
+    }
+    SPLAT_TRY(check_pose(turned, "world_mat_inv"));
+    return turned;
+}
+
+}  // namespace splat::data

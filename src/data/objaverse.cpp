@@ -1,0 +1,130 @@
+#include "data/objaverse.h"
+
+#include <filesystem>
+
+#include "data/folder.h"
+#include "io/file.h"
+#include "io/npy.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFocal = 140.0 / 128;  ///< in widths
+constexpr double kSourceDistance = 2;   ///< of the first camera of each read, to the origin
+constexpr std::uint64_t kMaxPoseBytes = 1U << 16;
+constexpr const char* kGsoFolder = "render_mvs_25/model";
+
+struct RenderedObject {
+    fs::path folder;
+    std::vector<std::string> views;
+};
+
+bool has_renders(const fs::path& folder) {
+    const std::vector<std::string> names = stems_in(folder, ".npy");
+    return !names.empty() && is_file(folder / (names.front() + ".png"));
+}
+
+bool any_has_renders(const fs::path& path, const char* below) {
+    for (const std::string& name : folders_in(path))
+        if (has_renders(path / name / below)) return true;
+    return false;
+}
+
+class RenderReader : public DatasetReader {
+  public:
+    Status open(const ReaderDesc& desc, const char* format, const char* below, bool split) {
+        index_.format = format;
+        index_.split = desc.split;
+        index_.filter = Filter::kLanczos;
+        index_.source_distance = kSourceDistance;
+        std::vector<std::string> names = folders_in(desc.path);
+        if (split) {
+            const auto train = static_cast<std::ptrdiff_t>(names.size() * 99 / 100);
+            if (desc.split == "train")
+                names.erase(names.begin() + train, names.end());
+            else
+                names.erase(names.begin(), names.begin() + train);
+        }
+        for (const std::string& name : names) {
+            if (desc.limit != 0 && objects_.size() == desc.limit) break;
+            SPLAT_TRY(add(fs::path(desc.path) / name / below, name, desc.lenient));
+        }
+        if (objects_.empty())
+            return error(Code::kInvalidArgument, "'%s' holds no objects for the split '%s'",
+                         desc.path.c_str(), desc.split.c_str());
+        return index_.find_resolution(*this, desc.lenient);
+    }
+
+    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+
+    [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
+        std::vector<StoredView> views;
+        for (const std::string& name : objects_[object].views) {
+            const std::string path = (objects_[object].folder / (name + ".npy")).string();
+            SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxPoseBytes));
+            const auto matrix = io::read_npy(file);
+            if (!matrix.ok()) return in_file(matrix.status(), path);
+            const auto pose = pose_of_objaverse(matrix.value().values);
+            if (!pose.ok()) return in_file(pose.status(), path);
+            views.push_back({pose.value(), kFocal, kFocal, 0});
+        }
+        return views;
+    }
+
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                          MapKind) const override {
+        return load_square(objects_[object].folder / (objects_[object].views[view] + ".png"));
+    }
+
+  private:
+    Status add(const fs::path& folder, const std::string& name, bool lenient) {
+        return index_.add(name, folder.string(),
+                          {stems_in(folder, ".npy"), stems_in(folder, ".png")}, lenient,
+                          [&](std::vector<std::string> views) {
+                              objects_.push_back({folder, std::move(views)});
+                          });
+    }
+
+    DatasetIndex index_;
+    std::vector<RenderedObject> objects_;
+};
+
+Result<std::unique_ptr<DatasetReader>> opened(const ReaderDesc& desc, const char* format,
+                                              const char* below, bool split) {
+    auto reader = std::make_unique<RenderReader>();
+    SPLAT_TRY(reader->open(desc, format, below, split));
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+}  // namespace
+
+bool is_objaverse(const std::string& path) {
+    return any_has_renders(path, "");
+}
+
+bool is_gso(const std::string& path) {
+    return any_has_renders(path, kGsoFolder);
+}
+
+Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
+    return opened(desc, "objaverse", "", true);
+}
+
+Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
+    return opened(desc, "gso", kGsoFolder, false);
+}
+
+Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera) {
+    if (world_to_camera.size() != 12)
+        return error(Code::kInvalidArgument, "a pose of %zu numbers, expected 3 x 4",
+                     world_to_camera.size());
+    scene::Mat4 matrix{};
+    for (std::size_t i = 0; i < 12; ++i)
+        matrix[i] = static_cast<double>(world_to_camera[i]) * (i / 4 == 0 ? 1 : -1);
+    matrix[15] = 1;
+    return inverse_pose(matrix);
+}
+
+}  // namespace splat::data

@@ -1,0 +1,116 @@
+#include "io/photo/jpeg.h"
+
+#include <csetjmp>
+#include <cstdio>  // jpeglib.h needs FILE
+
+#include <jpeglib.h>
+// Behind jpeglib.h, whose types it needs.
+#include <jerror.h>
+
+namespace splat::io {
+namespace {
+
+/// What libjpeg's callbacks see. libjpeg leaves by longjmp, so no object with a destructor is created
+/// between setjmp and the end of a function below.
+struct JpegState {
+    jpeg_error_mgr errors{};
+    std::jmp_buf escape{};
+    char message[JMSG_LENGTH_MAX] = "";
+};
+
+void on_error(j_common_ptr jpeg) {
+    auto* const state = reinterpret_cast<JpegState*>(jpeg->err);
+    jpeg->err->format_message(jpeg, state->message);
+    std::longjmp(state->escape, 1);  // libjpeg is C: an exception must not pass through it
+}
+
+/// Warnings are about bytes that are passed over, but for these, after which pixels are missing.
+void on_message(j_common_ptr jpeg, int level) {
+    const int code = jpeg->err->msg_code;
+    if (level < 0 &&
+        (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE))
+        on_error(jpeg);
+}
+
+class JpegReader {
+  public:
+    explicit JpegReader(Bytes file) : file_(file) {
+        jpeg_.err = jpeg_std_error(&state.errors);
+        state.errors.error_exit = on_error;
+        state.errors.emit_message = on_message;
+    }
+    JpegReader(const JpegReader&) = delete;
+    JpegReader& operator=(const JpegReader&) = delete;
+    ~JpegReader() { jpeg_destroy_decompress(&jpeg_); }
+
+    /// Fills all but the samples.
+    bool read_header(Image& image) {
+        // NOLINTNEXTLINE(cert-err52-cpp)
+        if (setjmp(state.escape) != 0) return false;
+        jpeg_create_decompress(&jpeg_);
+        jpeg_mem_src(&jpeg_, reinterpret_cast<const unsigned char*>(file_.data()),
+                     static_cast<unsigned long>(file_.size()));
+        jpeg_read_header(&jpeg_, TRUE);
+        image.width = jpeg_.image_width;
+        image.height = jpeg_.image_height;
+        image.channels = jpeg_.jpeg_color_space == JCS_GRAYSCALE ? 1 : 3;
+        cmyk = jpeg_.num_components == 4;
+        return true;
+    }
+
+    /// `rows` is [height, width x channels].
+    bool read_rows(unsigned char* rows, std::size_t row_bytes, bool gray) {
+        // NOLINTNEXTLINE(cert-err52-cpp)
+        if (setjmp(state.escape) != 0) return false;
+        jpeg_.out_color_space = gray ? JCS_GRAYSCALE : JCS_RGB;
+        jpeg_start_decompress(&jpeg_);
+        while (jpeg_.output_scanline < jpeg_.output_height) {
+            unsigned char* row = rows + jpeg_.output_scanline * row_bytes;
+            jpeg_read_scanlines(&jpeg_, &row, 1);
+        }
+        jpeg_finish_decompress(&jpeg_);
+        return true;
+    }
+
+    JpegState state;
+    bool cmyk = false;
+
+  private:
+    Bytes file_;
+    jpeg_decompress_struct jpeg_{};
+};
+
+Status bad(const char* message) {
+    return error(Code::kInvalidArgument, "jpeg: %s", message);
+}
+
+}  // namespace
+
+Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
+    if (file.size() < 3 || file[0] != std::byte{0xFF} || file[1] != std::byte{0xD8})
+        return bad("the file does not start as a JPEG file does");
+    JpegReader reader(file);
+    Image image;
+    if (!reader.read_header(image)) return bad(reader.state.message);
+    if (reader.cmyk)
+        return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or colours");
+    const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+    if (image.width > options.max_side || image.height > options.max_side ||
+        pixels * image.channels > options.max_samples)
+        return error(Code::kUnsupported,
+                     "jpeg: %u x %u pixels, the limit is %u on a side, %llu samples", image.width,
+                     image.height, options.max_side,
+                     static_cast<unsigned long long>(options.max_samples));
+    // Every block of 8 x 8 pixels takes a bit at least.
+    if (pixels / 512 > file.size())
+        return error(Code::kInvalidArgument, "jpeg: %u x %u pixels cannot come from %zu bytes",
+                     image.width, image.height, file.size());
+    const std::size_t row_bytes = std::size_t{image.width} * image.channels;
+    std::vector<unsigned char> rows(row_bytes * image.height);
+    if (!reader.read_rows(rows.data(), row_bytes, image.channels == 1))
+        return bad(reader.state.message);
+    image.samples.assign(rows.begin(), rows.end());
+    return image;
+}
+
+}  // namespace splat::io

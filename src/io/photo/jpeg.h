@@ -1,0 +1,15 @@
+#pragma once
+
+#include "io/image.h"
+
+namespace splat::io {
+
+/// A JPEG file, baseline or progressive, as gray or RGB. Values are as stored; the orientation that a
+/// camera notes (Exif) is passed over.
+///
+/// Errors       kInvalidArgument if it is no JPEG, damaged (libjpeg's sentence) or truncated; kUnsupported
+///              above the limits and for CMYK
+/// Precision    the integer transform of libjpeg-turbo; other decoders may differ by 1 or 2
+Result<Image> read_jpeg(Bytes file, const ImageOptions& options = {});
+
+}  // namespace splat::io

@@ -1,0 +1,155 @@
+#include "data/dataset_check.h"
+
+#include <gtest/gtest.h>
+
+#include "data/sample_folder.h"
+#include "support/expect_status.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::put_image;
+using test::put_text;
+using test::SampleFolder;
+
+class DatasetCheck : public testing::Test {
+  protected:
+    void SetUp() override { test::write_all(test::sample_cars(folder_.path())); }
+
+    /// The findings on object 0 of the training split.
+    ObjectCheck check(bool lenient = true) {
+        DatasetDesc desc;
+        desc.path = folder_.path().string();
+        desc.lenient = lenient;
+        const auto dataset = Dataset::open(desc);
+        EXPECT_OK(dataset.status());
+        if (!dataset.ok()) return {};
+        const auto found = check_object(*dataset.value(), 0);
+        EXPECT_OK(found.status());
+        return found.ok() ? found.value() : ObjectCheck();
+    }
+
+    /// Exactly one problem, or none, and one warning, or none, that contain the parts.
+    void expect(const char* problem, const char* warning) {
+        const ObjectCheck found = check();
+        ASSERT_EQ(found.problems.size(), problem == nullptr ? 0U : 1U)
+            << (found.problems.empty() ? "" : found.problems.back());
+        ASSERT_EQ(found.warnings.size(), warning == nullptr ? 0U : 1U)
+            << (found.warnings.empty() ? "" : found.warnings.back());
+        if (problem != nullptr) {
+            EXPECT_NE(found.problems[0].find(problem), std::string::npos) << found.problems[0];
+        }
+        if (warning != nullptr) {
+            EXPECT_NE(found.warnings[0].find(warning), std::string::npos) << found.warnings[0];
+        }
+    }
+
+    SampleFolder folder_;
+    fs::path object_ = folder_.path() / "srn_cars/cars_train/000000_car";
+};
+
+TEST_F(DatasetCheck, FindsNothingInGoodData) {
+    expect(nullptr, nullptr);
+    const ObjectCheck found = check();
+    EXPECT_EQ(found.width, 16U);
+    EXPECT_EQ(found.hash, check(false).hash);
+}
+
+TEST_F(DatasetCheck, HashIsThatOfTheContents) {
+    const std::uint64_t before = check().hash;
+    const std::string pose = test::file_text(object_ / "pose/000001.txt");
+    put_text(object_ / "pose/000001.txt", pose + "  \n");
+    EXPECT_EQ(check().hash, before) << "blanks do not count";
+    put_text(object_ / "pose/000001.txt", test::file_text(object_ / "pose/000000.txt"));
+    EXPECT_NE(check().hash, before);
+    put_text(object_ / "pose/000001.txt", pose);
+    EXPECT_EQ(check().hash, before);
+    put_image(object_ / "mask/000001.png", 16, 1);
+    EXPECT_NE(check().hash, before);
+}
+
+TEST_F(DatasetCheck, FindsMissingFiles) {
+    fs::remove(object_ / "rgb/000001.png");
+    fs::remove(object_ / "depth/000001.png");
+    fs::remove(object_ / "normal/000001.png");
+    fs::remove(object_ / "mask/000001.png");
+    expect("poses without image: 1 (first '000001')", nullptr);
+}
+
+TEST_F(DatasetCheck, FindsMissingMaps) {
+    fs::remove(object_ / "depth/000001.png");
+    const ObjectCheck found = check();
+    ASSERT_EQ(found.problems.size(), 2U);
+    EXPECT_NE(found.problems[0].find("3 poses and 2 images in depth"), std::string::npos);
+    EXPECT_NE(found.problems[1].find("No such file"), std::string::npos);
+}
+
+TEST_F(DatasetCheck, FindsDamagedImages) {
+    put_text(object_ / "normal/000002.png", "no image");
+    expect("normal/000002.png': no PNG", nullptr);
+}
+
+TEST_F(DatasetCheck, FindsPosesThatAreNone) {
+    put_text(object_ / "pose/000001.txt", "inf 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
+    expect("the matrix is not finite", nullptr);
+}
+
+TEST_F(DatasetCheck, FindsOtherSizes) {
+    put_image(object_ / "rgb/000002.png", 8, 3);
+    expect("view 2: rgb has 8 x 8 pixels, the first image 16 x 16", nullptr);
+}
+
+TEST_F(DatasetCheck, FindsAnObjectOfOneView) {
+    for (const char* kind : {"rgb", "depth", "normal", "mask"})
+        for (const char* name : {"000001.png", "000002.png"}) fs::remove(object_ / kind / name);
+    fs::remove(object_ / "pose/000001.txt");
+    fs::remove(object_ / "pose/000002.txt");
+    expect("1 views, expected 2 or more", nullptr);
+}
+
+TEST_F(DatasetCheck, WarnsOfViewsThatComeTwice) {
+    fs::copy_file(object_ / "rgb/000000.png", object_ / "rgb/000002.png",
+                  fs::copy_options::overwrite_existing);
+    expect(nullptr, "1 of 3 images come more than once");
+}
+
+TEST_F(DatasetCheck, WarnsOfPosesThatComeTwice) {
+    fs::copy_file(object_ / "pose/000000.txt", object_ / "pose/000002.txt",
+                  fs::copy_options::overwrite_existing);
+    expect(nullptr, "views 0 and 2 have the same pose");
+}
+
+TEST_F(DatasetCheck, WarnsOfBlankImages) {
+    const io::Image blank{16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)};
+    const auto file = io::write_png(blank);
+    ASSERT_OK(file.status());
+    put_text(object_ / "rgb/000001.png", std::string(io::as_text(file.value())));
+    expect(nullptr, "view 1 is of one colour (255)");
+}
+
+TEST_F(DatasetCheck, ListsTenAndCountsTheRest) {
+    test::SampleFolder other;
+    SyntheticDesc desc = test::sample_cars(other.path());
+    desc.train_views = 25;
+    ASSERT_OK(write_synthetic(desc, 0));
+    const fs::path poses = other.path() / "srn_cars/cars_train/000000_car/pose";
+    for (int view = 1; view < 25; ++view)
+        fs::copy_file(poses / "000000.txt", poses / format("%06d.txt", view),
+                      fs::copy_options::overwrite_existing);
+    DatasetDesc opened;
+    opened.path = other.path().string();
+    const auto dataset = Dataset::open(opened);
+    ASSERT_OK(dataset.status());
+    const auto found = check_object(*dataset.value(), 0);
+    ASSERT_OK(found.status());
+    ASSERT_EQ(found.value().warnings.size(), 11U);
+    EXPECT_EQ(found.value().warnings.back(), "and 14 more warnings");
+    EXPECT_ERROR(check_object(*dataset.value(), 1).status(), Code::kInvalidArgument, "object is 1");
+    EXPECT_EQ(
+        check_text(*dataset.value(), 0).value().find("{\"name\": \"000000_car\", \"views\": 25, "),
+        0U);
+}
+
+}  // namespace
+}  // namespace splat::data

@@ -1,0 +1,356 @@
+// Folders of each format, written here: with cameras of another implementation, and damaged ones.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "data/co3d.h"
+#include "data/nmr.h"
+#include "data/objaverse.h"
+#include "data/sample_folder.h"
+#include "io/file.h"
+#include "io/npy.h"
+#include "io/npz.h"
+#include "support/expect_status.h"
+#include "support/golden.h"
+#include "support/npz.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::put_image;
+using test::put_text;
+using test::SampleFolder;
+
+const std::vector<float> kPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2};  ///< [3,4]
+
+void put_npy(const fs::path& path, std::vector<std::uint64_t> shape, std::vector<float> values) {
+    const auto file = io::write_npy({std::move(shape), std::move(values)});
+    ASSERT_OK(file.status());
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), file.value()));
+}
+
+void put_npz(const fs::path& path, const std::map<std::string, std::vector<float>>& arrays) {
+    io::NamedTensors tensors;
+    for (const auto& [name, values] : arrays)
+        ASSERT_OK(tensors.add(
+            {name, {static_cast<std::int64_t>(values.size())}, io::NumberType::kF32, values}));
+    const auto file = io::write_npz(tensors);
+    ASSERT_OK(file.status());
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), file.value().pieces()));
+}
+
+std::string numbered(std::size_t i) {
+    return format("%03zu", i);
+}
+
+/// [n,3,4] or [n,12] poses, one file each, with images.
+void put_renders(const fs::path& folder, const std::vector<float>& poses) {
+    for (std::size_t i = 0; i < poses.size() / 12; ++i) {
+        const auto first = poses.begin() + static_cast<std::ptrdiff_t>(i * 12);
+        put_npy(folder / (numbered(i) + ".npy"), {3, 4}, {first, first + 12});
+        put_image(folder / (numbered(i) + ".png"), 8, 4, static_cast<std::uint32_t>(i));
+    }
+}
+
+void put_nmr(const fs::path& root, const std::vector<float>& world_mat_inv, std::size_t each) {
+    put_text(root / "02691156/softras_train.lst", "b\r\n\n");
+    std::map<std::string, std::vector<float>> arrays;
+    for (std::size_t i = 0; i < world_mat_inv.size() / each; ++i) {
+        const auto first = world_mat_inv.begin() + static_cast<std::ptrdiff_t>(i * each);
+        arrays["world_mat_inv_" + std::to_string(i)] = {first,
+                                                        first + static_cast<std::ptrdiff_t>(each)};
+        arrays["camera_mat_" + std::to_string(i)] = {3.7320509F, 0, 0};
+        put_image(root / "02691156/b/image" / (numbered(i) + ".png"), 8, 3);
+    }
+    put_npz(root / "02691156/b/cameras.npz", arrays);
+}
+
+struct Co3dSample {
+    std::vector<float> r, t, focal;
+    std::vector<float> images = std::vector<float>(t.size() * 64, 0.2F);
+};
+
+void put_co3d(const fs::path& root, const Co3dSample& sample) {
+    const fs::path split = root / "co3d_hydrant_for_gs/train";
+    const std::uint64_t frames = sample.t.size() / 3;
+    put_npz(split / "camera_Rs.npz", {{"106_1", sample.r}});
+    put_npz(split / "camera_Ts.npz", {{"106_1", sample.t}});
+    put_npy(split / "106_1/focal_lengths.npy", {frames, 1, 2}, sample.focal);
+    put_npy(split / "106_1/images_full.npy", {frames, 3, 8, 8}, sample.images);
+}
+
+std::unique_ptr<Dataset> opened(const fs::path& path, const std::string& split = "train") {
+    DatasetDesc desc;
+    desc.path = path.string();
+    desc.split = split;
+    auto dataset = Dataset::open(desc);
+    EXPECT_OK(dataset.status());
+    return dataset.ok() ? std::move(dataset.value()) : nullptr;
+}
+
+Status status_of(const fs::path& path, const std::string& split = "train") {
+    DatasetDesc desc;
+    desc.path = path.string();
+    desc.split = split;
+    auto dataset = Dataset::open(desc);
+    if (!dataset.ok()) return dataset.status();
+    const std::uint32_t views[] = {0, 1};
+    std::vector<float> images(std::size_t{2} * 3 * dataset.value()->resolution() *
+                              dataset.value()->resolution());
+    ViewArrays out;
+    out.images = images.data();
+    return dataset.value()->read(0, views, out);
+}
+
+struct Cameras {
+    std::vector<float> poses, quaternions, focals, distances;
+};
+
+Cameras cameras_of(Dataset& dataset) {
+    std::vector<std::uint32_t> views(dataset.index().views_of[0]);
+    for (std::uint32_t i = 0; i < views.size(); ++i) views[i] = i;
+    const std::size_t n = views.size();
+    Cameras c{std::vector<float>(n * 16), std::vector<float>(n * 4), std::vector<float>(n * 2),
+              std::vector<float>(n)};
+    ViewArrays out;
+    out.view_to_world = c.poses.data();
+    out.quaternions = c.quaternions.data();
+    out.focals = c.focals.data();
+    out.origin_distances = c.distances.data();
+    EXPECT_OK(dataset.read(0, views, out));
+    return c;
+}
+
+TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
+    const SampleFolder folder;
+    std::vector<float> poses = kPose;
+    for (const float value : kPose) poses.push_back(value);
+    poses[12 + 3] = 1;
+    for (int i = 0; i < 3; ++i) put_renders(folder.path() / ("o" + std::to_string(i)), poses);
+    const auto dataset = opened(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().format, "objaverse");
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"o0", "o1"}))
+        << "99 of 100, rounded down";
+    EXPECT_EQ(opened(folder.path(), "val")->index().names, (std::vector<std::string>{"o2"}));
+    const Cameras c = cameras_of(*dataset);
+    EXPECT_EQ(c.focals[0], 8.75F);
+    EXPECT_EQ(c.poses[16 + 12], -1)
+        << "one to the left in a scene whose first camera is 2 away already";
+    put_npy(folder.path() / "o0/001.npy", {3, 3}, std::vector<float>(9));
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "001.npy': a pose of 9 numbers");
+    fs::remove(folder.path() / "o0/001.npy");
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+                 "images without pose: 1 (first '001')");
+}
+
+TEST(Gso, IsAllToTestOn) {
+    const SampleFolder folder;
+    std::vector<float> poses = kPose;
+    for (const float value : kPose) poses.push_back(value);
+    put_renders(folder.path() / "shoe/render_mvs_25/model", poses);
+    const auto dataset = opened(folder.path(), "test");
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().format, "gso");
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"shoe"}));
+}
+
+TEST(Nmr, ReadsListsAndCameras) {
+    const SampleFolder folder;
+    std::vector<float> poses = kPose;
+    for (const float value : kPose) poses.push_back(value);
+    put_nmr(folder.path(), poses, 12);
+    const auto dataset = opened(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().format, "nmr");
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156/b"}));
+    EXPECT_NEAR(static_cast<double>(cameras_of(*dataset).focals[0]), 3.7320509 * 4, 1e-5);
+    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kInvalidArgument, "softras_val.lst");
+    put_npz(folder.path() / "02691156/b/cameras.npz",
+            {{"world_mat_0", kPose}, {"world_mat_inv_1", kPose}});
+    EXPECT_OK(status_of(folder.path()));
+    put_npz(folder.path() / "02691156/b/cameras.npz", {{"world_mat_0", kPose}});
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+                 "neither world_mat_inv_1 nor world_mat_1");
+    put_npz(folder.path() / "02691156/b/cameras.npz",
+            {{"world_mat_0", kPose}, {"world_mat_1", kPose}, {"camera_mat_1", {2}}});
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+                 "camera_mat_1 has the focal length 2");
+}
+
+TEST(Co3d, ReadsArrays) {
+    const SampleFolder folder;
+    Co3dSample sample;
+    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -1, 0, 0, 0, 0, 1};
+    sample.t = {0, 0, 3, 0, 0, 4};
+    sample.focal = {2, 2.5F, 3, 3};
+    sample.images.assign(2 * 3 * 64, 0.2F);
+    sample.images[3 * 64 + 64] = 1;
+    put_co3d(folder.path(), sample);
+    const auto dataset = opened(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().format, "co3d");
+    const Cameras c = cameras_of(*dataset);
+    EXPECT_EQ(c.focals, (std::vector<float>{8, 10, 12, 12}));
+    EXPECT_EQ(c.distances, (std::vector<float>{3, 4}));
+    std::vector<float> images(2 * 3 * 64);
+    ViewArrays out;
+    out.images = images.data();
+    const std::uint32_t views[] = {0, 1};
+    ASSERT_OK(dataset->read(0, views, out));
+    EXPECT_EQ(images[3 * 64 + 64], 1);
+    EXPECT_EQ(images[0], 51.0F / 255);
+    put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1", {0, 0, 3}}});
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+                 "2 frames, but 2 rotations, 1 translations and 2 focal");
+    put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1/images_fg.npy", {2, 1, 8, 8},
+            std::vector<float>(128));
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+                 "images_fg.npy': expected float32");
+    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kInvalidArgument,
+                 "0 files val/camera_Rs.npz");
+}
+
+constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10, "frames": [
+    {"file_path": "./images/b", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+    {"file_path": "images/a.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+
+void put_photo(const fs::path& path) {
+    io::Image image{12, 10, 3, 8, {}};
+    for (std::uint16_t i = 0; i < 360; ++i) image.samples.push_back(i % 36 / 3 * 20);
+    const auto file = io::write_png(image);
+    ASSERT_OK(file.status());
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), file.value()));
+}
+
+TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
+    const SampleFolder folder;
+    put_text(folder.path() / "scene/transforms.json", kFrames);
+    put_photo(folder.path() / "scene/images/a.png");
+    put_photo(folder.path() / "scene/images/b.png");
+    for (const fs::path& path : {folder.path(), folder.path() / "scene"}) {
+        const auto dataset = opened(path);
+        ASSERT_NE(dataset, nullptr);
+        EXPECT_EQ(dataset->index().format, "images");
+        EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"scene"}));
+        EXPECT_EQ(dataset->resolution(), 10U);
+        const Cameras c = cameras_of(*dataset);
+        EXPECT_EQ(c.focals[0], 10);
+        EXPECT_EQ(c.poses[16 + 12], 1) << "b is first, a is one to its right"
+                                       << " (sorted as './images/b', 'images/a.png')";
+        std::vector<float> images(300);
+        ViewArrays out;
+        out.images = images.data();
+        const std::uint32_t view = 0;
+        ASSERT_OK(dataset->read(0, std::span(&view, 1), out));
+        EXPECT_EQ(images[0], 20.0F / 255) << "column 1 of the photograph";
+        EXPECT_EQ(images[9], 200.0F / 255);
+    }
+    fs::remove(folder.path() / "scene/images/b.png");
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "no image './images/b'");
+    put_image(folder.path() / "scene/images/b.png", 8, 3);
+    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "its camera has 12 x 10");
+}
+
+TEST(ImageFolder, ReadsColmapModels) {
+    const SampleFolder folder;
+    put_text(folder.path() / "sparse/0/cameras.txt", "1 PINHOLE 12 10 10 11 6 5\n");
+    put_text(folder.path() / "sparse/0/images.txt",
+             "1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 -1 0 4 1 b.png\n\n");
+    put_photo(folder.path() / "images/a.png");
+    put_photo(folder.path() / "images/b.png");
+    const auto dataset = opened(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    const Cameras c = cameras_of(*dataset);
+    EXPECT_EQ(c.focals, (std::vector<float>{10, 11, 10, 11}));
+    EXPECT_EQ(c.poses[16 + 12], 1);
+}
+
+class GoldenNetFormats : public testing::Test {
+  protected:
+    void SetUp() override { SPLAT_NEEDS_GOLDEN_FOLDER(); }
+
+    /// Relative poses, quaternions and centres of all files of the family against those of a folder that
+    /// `put` makes of the file's arrays.
+    static void compare(
+        const std::string& set,
+        const std::function<void(const test::Npz& file, const fs::path& root)>& put) {
+        for (const std::string& path : test::golden_files("net", "cams")) {
+            const auto file = test::Npz::read(path);
+            ASSERT_OK(file.status());
+            const SampleFolder folder;
+            put(file.value(), folder.path());
+            const auto dataset = opened(folder.path());
+            ASSERT_NE(dataset, nullptr);
+            const Cameras found = cameras_of(*dataset);
+            const std::vector<float> poses = array(file.value(), set + ".rel_vw");
+            ASSERT_EQ(found.poses.size(), poses.size());
+            // 2e-5: the reference's float32 inverses, of translations up to 4 and here and there scaled.
+            for (std::size_t i = 0; i < poses.size(); ++i)
+                EXPECT_NEAR(static_cast<double>(found.poses[i]), static_cast<double>(poses[i]),
+                            2e-5)
+                    << set << " " << i;
+            if (set != "co3d") continue;
+            const std::vector<float> distances = array(file.value(), "co3d.origin_dist");
+            const std::vector<float> focals = array(file.value(), "co3d.focal_px");
+            for (std::size_t i = 0; i < distances.size(); ++i)
+                EXPECT_NEAR(static_cast<double>(found.distances[i]),
+                            static_cast<double>(distances[i]), 1e-5);
+            for (std::size_t i = 0; i < focals.size(); ++i)  // of 128 pixels; here there are 8
+                EXPECT_NEAR(static_cast<double>(found.focals[i]),
+                            static_cast<double>(focals[i]) / 16, 1e-5);
+        }
+    }
+
+    static std::vector<float> array(const test::Npz& file, const std::string& name) {
+        const auto found = file.find(name);
+        EXPECT_OK(found.status());
+        const std::vector<double> values = found.value()->f64().value();
+        return {values.begin(), values.end()};
+    }
+};
+
+TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
+    compare("srn", [](const test::Npz& file, const fs::path& root) {
+        const std::vector<float> poses = array(file, "srn.c2w");
+        const fs::path object = root / "srn_cars/cars_train/a";
+        put_text(object / "intrinsics.txt", "131.25 64 64 0\n0 0 0\n1\n128 128\n");
+        for (std::size_t i = 0; i < poses.size() / 16; ++i) {
+            std::string text;
+            for (std::size_t k = 0; k < 16; ++k)
+                text += format("%.9g ", static_cast<double>(poses[i * 16 + k]));
+            put_text(object / "pose" / (numbered(i) + ".txt"), text);
+            put_image(object / "rgb" / (numbered(i) + ".png"), 8, 3);
+        }
+    });
+}
+
+TEST_F(GoldenNetFormats, Co3dGivesTheReferencesCameras) {
+    compare("co3d", [](const test::Npz& file, const fs::path& root) {
+        Co3dSample sample{array(file, "co3d.R"), array(file, "co3d.T"),
+                          array(file, "co3d.focal_ndc")};
+        put_co3d(root, sample);
+    });
+}
+
+TEST_F(GoldenNetFormats, NmrGivesTheReferencesCameras) {
+    compare("nmr", [](const test::Npz& file, const fs::path& root) {
+        put_nmr(root, array(file, "nmr.world_mat_inv"), 16);
+    });
+}
+
+TEST_F(GoldenNetFormats, ObjaverseGivesTheReferencesCameras) {
+    compare("obj", [](const test::Npz& file, const fs::path& root) {
+        put_renders(root / "a", array(file, "obj.w2c"));
+        put_renders(root / "b", array(file, "obj.w2c"));
+    });
+}
+
+}  // namespace
+}  // namespace splat::data

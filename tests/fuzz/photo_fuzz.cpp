@@ -1,0 +1,21 @@
+// JPEG and WebP: whatever the bytes, there is an error or an image that is one. The corpus was written by
+// libjpeg-turbo and libwebp.
+
+#include "fuzz/target.h"
+#include "io/photo/jpeg.h"
+#include "io/photo/webp.h"
+
+namespace {
+
+using namespace splat;
+
+constexpr io::ImageOptions kSmall = {512, 1U << 20U};
+
+void check(io::Bytes file) {
+    for (const auto& image : {io::read_jpeg(file, kSmall), io::read_webp(file, kSmall)})
+        if (image.ok()) fuzz::require(io::check_image(image.value()).ok());
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

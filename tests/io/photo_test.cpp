@@ -1,0 +1,183 @@
+// JPEG and WebP, against files that their own libraries write here.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include <jpeglib.h>
+#include <webp/encode.h>
+
+#include "io/file.h"
+#include "io/photo/image_file.h"
+#include "io/photo/jpeg.h"
+#include "io/photo/webp.h"
+#include "support/expect_status.h"
+#include "support/real_data.h"
+
+namespace splat::io {
+namespace {
+
+/// Smooth, so that a JPEG of the best quality keeps it nearly.
+std::vector<std::uint8_t> ramp(int width, int height, int channels) {
+    std::vector<std::uint8_t> samples;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < channels; ++c)
+                samples.push_back(static_cast<std::uint8_t>(40 + 3 * x + 2 * y + 10 * c));
+    return samples;
+}
+
+Buffer jpeg_of(std::vector<std::uint8_t> samples, int width, int height, int channels,
+               bool progressive, J_COLOR_SPACE space) {
+    jpeg_compress_struct jpeg{};
+    jpeg_error_mgr errors{};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &bytes, &size);
+    jpeg.image_width = static_cast<JDIMENSION>(width);
+    jpeg.image_height = static_cast<JDIMENSION>(height);
+    jpeg.input_components = channels;
+    jpeg.in_color_space = space;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, 100, TRUE);
+    if (progressive) jpeg_simple_progression(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    for (int y = 0; y < height; ++y) {
+        unsigned char* row = &samples[static_cast<std::size_t>(y * width * channels)];
+        jpeg_write_scanlines(&jpeg, &row, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    const auto* const first = reinterpret_cast<const std::byte*>(bytes);
+    Buffer file(first, first + size);
+    std::free(bytes);
+    return file;
+}
+
+Buffer webp_of(const std::vector<std::uint8_t>& samples, int width, int height, int channels) {
+    std::uint8_t* bytes = nullptr;
+    const std::size_t size =
+        channels == 4 ? WebPEncodeLosslessRGBA(samples.data(), width, height, width * 4, &bytes)
+                      : WebPEncodeLosslessRGB(samples.data(), width, height, width * 3, &bytes);
+    const auto* const first = reinterpret_cast<const std::byte*>(bytes);
+    Buffer file(first, first + size);
+    WebPFree(bytes);
+    return file;
+}
+
+TEST(Jpeg, HoldsWhatWasWritten) {
+    for (const bool progressive : {false, true})
+        for (const int channels : {1, 3}) {
+            const std::vector<std::uint8_t> samples = ramp(33, 17, channels);
+            const Buffer file = jpeg_of(samples, 33, 17, channels, progressive,
+                                        channels == 1 ? JCS_GRAYSCALE : JCS_RGB);
+            const auto image = read_jpeg(file);
+            ASSERT_OK(image.status());
+            EXPECT_EQ(image.value().width, 33U);
+            EXPECT_EQ(image.value().height, 17U);
+            EXPECT_EQ(image.value().channels, static_cast<std::uint32_t>(channels));
+            // Quality 100 rounds to whole numbers in every step: 3 of 255 for colours at half resolution.
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                EXPECT_NEAR(image.value().samples[i], samples[i], channels == 1 ? 1 : 4);
+        }
+}
+
+TEST(Jpeg, RefusesWhatIsNone) {
+    const Buffer file = jpeg_of(ramp(33, 17, 3), 33, 17, 3, false, JCS_RGB);
+    EXPECT_ERROR(read_jpeg({}).status(), Code::kInvalidArgument, "does not start");
+    EXPECT_ERROR(read_jpeg(file, {32, 1U << 20}).status(), Code::kUnsupported, "33 x 17");
+    EXPECT_ERROR(read_jpeg(file, {64, 100}).status(), Code::kUnsupported, "100 samples");
+    const Buffer cmyk = jpeg_of(ramp(8, 8, 4), 8, 8, 4, false, JCS_CMYK);
+    EXPECT_ERROR(read_jpeg(cmyk).status(), Code::kUnsupported, "CMYK");
+    // The last two bytes only say that it ends.
+    for (std::size_t size = 0; size + 2 < file.size(); ++size)
+        EXPECT_ERROR(read_jpeg(Bytes(file).first(size)).status(), Code::kInvalidArgument, "jpeg: ")
+            << size;
+}
+
+TEST(Jpeg, SurvivesEveryDamagedByte) {
+    for (const bool progressive : {false, true}) {
+        const Buffer file = jpeg_of(ramp(17, 9, 3), 17, 9, 3, progressive, JCS_RGB);
+        for (std::size_t i = 0; i < file.size(); ++i)
+            for (const unsigned flip : {0x01U, 0x80U, 0xFFU}) {
+                Buffer damaged = file;
+                damaged[i] ^= static_cast<std::byte>(flip);
+                const auto image = read_jpeg(damaged, {64, 20000});
+                if (image.ok()) {
+                    EXPECT_OK(check_image(image.value()));
+                }
+            }
+    }
+}
+
+TEST(WebP, HoldsWhatWasWritten) {
+    for (const int channels : {3, 4}) {
+        const std::vector<std::uint8_t> samples = ramp(21, 13, channels);
+        const auto image = read_webp(webp_of(samples, 21, 13, channels));
+        ASSERT_OK(image.status());
+        EXPECT_EQ(image.value().width, 21U);
+        EXPECT_EQ(image.value().height, 13U);
+        EXPECT_EQ(image.value().channels, static_cast<std::uint32_t>(channels));
+        EXPECT_EQ(image.value().samples,
+                  std::vector<std::uint16_t>(samples.begin(), samples.end()));
+    }
+}
+
+TEST(WebP, RefusesWhatIsNone) {
+    const Buffer file = webp_of(ramp(21, 13, 3), 21, 13, 3);
+    EXPECT_ERROR(read_webp({}).status(), Code::kInvalidArgument, "webp: ");
+    EXPECT_ERROR(read_webp(as_bytes("this is no image of any kind")).status(),
+                 Code::kInvalidArgument, "does not start");
+    EXPECT_ERROR(read_webp(file, {20, 1U << 20}).status(), Code::kUnsupported, "21 x 13");
+    for (std::size_t size = 0; size + 2 < file.size(); ++size)
+        EXPECT_FALSE(read_webp(Bytes(file).first(size)).ok()) << size;
+}
+
+TEST(WebP, SurvivesEveryDamagedByte) {
+    const Buffer file = webp_of(ramp(17, 9, 4), 17, 9, 4);
+    for (std::size_t i = 0; i < file.size(); ++i)
+        for (const unsigned flip : {0x01U, 0x80U, 0xFFU}) {
+            Buffer damaged = file;
+            damaged[i] ^= static_cast<std::byte>(flip);
+            const auto image = read_webp(damaged, {64, 20000});
+            if (image.ok()) {
+                EXPECT_OK(check_image(image.value()));
+            }
+        }
+}
+
+TEST(ImageFile, IsKnownByItsFirstBytes) {
+    EXPECT_TRUE(is_image_name("a/b.JPG") && is_image_name("x.webp") && is_image_name("x.jpeg"));
+    EXPECT_FALSE(is_image_name("a.gif") || is_image_name("png") || is_image_name("a.png/b"));
+    const auto folder = std::filesystem::temp_directory_path() / "splat-photo-test";
+    std::filesystem::create_directories(folder);
+    const std::string path = (folder / "x.png").string();
+    ASSERT_OK(write_file(path, webp_of(ramp(4, 4, 3), 4, 4, 3)));
+    const auto image = load_image(path);
+    EXPECT_OK(image.status());
+    ASSERT_OK(write_file(path, as_bytes("GIF89a")));
+    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "no PNG, JPEG or WebP");
+    ASSERT_OK(write_file(path, as_bytes("\xFF\xD8\xFF...")));
+    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "x.png': jpeg: ");
+    std::filesystem::remove_all(folder);
+}
+
+/// Photographs of others; one is a WebP file named .jpg.
+TEST(RealPhotos, AreRead) {
+    SPLAT_NEEDS_REAL_DATA();
+    std::size_t count = 0;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(*test::real_data_folder() + "/photos")) {
+        if (!is_image_name(entry.path().string())) continue;
+        const auto image = load_image(entry.path().string());
+        EXPECT_OK(image.status());
+        ++count;
+    }
+    EXPECT_GE(count, 8U);
+}
+
+}  // namespace
+}  // namespace splat::io

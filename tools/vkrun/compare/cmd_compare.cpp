@@ -1,0 +1,266 @@
+// vkrun compare: is one evaluation better than another? Needs no device.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include "vkrun/command.h"
+#include "vkrun/compare/distribution_plot.h"
+#include "vkrun/compare/score_file.h"
+#include "vkrun/compare/significance.h"
+#include "vkrun/scene_input.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+constexpr double kLevel = 0.05;
+
+constexpr const char* kFooter =
+    R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
+Objects are paired by name; of each metric the mean difference B - A is given with a permutation test (signs of the
+differences flipped), Student's t test, a bootstrap interval of 95 % and Cohen's d. p_holm is p_permutation
+corrected for the number of metrics; below 0.05 the difference is called better or worse.
+
+--unpaired ignores which object a score is of, as the published code does: a permutation of all scores, and means
+drawn from a normal distribution like A. If A and B are of other objects, the difference may come from the objects
+alone; no difference is called better or worse then.
+
+Exit status: 0 nothing is worse, 1 a file cannot be written, 2 wrong usage, 4 files that are damaged or share no
+objects, 6 B is worse in some metric.
+
+Examples:
+  vkrun compare runs/base/eval runs/new/eval
+  vkrun compare reference/scores.txt both/scores.txt --unpaired --json
+  vkrun compare a.csv b.csv --plot differences.svg
+)";
+
+struct CompareOptions {
+    std::string a;
+    std::string b;
+    std::string plot;
+    bool unpaired = false;
+    bool overwrite = false;
+    bool json = false;
+    ResampleOptions resample;
+};
+
+/// Scores of one metric in A and B; if paired, of the same objects in the same order.
+struct Samples {
+    std::string metric;
+    std::vector<double> a;
+    std::vector<double> b;
+};
+
+struct Finding {
+    Samples samples;
+    Comparison comparison;
+    double p_holm = 1;
+    std::string verdict;
+};
+
+std::size_t shared_objects(const ScoreFile& a, const ScoreFile& b) {
+    std::size_t most = 0;
+    for (const std::string& metric : a.metrics) {
+        if (b.values.count(metric) == 0) continue;
+        std::size_t count = 0;
+        for (const auto& [name, value] : a.values.at(metric))
+            count += b.values.at(metric).count(name);
+        most = std::max(most, count);
+    }
+    return most;
+}
+
+std::vector<Samples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unpaired) {
+    std::vector<Samples> all;
+    for (const std::string& metric : a.metrics) {
+        if (b.values.count(metric) == 0) continue;
+        Samples samples{metric, {}, {}};
+        const auto& of_b = b.values.at(metric);
+        for (const auto& [name, value] : a.values.at(metric)) {
+            const auto other = of_b.find(name);
+            if (!unpaired && other == of_b.end()) continue;
+            samples.a.push_back(value);
+            if (!unpaired) samples.b.push_back(other->second);
+        }
+        if (unpaired)
+            for (const auto& [name, value] : of_b) samples.b.push_back(value);
+        if (!samples.a.empty()) all.push_back(std::move(samples));
+    }
+    return all;
+}
+
+std::string verdict_of(const Finding& finding, bool comparable) {
+    if (!comparable) return "not comparable";
+    if (!(finding.p_holm < kLevel)) return "no difference shown";
+    const bool higher = finding.comparison.difference > 0;
+    return higher != (finding.samples.metric == "lpips") ? "better" : "worse";
+}
+
+std::vector<Finding> find(const ScoreFile& a, const ScoreFile& b, const CompareOptions& options,
+                          bool comparable) {
+    std::vector<Finding> findings;
+    std::vector<double> p;
+    for (Samples& samples : samples_of(a, b, options.unpaired)) {
+        Finding finding;
+        finding.comparison = options.unpaired
+                                 ? compare_pooled(samples.a, samples.b, options.resample)
+                                 : compare_paired(samples.a, samples.b, options.resample);
+        finding.samples = std::move(samples);
+        p.push_back(finding.comparison.p_permutation);
+        findings.push_back(std::move(finding));
+    }
+    const std::vector<double> adjusted = holm(p);
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+        findings[i].p_holm = adjusted[i];
+        findings[i].verdict = verdict_of(findings[i], comparable);
+    }
+    return findings;
+}
+
+double mean(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
+Json json_of(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
+             const CompareOptions& options, const std::vector<Finding>& findings,
+             const std::string& note) {
+    Json metrics = Json::array();
+    for (const Finding& f : findings)
+        metrics.push_back({{"metric", f.samples.metric},
+                           {"mean_a", mean(f.samples.a)},
+                           {"mean_b", mean(f.samples.b)},
+                           {"observed_difference", f.comparison.difference},
+                           {"p_permutation", f.comparison.p_permutation},
+                           {"p_parametric", f.comparison.p_parametric},
+                           {"p_holm", f.p_holm},
+                           {"ci", {f.comparison.low, f.comparison.high}},
+                           {"effect_size", f.comparison.effect},
+                           {"n_pairs", options.unpaired ? 0 : f.samples.a.size()},
+                           {"n_a", f.samples.a.size()},
+                           {"n_b", f.samples.b.size()},
+                           {"exact", f.comparison.exact},
+                           {"verdict", f.verdict}});
+    return {{"a", a.path},
+            {"b", b.path},
+            {"paired", !options.unpaired},
+            {"objects_a", a.objects},
+            {"objects_b", b.objects},
+            {"shared_objects", shared},
+            {"seed", options.resample.seed},
+            {"permutations", options.resample.permutations},
+            {"note", note},
+            {"metrics", metrics}};
+}
+
+void print_table(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
+                 const CompareOptions& options, const std::vector<Finding>& findings) {
+    std::printf("A: %s, %zu objects\nB: %s, %zu objects; %zu of them in both; %s\n", a.path.c_str(),
+                a.objects, b.path.c_str(), b.objects, shared,
+                options.unpaired ? "not paired" : "paired by their names");
+    Table table({"metric", ">A", ">B", ">B - A", ">95 % interval", ">p", ">p (Holm)",
+                 options.unpaired ? ">p (normal)" : ">p (t)", ">d", "verdict"});
+    for (const Finding& f : findings)
+        table.add({f.samples.metric, format("%.5f", mean(f.samples.a)),
+                   format("%.5f", mean(f.samples.b)), format("%+.5f", f.comparison.difference),
+                   format("%+.5f to %+.5f", f.comparison.low, f.comparison.high),
+                   format("%.3g", f.comparison.p_permutation), format("%.3g", f.p_holm),
+                   format("%.3g", f.comparison.p_parametric), format("%+.3f", f.comparison.effect),
+                   f.verdict});
+    std::printf("%s", table.text().c_str());
+}
+
+void write_plot(const CompareOptions& options, const std::vector<Finding>& findings) {
+    std::vector<PlotPanel> panels;
+    for (const Finding& f : findings) {
+        const Comparison& c = f.comparison;
+        if (options.unpaired) {
+            panels.push_back({f.samples.metric + " of A", f.samples.a, mean(f.samples.a),
+                              mean(f.samples.a), mean(f.samples.a), mean(f.samples.a)});
+            panels.push_back({f.samples.metric + " of B", f.samples.b, mean(f.samples.a),
+                              mean(f.samples.b), mean(f.samples.a) + c.low,
+                              mean(f.samples.a) + c.high});
+            continue;
+        }
+        PlotPanel panel{format("%s: B - A of %zu objects, p = %.3g", f.samples.metric.c_str(),
+                               f.samples.a.size(), c.p_permutation),
+                        {},
+                        0,
+                        c.difference,
+                        c.low,
+                        c.high};
+        for (std::size_t i = 0; i < f.samples.a.size(); ++i)
+            panel.values.push_back(f.samples.b[i] - f.samples.a[i]);
+        panels.push_back(std::move(panel));
+    }
+    std::ofstream out(options.plot, std::ios::binary);
+    out << distribution_svg("B: " + options.b + ", A: " + options.a, panels);
+    if (!out.flush()) throw Failure(kFailed, "cannot write '" + options.plot + "'");
+}
+
+int compare(const CompareOptions& options) {
+    if (!options.plot.empty()) check_target(options.plot, options.overwrite);
+    const ScoreFile a = read_scores(options.a);
+    const ScoreFile b = read_scores(options.b);
+    const std::size_t shared = shared_objects(a, b);
+    const std::string apart =
+        "A and B share no object: their difference may come from the objects alone, whatever a "
+        "test says";
+    if (shared == 0 && !options.unpaired)
+        throw Failure(
+            kBadData,
+            apart + ". Evaluate both on the same split, or pass --unpaired for the numbers");
+    // Without pairs a test is only about the same objects if all of them are in both.
+    const bool comparable =
+        shared != 0 && (!options.unpaired || (shared == a.objects && shared == b.objects));
+    std::string note;
+    if (shared == 0)
+        note = apart;
+    else if (!comparable)
+        note =
+            "A and B are not of the same objects: their difference may come from the objects "
+            "alone; without "
+            "--unpaired those in both are compared";
+    else if (shared < std::max(a.objects, b.objects))
+        note = format("%zu objects of A and %zu of B are in one file only and are left out",
+                      a.objects - shared, b.objects - shared);
+    const std::vector<Finding> findings = find(a, b, options, comparable);
+    if (!options.plot.empty()) write_plot(options, findings);
+    if (options.json)
+        std::printf("%s\n", json_text(json_of(a, b, shared, options, findings, note)).c_str());
+    else
+        print_table(a, b, shared, options, findings);
+    if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
+    const bool worse = std::any_of(findings.begin(), findings.end(),
+                                   [](const Finding& f) { return f.verdict == "worse"; });
+    return worse ? kGateMissed : kSuccess;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+    CLI::App* command =
+        app.add_subcommand("compare", "Test whether one evaluation is better than another.");
+    command->group("Commands");
+    const auto options = std::make_shared<CompareOptions>();
+    command->add_option("A", options->a, "Scores of the baseline")->required()->type_name("");
+    command->add_option("B", options->b, "Scores to compare with them")->required()->type_name("");
+    command->add_flag("--unpaired", options->unpaired, "Ignore which object a score is of");
+    command
+        ->add_option("--resamples", options->resample.permutations, "Random permutations; 300000")
+        ->type_name("N")
+        ->check(CLI::Range(100, 100000000).description(""));
+    command->add_option("--seed", options->resample.seed, "Of all that is random; 0")
+        ->type_name("N");
+    command->add_option("--plot", options->plot, "Draw the distributions, .svg")->type_name("FILE");
+    command->add_flag("--overwrite", options->overwrite, "Replace FILE if it is there");
+    command->add_flag("--json", options->json, "Print one JSON object on standard output");
+    command->footer(kFooter);
+    command->callback([options, &exit_code] { exit_code = compare(*options); });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,119 @@
+#include "vkrun/compare/score_file.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "vkrun/command.h"
+#include "vkrun/table.h"
+
+namespace vkrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMetrics[] = {"psnr", "ssim", "lpips"};
+
+[[noreturn]] void refuse(const std::string& path, std::size_t line, const std::string& problem) {
+    throw Failure(kBadData, format("'%s', line %zu: %s", path.c_str(), line, problem.c_str()));
+}
+
+std::string table_path(const std::string& path) {
+    if (fs::is_directory(path)) return (fs::path(path) / "per_object.csv").string();
+    if (fs::path(path).extension() == ".json")
+        return (fs::path(path).parent_path() / "per_object.csv").string();
+    return path;
+}
+
+std::vector<std::string> split(const std::string& line, char separator) {
+    std::vector<std::string> parts;
+    std::istringstream in(line);
+    for (std::string part; std::getline(in, part, separator);)
+        if (separator != ' ' || !part.empty()) parts.push_back(part);
+    return parts;
+}
+
+/// "nan" and "inf" are numbers here; they are left out later.
+double number(const std::string& text, const std::string& path, std::size_t line) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0') refuse(path, line, "'" + text + "' is no number");
+    return value;
+}
+
+/// The columns of a file: where its metrics stand.
+struct Columns {
+    char separator = ' ';
+    std::vector<std::pair<std::string, std::size_t>> metrics;
+};
+
+Columns columns_of(const std::string& first, const std::string& path) {
+    Columns columns;
+    if (first.find(',') == std::string::npos) {
+        for (std::size_t i = 0; i < std::size(kMetrics); ++i)
+            columns.metrics.emplace_back(kMetrics[i], i + 1);
+        return columns;
+    }
+    columns.separator = ',';
+    const std::vector<std::string> names = split(first, ',');
+    for (std::size_t i = 0; i < names.size(); ++i)
+        for (const char* metric : kMetrics)
+            if (names[i] == std::string(metric) + "_novel") columns.metrics.emplace_back(metric, i);
+    if (names[0] != "object" || columns.metrics.empty())
+        refuse(path, 1,
+               "expected a heading with 'object' first and 'psnr_novel', 'ssim_novel' or "
+               "'lpips_novel'");
+    return columns;
+}
+
+/// scores.txt has the number of the object in front, which other data sets do not share.
+std::string object_name(const std::string& text, char separator) {
+    if (separator == ',') return text;
+    const std::size_t digits = text.find_first_not_of("0123456789");
+    return digits != 0 && digits != std::string::npos && text[digits] == '_'
+               ? text.substr(digits + 1)
+               : text;
+}
+
+}  // namespace
+
+ScoreFile read_scores(const std::string& path) {
+    ScoreFile scores;
+    scores.path = table_path(path);
+    std::ifstream in(scores.path);
+    if (!in) throw Failure(kBadData, "cannot open '" + scores.path + "': " + std::strerror(errno));
+    std::string line;
+    std::size_t count = 0;
+    Columns columns;
+    std::map<std::string, std::size_t> seen;
+    while (std::getline(in, line)) {
+        ++count;
+        if (count == 1) columns = columns_of(line, scores.path);
+        if ((count == 1 && columns.separator == ',') || line.empty()) continue;
+        const std::vector<std::string> parts = split(line, columns.separator);
+        if (parts.size() <= columns.metrics.back().second)
+            refuse(scores.path, count,
+                   format("%zu columns, expected %zu or more", parts.size(),
+                          columns.metrics.back().second + 1));
+        const std::string name = object_name(parts[0], columns.separator);
+        const auto [place, fresh] = seen.emplace(name, count);
+        if (!fresh)
+            refuse(scores.path, count,
+                   format("object '%s' stands in line %zu already", name.c_str(), place->second));
+        for (const auto& [metric, column] : columns.metrics) {
+            const double value = number(parts[column], scores.path, count);
+            if (std::isfinite(value)) scores.values[metric][name] = value;
+        }
+    }
+    scores.objects = seen.size();
+    if (seen.empty()) throw Failure(kBadData, "'" + scores.path + "' holds no scores");
+    for (const char* metric : kMetrics)
+        if (scores.values.count(metric) != 0) scores.metrics.emplace_back(metric);
+    return scores;
+}
+
+}  // namespace vkrun

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace vkrun {
+
+/// Scores of objects: metric -> name of the object -> value. A value that is not finite is left out.
+struct ScoreFile {
+    std::string path;
+    std::size_t objects = 0;
+    std::vector<std::string> metrics;  ///< "psnr", "ssim", "lpips", those that the file has
+    std::map<std::string, std::map<std::string, double>> values;
+};
+
+/// Read per_object.csv or scores.txt ("index_name psnr ssim lpips") of an evaluation; a folder, or
+/// results.json, stands for the per_object.csv in it or beside it. Throws a Failure that names file and
+/// line for what is neither, for numbers that are none, and for an object that comes twice.
+ScoreFile read_scores(const std::string& path);
+
+}  // namespace vkrun
