@@ -68,7 +68,7 @@ double median_of(std::vector<double> values) {
 Json shapes_of(const OpCase& op_case) {
     Json shapes;
     for (const CaseTensor& input : op_case.inputs) shapes[input.name] = input.dims;
-    shapes[op_case.output.name] = op_case.output.dims;
+    for (const CaseTensor& output : op_case.outputs) shapes[output.name] = output.dims;
     return shapes;
 }
 

@@ -171,7 +171,7 @@ std::vector<OpCase> conv2d_cases(bool quick) {
 }  // namespace
 
 std::vector<std::string> bench_ops() {
-    return {"attention", "conv2d", "group_norm", "l1", "l2", "linear", "ssim"};
+    return {"attention", "conv2d", "gaussian_head", "group_norm", "l1", "l2", "linear", "ssim"};
 }
 
 std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
@@ -186,6 +186,8 @@ std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
         if (quick) return {attention_case(1, 8, 5, 7)};
         return {attention_case(1, 256, 16, 16), attention_case(1, 256, 32, 16)};
     }
+    if (op == "gaussian_head")
+        return {quick ? gaussian_head_case(2, 5, 7) : gaussian_head_case(1, 128, 128)};
     if (op != "group_norm")
         return {quick ? loss_case(op.c_str(), 2, 9, 13) : loss_case(op.c_str(), 4, 128, 128)};
     if (quick) return {group_norm_case(1, 32, 8, 8, 4, true)};
@@ -211,8 +213,8 @@ void add_bench(CLI::App& app, int& exit_code) {
     add_bench_model(*bench, exit_code);
     const auto options = std::make_shared<Options>();
     ops->add_option("--only", options->only,
-                    "Operators to measure, separated by commas:\nattention, conv2d, group_norm, "
-                    "l1, l2, linear, ssim")
+                    "Operators to measure, separated by commas:\nattention, conv2d, gaussian_head, "
+                    "group_norm,\nl1, l2, linear, ssim")
         ->type_name("OP[,OP]")
         ->delimiter(',')
         ->allow_extra_args(false)

@@ -96,11 +96,11 @@ CaseReference conv2d_samples(const OpCase& op_case) {
     const auto dim = [&](std::size_t axis) {
         return static_cast<std::size_t>(op_case.inputs[0].dims[axis]);
     };
-    const std::vector<float>& grad_y = op_case.output.values;
+    const std::vector<float>& grad_y = op_case.outputs[0].values;
     const Conv conv{dim(1),
                     dim(2),
                     dim(3),
-                    static_cast<std::size_t>(op_case.output.dims[1]),
+                    static_cast<std::size_t>(op_case.outputs[0].dims[1]),
                     op_case.inputs[0].values,
                     op_case.inputs[1].values,
                     op_case.inputs[2].values,
@@ -113,7 +113,7 @@ CaseReference conv2d_samples(const OpCase& op_case) {
         residual.add(i, static_cast<double>(grad_y[i]));
     }
     CaseReference result;
-    result.y = sample_y(conv);
+    result.outputs.emplace_back(sample_y(conv));
     result.grad_inputs = {sample_grad_x(conv), sample_grad_weight(conv), bias, residual};
     return result;
 }

@@ -44,14 +44,14 @@ Findings check_operator(splat_device device, const char* kernels, const OpCase& 
     const CaseReference reference = reference_of(op_case);
     CaseOnDevice run(device, op_case);
     run.forward();
-    const std::vector<float> first = run.y();
+    const std::vector<float> first = run.output(0);
     run.backward();
     Findings findings{
         errors_finding(name, "forward " + op_case.title, forward_errors(op_case, run, reference)),
         errors_finding(name, "backward " + op_case.title,
                        backward_errors(op_case, run, reference))};
     run.forward();
-    if (!same_bits(first, run.y()))
+    if (!same_bits(first, run.output(0)))
         findings.push_back({name, State::kError, "two runs gave different bits", kWrong});
     return findings;
 }
@@ -116,7 +116,7 @@ void run_one_operator(splat_device device) {
     CaseOnDevice run(device, self_test_cases().front());
     run.forward();
     run.backward();
-    static_cast<void>(run.y());
+    static_cast<void>(run.output(0));
 }
 
 }  // namespace vkrun

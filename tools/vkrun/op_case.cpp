@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "ref/attention_ref.h"
+#include "ref/gaussian_head_ref.h"
 #include "ref/group_norm_ref.h"
 #include "ref/linear_ref.h"
 #include "ref/losses/l1_ref.h"
@@ -75,8 +76,8 @@ CaseReference group_norm_reference(const OpCase& op_case) {
     input.gamma = to_double(op_case.inputs[1].values);
     input.beta = to_double(op_case.inputs[2].values);
     CaseReference result;
-    result.y = std::move(ref::group_norm_forward(input).y);
-    auto gradients = ref::group_norm_backward(input, to_double(op_case.output.values));
+    result.outputs.emplace_back(std::move(ref::group_norm_forward(input).y));
+    auto gradients = ref::group_norm_backward(input, to_double(op_case.outputs[0].values));
     result.grad_inputs.push_back(std::move(gradients.grad_x));
     result.grad_inputs.push_back(std::move(gradients.grad_gamma));
     result.grad_inputs.push_back(std::move(gradients.grad_beta));
@@ -92,8 +93,8 @@ CaseReference linear_reference(const OpCase& op_case) {
     input.weight = to_double(op_case.inputs[1].values);
     input.bias = to_double(op_case.inputs[2].values);
     CaseReference result;
-    result.y = ref::linear_forward(input);
-    auto gradients = ref::linear_backward(input, to_double(op_case.output.values));
+    result.outputs.emplace_back(ref::linear_forward(input));
+    auto gradients = ref::linear_backward(input, to_double(op_case.outputs[0].values));
     result.grad_inputs.push_back(std::move(gradients.grad_x));
     result.grad_inputs.push_back(std::move(gradients.grad_weight));
     result.grad_inputs.push_back(std::move(gradients.grad_bias));
@@ -109,8 +110,8 @@ CaseReference attention_reference(const OpCase& op_case) {
     input.k = to_double(op_case.inputs[1].values);
     input.v = to_double(op_case.inputs[2].values);
     CaseReference result;
-    result.y = ref::attention_forward(input);
-    auto gradients = ref::attention_backward(input, to_double(op_case.output.values));
+    result.outputs.emplace_back(ref::attention_forward(input));
+    auto gradients = ref::attention_backward(input, to_double(op_case.outputs[0].values));
     result.grad_inputs.push_back(std::move(gradients.grad_q));
     result.grad_inputs.push_back(std::move(gradients.grad_k));
     result.grad_inputs.push_back(std::move(gradients.grad_v));
@@ -120,7 +121,7 @@ CaseReference attention_reference(const OpCase& op_case) {
 CaseReference loss_reference(const OpCase& op_case) {
     const std::vector<double> a = to_double(op_case.inputs[0].values);
     const std::vector<double> b = to_double(op_case.inputs[1].values);
-    const auto grad_loss = static_cast<double>(op_case.output.values[0]);
+    const auto grad_loss = static_cast<double>(op_case.outputs[0].values[0]);
     CaseReference result;
     if (op_case.op == "ssim") {
         const CaseTensor& image = op_case.inputs[0];
@@ -130,17 +131,39 @@ CaseReference loss_reference(const OpCase& op_case) {
         in.width = dim(image, 3);
         in.a = a;
         in.b = b;
-        result.y = ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size());
+        result.outputs.emplace_back(ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size()));
         result.grad_inputs.emplace_back(
             ref::summed(ref::ssim_backward<ref::Rounded>(in, grad_loss), ref::kSsimTerms));
     } else if (op_case.op == "l1") {
-        result.y = ref::l1_forward(a, b);
+        result.outputs.emplace_back(ref::l1_forward(a, b));
         result.grad_inputs.emplace_back(ref::l1_backward(a, b, grad_loss));
     } else {
-        result.y = ref::l2_forward(a, b);
+        result.outputs.emplace_back(ref::l2_forward(a, b));
         result.grad_inputs.emplace_back(ref::l2_backward(a, b, grad_loss));
     }
     result.grad_inputs.emplace_back();  // the target
+    return result;
+}
+
+CaseReference head_reference(const OpCase& op_case) {
+    ref::GaussianHeadInput in;
+    in.shape.images = dim(op_case.inputs[0], 0);
+    in.shape.pixels = dim(op_case.inputs[0], 2) * dim(op_case.inputs[0], 3);
+    in.net_out = to_double(op_case.inputs[0].values);
+    in.rays = to_double(op_case.inputs[1].values);
+    in.view_to_world = to_double(op_case.inputs[2].values);
+    in.quaternion = to_double(op_case.inputs[3].values);
+    // The library holds these as floats.
+    in.shape.znear = static_cast<double>(op_case.attributes["znear"].get<float>());
+    in.shape.zfar = static_cast<double>(op_case.attributes["zfar"].get<float>());
+    ref::GaussianHeadOutputs<double> grads;
+    for (std::size_t i = 0; i < grads.size(); ++i) grads[i] = to_double(op_case.outputs[i].values);
+    CaseReference result;
+    for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
+        result.outputs.emplace_back(ref::summed(values));
+    result.grad_inputs.emplace_back(
+        ref::summed(ref::gaussian_head_backward<ref::Rounded>(in, grads)));
+    result.grad_inputs.resize(op_case.inputs.size());  // cameras have none
     return result;
 }
 
@@ -161,7 +184,7 @@ OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t 
     result.attributes["silu"] = silu;
     result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
                      filled("beta", {C}, 3, 0, 0.25)};
-    result.output = filled("y", {N, C, H, W}, 4, 0, 1);
+    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
     return result;
 }
 
@@ -179,7 +202,7 @@ OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winogr
                      filled("weight", {out, in, 3, 3}, 2, 0, deviation),
                      filled("bias", {out}, 3, 0, 0.25),
                      filled("residual", {1, out, size, size}, 4, 0, 1)};
-    result.output = filled("y", {1, out, size, size}, 5, 0, 1);
+    result.outputs = {filled("y", {1, out, size, size}, 5, 0, 1)};
     result.plain = plain;
     return result;
 }
@@ -192,7 +215,7 @@ OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
     const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
     result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
                      filled("bias", {out}, 3, 0, 0.25)};
-    result.output = filled("y", {rows, out}, 4, 0, 1);
+    result.outputs = {filled("y", {rows, out}, 4, 0, 1)};
     return result;
 }
 
@@ -203,7 +226,7 @@ OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W
     result.attributes["heads"] = 1;
     result.inputs = {filled("q", {N, C, H, W}, 1, 0, 1), filled("k", {N, C, H, W}, 2, 0, 1),
                      filled("v", {N, C, H, W}, 3, 0, 1)};
-    result.output = filled("y", {N, C, H, W}, 4, 0, 1);
+    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
     return result;
 }
 
@@ -215,13 +238,37 @@ OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W) {
     result.inputs = {filled("a", {N, 3, H, W}, 1, 0.5, 0.25),
                      filled("b", {N, 3, H, W}, 2, 0.5, 0.25)};
     result.inputs[1].constant = true;
-    result.output = filled("loss", {1}, 3, 1, 0.1);
+    result.outputs = {filled("loss", {1}, 3, 1, 0.1)};
+    return result;
+}
+
+OpCase gaussian_head_case(std::size_t N, std::size_t H, std::size_t W) {
+    OpCase result;
+    result.op = "gaussian_head";
+    result.title = format("[%zu,24,%zu,%zu]", N, H, W);
+    result.attributes["views"] = 1;
+    result.attributes["znear"] = 0.8;
+    result.attributes["zfar"] = 1.8;
+    result.attributes["sh_degree"] = 1;
+    result.inputs = {filled("net_out", {N, 24, H, W}, 1, 0, 1), filled("rays", {3, H, W}, 2, 0, 1),
+                     filled("view_to_world", {N, 4, 4}, 3, 0, 0.5),
+                     filled("quaternion", {N, 4}, 4, 0.5, 0.25)};
+    for (const char* absent : {"focal", "origin"}) result.inputs.push_back({absent, {}, {}});
+    // The last column of a pose gives w = 1.
+    std::vector<float>& poses = result.inputs[2].values;
+    for (std::size_t i = 3; i < poses.size(); i += 4) poses[i] = i % 16 == 15 ? 1.0F : 0.0F;
+    for (std::size_t i = 1; i < result.inputs.size(); ++i) result.inputs[i].constant = true;
+    const std::size_t M = H * W;
+    result.outputs = {filled("means", {N, M, 3}, 5, 0, 1), filled("opacities", {N, M, 1}, 6, 0, 1),
+                      filled("scales", {N, M, 3}, 7, 0, 1), filled("rotations", {N, M, 4}, 8, 0, 1),
+                      filled("sh", {N, M, 4, 3}, 9, 0, 1)};
     return result;
 }
 
 CaseReference reference_of(const OpCase& op_case) {
     if (op_case.op == "conv2d") return conv2d_samples(op_case);
     if (op_case.op == "linear") return linear_reference(op_case);
+    if (op_case.op == "gaussian_head") return head_reference(op_case);
     if (op_case.op == "attention") return attention_reference(op_case);
     return op_case.op == "group_norm" ? group_norm_reference(op_case) : loss_reference(op_case);
 }
@@ -230,26 +277,32 @@ CaseOnDevice::CaseOnDevice(splat_device device, const OpCase& op_case) {
     std::vector<splat_tensor> inputs;
     std::vector<splat_tensor> grad_inputs;
     for (const CaseTensor& input : op_case.inputs) {
-        inputs_.push_back(make_tensor(device, input.name, input.dims, input.values));
+        inputs_.push_back(input.dims.empty()
+                              ? Tensor()
+                              : make_tensor(device, input.name, input.dims, input.values));
         grad_inputs_.push_back(
             input.constant ? Tensor() : make_tensor(device, "grad_" + input.name, input.dims, {}));
         inputs.push_back(inputs_.back().get());
         grad_inputs.push_back(grad_inputs_.back().get());
     }
-    const CaseTensor& output = op_case.output;
-    output_ = make_tensor(device, output.name, output.dims, {});
-    grad_output_ = make_tensor(device, "grad_" + output.name, output.dims, output.values);
-    splat_tensor output_handle = output_.get();
-    splat_tensor grad_output_handle = grad_output_.get();
+    std::vector<splat_tensor> outputs;
+    std::vector<splat_tensor> grad_outputs;
+    for (const CaseTensor& output : op_case.outputs) {
+        outputs_.push_back(make_tensor(device, output.name, output.dims, {}));
+        grad_outputs_.push_back(
+            make_tensor(device, "grad_" + output.name, output.dims, output.values));
+        outputs.push_back(outputs_.back().get());
+        grad_outputs.push_back(grad_outputs_.back().get());
+    }
     const std::string attributes = op_case.attributes.dump();
     auto desc = sized<splat_op_desc>();
     desc.type = op_case.op.c_str();
     desc.attributes = attributes.c_str();
     desc.input_count = static_cast<std::uint32_t>(inputs.size());
-    desc.output_count = 1;
+    desc.output_count = static_cast<std::uint32_t>(outputs.size());
     desc.inputs = inputs.data();
-    desc.outputs = &output_handle;
-    desc.grad_outputs = &grad_output_handle;
+    desc.outputs = outputs.data();
+    desc.grad_outputs = grad_outputs.data();
     desc.grad_inputs = grad_inputs.data();
     check(splat_op_create(device, &desc, op_.out()));
 }
@@ -285,7 +338,10 @@ TensorError compare(const std::string& name, const std::vector<float>& gpu,
 
 std::vector<TensorError> forward_errors(const OpCase& op_case, const CaseOnDevice& run,
                                         const CaseReference& reference) {
-    return {compare(op_case.output.name, run.y(), reference.y)};
+    std::vector<TensorError> errors;
+    for (std::size_t i = 0; i < op_case.outputs.size(); ++i)
+        errors.push_back(compare(op_case.outputs[i].name, run.output(i), reference.outputs[i]));
+    return errors;
 }
 
 std::vector<TensorError> backward_errors(const OpCase& op_case, const CaseOnDevice& run,

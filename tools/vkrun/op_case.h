@@ -16,7 +16,7 @@ namespace vkrun {
 /// starts from.
 struct CaseTensor {
     std::string name;
-    std::vector<std::int64_t> dims;
+    std::vector<std::int64_t> dims;  ///< empty: an optional input that is absent
     std::vector<float> values;
     bool constant = false;  ///< an input without gradient
 };
@@ -27,7 +27,7 @@ struct OpCase {
     std::string title;  ///< shapes and attributes in few words
     Json attributes;
     std::vector<CaseTensor> inputs;
-    CaseTensor output;
+    std::vector<CaseTensor> outputs;
     bool plain = true;  ///< also time the plain kernels: another case of the same shapes does not
 };
 
@@ -36,6 +36,8 @@ OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t 
 OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain);
 OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out);
 OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W);
+
+OpCase gaussian_head_case(std::size_t N, std::size_t H, std::size_t W);
 
 /// op: "l1", "l2" or "ssim".
 OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W);
@@ -51,7 +53,7 @@ struct Samples {
 
 /// The float64 results of a case.
 struct CaseReference {
-    Samples y;
+    std::vector<Samples> outputs;
     std::vector<Samples> grad_inputs;  ///< in the order of the inputs; empty for constant ones
 };
 CaseReference reference_of(const OpCase& op_case);
@@ -62,7 +64,9 @@ class CaseOnDevice {
     CaseOnDevice(splat_device device, const OpCase& op_case);
     void forward();
     void backward();
-    [[nodiscard]] std::vector<float> y() const { return read_tensor(output_.get()); }
+    [[nodiscard]] std::vector<float> output(std::size_t i) const {
+        return read_tensor(outputs_[i].get());
+    }
     [[nodiscard]] std::vector<float> grad_input(std::size_t i) const {
         return read_tensor(grad_inputs_[i].get());
     }
@@ -70,8 +74,8 @@ class CaseOnDevice {
   private:
     std::vector<Tensor> inputs_;
     std::vector<Tensor> grad_inputs_;
-    Tensor output_;
-    Tensor grad_output_;
+    std::vector<Tensor> outputs_;
+    std::vector<Tensor> grad_outputs_;
     Op op_;
 };
 
