@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "ops/add.h"
-#include "ops/l1.h"
-#include "ops/l2.h"
-#include "ops/loss.h"
-#include "ops/ssim.h"
+#include "ops/losses/l1.h"
+#include "ops/losses/l2.h"
+#include "ops/losses/loss.h"
+#include "ops/losses/ssim.h"
 #include "ops/strided_copy.h"
 
 namespace splat::train {
