@@ -3,7 +3,8 @@
 # Warnings are errors; sanitizers and coverage as the options say.
 function(splat_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
-  # Errors where the project is developed; gcc 12 warns of its own standard library at -O3, and with precompiled headers.
+  # Errors where the project is developed; gcc 12 warns of its own standard library at -O3 and with precompiled
+  # headers.
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Release>>:-Werror -Wno-error=array-bounds
                                            -Wno-error=restrict -Wno-error=stringop-overflow>)
   if(SPLAT_SANITIZE)

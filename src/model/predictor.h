@@ -52,7 +52,6 @@ class Predictor {
     /// that are not finite.
     Status set_input(const PredictorInput& input);
 
-    /// Once after each set_input: the backward pass takes the memory of inputs for its own.
     Status forward() { return executor_->forward(); }
 
     /// Fill the gradients of parameters, from those of outputs that were written before.

@@ -48,6 +48,7 @@ void add_weights(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);
 void add_predict(CLI::App& app, int& exit_code);
+void add_report(CLI::App& app, int& exit_code);
 void add_weights_model(CLI::App& weights, int& exit_code);  ///< below `weights`
 
 }  // namespace vkrun

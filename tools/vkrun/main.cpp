@@ -137,6 +137,7 @@ int run(int argc, char** argv) {
     add_predict(app, exit_code);
     add_train(app, exit_code);
     add_eval(app, exit_code);
+    add_report(app, exit_code);
     add_data(app, exit_code);
     add_compare(app, exit_code);
     add_bench(app, exit_code);

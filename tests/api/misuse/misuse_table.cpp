@@ -64,6 +64,7 @@ MisuseTable::MisuseTable() {
     model_rows();
     config_rows();
     trainer_rows();
+    photo_rows();
     image_score_rows();
 }
 

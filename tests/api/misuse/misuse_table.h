@@ -82,6 +82,7 @@ class MisuseTable {
     void config_rows();
     void trainer_rows();
     void trainer_step_rows();
+    void photo_rows();
     void image_score_rows();
 
     template <class Handle>

@@ -109,6 +109,47 @@ void MisuseTable::trainer_step_rows() {
                               });
 }
 
+void MisuseTable::photo_rows() {
+    auto good = sized<splat_photo_desc>();
+    good.image = "/nowhere/photo.png";
+    good.resolution = 16;
+    const auto read = [this](const splat_photo_desc* desc, splat_dataset_views* out) {
+        return splat_photo_read(desc, out, *outputs.text.out(), 16, outputs.size.out());
+    };
+    descs<splat_photo_desc>("splat_photo_read", good, [read](const splat_photo_desc* desc) {
+        auto out = sized<splat_dataset_views>();
+        return read(desc, &out);
+    });
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_photo_desc&)) {
+        splat_photo_desc desc = good;
+        spoil(desc);
+        add("splat_photo_read", "desc", what, kArgument, [read, desc] {
+            auto out = sized<splat_dataset_views>();
+            return read(&desc, &out);
+        });
+    };
+    spoilt("no such file", [](splat_photo_desc&) {});
+    spoilt("no image", [](splat_photo_desc& d) { d.image = nullptr; });
+    spoilt("a resolution of 7", [](splat_photo_desc& d) { d.resolution = 7; });
+    spoilt("a foreground of 2", [](splat_photo_desc& d) { d.foreground = 2; });
+    add("splat_photo_read", "desc", "NULL", kArgument, [read] {
+        auto out = sized<splat_dataset_views>();
+        return read(nullptr, &out);
+    });
+    add("splat_photo_read", "out", "NULL", kArgument,
+        [read, good] { return read(&good, nullptr); });
+    add("splat_photo_read", "out", "struct_size cut", kArgument, [read, good] {
+        auto out = sized<splat_dataset_views>();
+        out.struct_size -= 1;
+        return read(&good, &out);
+    });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_photo_read", parameter, "NULL or 0, and no such file", kArgument, [good] {
+            auto out = sized<splat_dataset_views>();
+            return splat_photo_read(&good, &out, nullptr, 0, nullptr);
+        });
+}
+
 void MisuseTable::image_score_rows() {
     static const float kImage[12] = {};
     static const float kBroken[12] = {__builtin_nanf("")};
