@@ -70,7 +70,8 @@ function(HelpNamesEveryCommand)
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS")
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;model"
                            "weights;show" "weights;convert" "weights;diff" "weights;graft" "weights;lora-merge"
-                           "weights;lora-extract" "data;synth" "data;check" "data;show" compare train eval predict report)
+                           "weights;lora-extract" "data;synth" "data;check" "data;show" compare train eval predict
+                           report)
     vkrun(0 ${command} --help)
     expect("${out}" "Exit status" "Examples" "--json")
   endforeach()
@@ -81,7 +82,7 @@ endfunction()
 function(UsageErrorsExitWithTwo)
   vkrun(2)
   expect("${err}" "a command is missing" 
-         "devices, doctor, render, inspect, convert, weights, train, eval, data, compare, bench")
+         "devices, doctor, render, inspect, convert, weights, predict, train, eval, report, data, compare, bench")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)

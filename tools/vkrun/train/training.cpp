@@ -64,6 +64,7 @@ Training::Training(const TrainingOptions& options) {
         resume();
     else
         start(options);
+    write_file(folder_->path("config.json"), config_.dump(2) + "\n");
     board_ = std::make_unique<TensorBoard>(folder_->path("tb").string());
     bar_ = isatty(STDERR_FILENO) != 0;
     const splat_device_info device = info_of(device_.get());
@@ -100,7 +101,6 @@ void Training::start(const TrainingOptions& options) {
         check(splat_model_load(model_.get(), weights.get(), load_flags(options.init_channels)));
         folder_->log("started from " + options.init);
     }
-    write_file(folder_->path("config.json"), config_.dump(2) + "\n");
 }
 
 void Training::resume() {
