@@ -1,7 +1,5 @@
 #include "vk/submit.h"
 
-#include <algorithm>
-
 #include "core/fault.h"
 #include "core/log.h"
 #include "vk/command_list_objects.h"
@@ -48,19 +46,11 @@ Status Queue::submit(CommandList::Objects& objects) {
     return {};
 }
 
-/// In pieces: a process that was stopped for a while (Ctrl-Z, a debugger) comes back to a wait whose time
-/// is up, although a device on its own CPU had none to work in. Then only one piece is lost.
-VkResult Queue::wait_for(VkFence fence) {
-    constexpr std::uint64_t kPiece = 500'000'000;  // ns
-    VkResult result = VK_TIMEOUT;
-    for (std::uint64_t waited = 0; waited < timeout_ns_ && result == VK_TIMEOUT; waited += kPiece)
-        result = device_.vk.vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE,
-                                            std::min(kPiece, timeout_ns_ - waited));
-    return result;
-}
-
 Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects) {
-    const VkResult result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(objects->fence);
+    const VkResult result = SPLAT_FAULT("vk.wait_timeout")
+                                ? VK_TIMEOUT
+                                : device_.vk.vkWaitForFences(device_.handle(), 1, &objects->fence,
+                                                             VK_TRUE, timeout_ns_);
     if (result != VK_TIMEOUT && result >= VK_SUCCESS) {
         pending_ = nullptr;
         memory_.defer_frees(false);

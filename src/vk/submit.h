@@ -28,7 +28,6 @@ class Queue {
 
   private:
     Status submit(CommandList::Objects& objects);
-    VkResult wait_for(VkFence fence);
     Status wait(const std::shared_ptr<CommandList::Objects>& objects);
     Status read_times(const CommandList::Objects& objects, Profile& profile);
 
