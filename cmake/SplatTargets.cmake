@@ -3,8 +3,7 @@
 # Warnings are errors; sanitizers and coverage as the options say.
 function(splat_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
-  # Errors where the project is developed; gcc 12 warns of its own standard library at -O3 and with precompiled
-  # headers.
+  # Errors where the project is developed; gcc 12 warns of its own standard library at -O3.
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Release>>:-Werror -Wno-error=array-bounds
                                            -Wno-error=restrict -Wno-error=stringop-overflow>)
   if(SPLAT_SANITIZE)
@@ -15,23 +14,6 @@ function(splat_compile_options target)
   if(SPLAT_COVERAGE)
     target_compile_options(${target} PRIVATE --coverage)
     target_link_options(${target} PRIVATE --coverage)
-  endif()
-endfunction()
-
-# splat_precompile(<target> <header> | FROM <target>)
-#
-# Two thirds of the time that a file takes to compile goes into headers of others. Precompile some for a
-# target, or take those of another one with the same options. Every file still includes what it uses;
-# builds with SPLAT_PRECOMPILE=OFF check that.
-function(splat_precompile target header)
-  if(NOT SPLAT_PRECOMPILE)
-    return()
-  endif()
-  if(header STREQUAL "FROM")
-    target_precompile_headers(${target} REUSE_FROM ${ARGV2})
-  else()
-    target_precompile_headers(${target} PRIVATE
-                              "$<$<COMPILE_LANGUAGE:CXX>:${CMAKE_CURRENT_SOURCE_DIR}/${header}>")
   endif()
 endfunction()
 
@@ -52,9 +34,4 @@ function(splat_layer name)
   target_link_libraries(splat_${name} PUBLIC ${ARG_USES})
   target_compile_definitions(splat_${name} PUBLIC SPLAT_FAULT_POINTS=$<BOOL:${SPLAT_FAULT_POINTS}>)
   splat_compile_options(splat_${name})
-  if(name STREQUAL "core")
-    splat_precompile(splat_core core/precompiled.h)
-  else()
-    splat_precompile(splat_${name} FROM splat_core)
-  endif()
 endfunction()

@@ -3,13 +3,13 @@
 // Bindings: x, grad_y, grad_x, all quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
-#include "params/silu_params.h"
+#include "params/activation_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, grad_y);
 layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
-layout(push_constant) uniform Push { SiluParams params; };
+layout(push_constant) uniform Push { ActivationParams params; };
 
 #include "launch.glsl"
 #include "silu.glsl"

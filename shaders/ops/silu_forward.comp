@@ -2,12 +2,12 @@
 // y = x * sigmoid(x). One invocation computes one quad. Bindings: x, y, both quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
-#include "params/silu_params.h"
+#include "params/activation_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
-layout(push_constant) uniform Push { SiluParams params; };
+layout(push_constant) uniform Push { ActivationParams params; };
 
 #include "launch.glsl"
 #include "silu.glsl"

@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxCameraBytes = 16U << 20;
 
 /// A camera with its image, and the square of it that is used.
-struct Photograph {
+struct FolderPhoto {
     std::string path;
     StoredView view;
     std::uint32_t width = 0, height = 0;
     std::uint32_t left = 0, top = 0, side = 0;
 };
 
-using Photographs = std::vector<Photograph>;
+using FolderPhotos = std::vector<FolderPhoto>;
 
 bool has_colmap(const fs::path& folder) {
     for (const char* below : {"", "sparse/0"})
@@ -86,8 +86,8 @@ Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& sp
     return io::load_colmap(folder.string());
 }
 
-Result<Photograph> photograph_of(const fs::path& folder, const scene::Camera& camera) {
-    Photograph photo;
+Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& camera) {
+    FolderPhoto photo;
     SPLAT_ASSIGN(photo.path, image_path(folder, camera.name));
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
@@ -134,13 +134,13 @@ class ImageFolderReader : public DatasetReader {
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         std::vector<StoredView> views;
-        for (const Photograph& photo : objects_[object]) views.push_back(photo.view);
+        for (const FolderPhoto& photo : objects_[object]) views.push_back(photo.view);
         return views;
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
                                           MapKind) const override {
-        const Photograph& photo = objects_[object][view];
+        const FolderPhoto& photo = objects_[object][view];
         SPLAT_ASSIGN(const io::Image whole, load_bytes(photo.path));
         if (whole.width != photo.width || whole.height != photo.height)
             return error(Code::kInvalidArgument, "'%s': %u x %u pixels, its camera has %u x %u",
@@ -161,7 +161,7 @@ class ImageFolderReader : public DatasetReader {
         SPLAT_ASSIGN(io::CameraSet set, load_cameras(folder, desc.split));
         std::sort(set.cameras.begin(), set.cameras.end(),
                   [](const auto& a, const auto& b) { return a.name < b.name; });
-        Photographs photos;
+        FolderPhotos photos;
         ViewNames names;
         std::vector<std::string> problems;
         for (const scene::Camera& camera : set.cameras) {
@@ -183,7 +183,7 @@ class ImageFolderReader : public DatasetReader {
     }
 
     DatasetIndex index_;
-    std::vector<Photographs> objects_;
+    std::vector<FolderPhotos> objects_;
 };
 
 }  // namespace

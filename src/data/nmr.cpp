@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxListBytes = 1U << 26;
 /// camera_mat[0][0] of all of NMR's images, in half widths.
-constexpr double kFocal = 3.7320509;
+constexpr double kNmrFocal = 3.7320509;
 
 struct NmrObject {
     fs::path folder;
@@ -43,9 +43,9 @@ Status check_focal(const io::NpzFile& file, std::size_t view) {
     const io::NamedTensor* lens = file.tensors.find("camera_mat_" + std::to_string(view));
     if (lens == nullptr || lens->values.empty()) return {};
     const auto focal = static_cast<double>(lens->values[0]);
-    if (std::abs(focal - kFocal) < 1e-4) return {};
+    if (std::abs(focal - kNmrFocal) < 1e-4) return {};
     return error(Code::kInvalidArgument, "camera_mat_%zu has the focal length %g, expected %g",
-                 view, focal, kFocal);
+                 view, focal, kNmrFocal);
 }
 
 class NmrReader : public DatasetReader {
@@ -76,7 +76,7 @@ class NmrReader : public DatasetReader {
             if (!pose.ok()) return in_file(pose.status(), path);
             const Status lens = check_focal(file.value(), i);
             if (!lens.ok()) return in_file(lens, path);
-            views.push_back({pose.value(), kFocal / 2, kFocal / 2, 0});
+            views.push_back({pose.value(), kNmrFocal / 2, kNmrFocal / 2, 0});
         }
         return views;
     }

@@ -11,8 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFocal = 140.0 / 128;  ///< in widths
-constexpr double kSourceDistance = 2;   ///< of the first camera of each read, to the origin
+constexpr double kObjaverseFocal = 140.0 / 128;  ///< in widths
+constexpr double kSourceDistance = 2;  ///< of the first camera of each read, to the origin
 constexpr std::uint64_t kMaxPoseBytes = 1U << 16;
 constexpr const char* kGsoFolder = "render_mvs_25/model";
 
@@ -68,7 +68,7 @@ class RenderReader : public DatasetReader {
             if (!matrix.ok()) return in_file(matrix.status(), path);
             const auto pose = pose_of_objaverse(matrix.value().values);
             if (!pose.ok()) return in_file(pose.status(), path);
-            views.push_back({pose.value(), kFocal, kFocal, 0});
+            views.push_back({pose.value(), kObjaverseFocal, kObjaverseFocal, 0});
         }
         return views;
     }

@@ -8,8 +8,7 @@
 namespace splat::io {
 namespace {
 
-/// Deflate packs at most 1032 : 1, a zstd block at most 128 KiB in 4 bytes.
-constexpr std::uint64_t kMaxDeflateRatio = 1032;
+/// A zstd block of 4 bytes has at most 128 KiB.
 constexpr std::uint64_t kMaxZstdRatio = 1U << 15U;
 
 /// zlib counts in 32 bits.

@@ -8,6 +8,9 @@
 
 namespace splat::io {
 
+/// Deflate packs at most 1032 : 1 (zlib's documentation).
+inline constexpr std::uint64_t kMaxDeflateRatio = 1032;
+
 /// The bytes start as a gzip stream does.
 bool is_gzip(Bytes bytes);
 

@@ -8,12 +8,12 @@
 
 #include "core/checked_math.h"
 #include "io/bytes.h"
+#include "io/compress.h"
 
 namespace splat::io {
 namespace {
 
 constexpr std::size_t kSignatureBytes = 8;
-constexpr std::uint64_t kMaxDeflateRatio = 1032;
 
 /// What libpng's callbacks see. libpng leaves by longjmp, so no object with a destructor is created
 /// between setjmp and the end of a function below.

@@ -11,25 +11,25 @@
 namespace splat::io {
 namespace {
 
-constexpr std::string_view kMagic("\x93NUMPY", 6);
+constexpr std::string_view kNpyMagic("\x93NUMPY", 6);
 constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxDims = 32;
 
-Status bad(const std::string& problem) {
+Status bad_npy(const std::string& problem) {
     return error(Code::kInvalidArgument, "npy: %s", problem.c_str());
 }
 
 /// What stands behind 'key': in the header, a Python dict literal.
 Result<std::string_view> value_of(std::string_view header, const std::string& key) {
     const std::size_t at = header.find("'" + key + "':");
-    if (at == std::string_view::npos) return bad("the header has no '" + key + "'");
+    if (at == std::string_view::npos) return bad_npy("the header has no '" + key + "'");
     std::string_view value = header.substr(at + key.size() + 3);
     value.remove_prefix(std::min(value.find_first_not_of(' '), value.size()));
     return value;
 }
 
 Result<std::vector<std::uint64_t>> parse_shape(std::string_view text) {
-    if (!text.starts_with('(')) return bad("'shape' is no tuple");
+    if (!text.starts_with('(')) return bad_npy("'shape' is no tuple");
     text.remove_prefix(1);
     std::vector<std::uint64_t> shape;
     while (true) {
@@ -38,7 +38,7 @@ Result<std::vector<std::uint64_t>> parse_shape(std::string_view text) {
         std::uint64_t dim = 0;
         const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), dim);
         if (failed != std::errc() || shape.size() == kMaxDims)
-            return bad("'shape' is no tuple of up to 32 whole numbers");
+            return bad_npy("'shape' is no tuple of up to 32 whole numbers");
         shape.push_back(dim);
         text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     }
@@ -58,8 +58,8 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
 }
 
 Result<std::string_view> header_text(Reader& reader) {
-    SPLAT_ASSIGN(const Bytes magic, reader.take(kMagic.size(), "magic"));
-    if (as_text(magic) != kMagic) return bad("the file does not start as a .npy file does");
+    SPLAT_ASSIGN(const Bytes magic, reader.take(kNpyMagic.size(), "magic"));
+    if (as_text(magic) != kNpyMagic) return bad_npy("the file does not start as a .npy file does");
     std::uint8_t major = 0;
     std::uint8_t minor = 0;
     SPLAT_TRY(reader.read(major, "version"));
@@ -100,7 +100,7 @@ Result<NpyHeader> read_npy_header(Bytes file) {
     if (!column_major.starts_with("False"))
         return error(Code::kUnsupported, "npy: a column-major array; save it in C order");
     const auto count = elements(header.shape);
-    if (!count) return bad("the shape has more than 2^64 elements");
+    if (!count) return bad_npy("the shape has more than 2^64 elements");
     header.elements = *count;
     header.start = reader.position();
     return header;
@@ -111,11 +111,11 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
     for (const std::uint64_t dim : shape) header += std::to_string(dim) + ", ";
     if (shape.size() > 1) header.resize(header.size() - 2);
     header += "), }";
-    const std::size_t before = kMagic.size() + 4 + header.size() + 1;
+    const std::size_t before = kNpyMagic.size() + 4 + header.size() + 1;
     header.append(round_up(before, kAlignment) - before, ' ');
     header += '\n';
     Buffer file;
-    put_text(file, kMagic);
+    put_text(file, kNpyMagic);
     put(file, std::uint16_t{1});
     put(file, static_cast<std::uint16_t>(header.size()));
     put_text(file, header);
@@ -132,7 +132,7 @@ Result<FloatArray> read_npy(Bytes file) {
     Reader reader(file.subspan(header.start), "npy");
     SPLAT_TRY(reader.need(header.elements, each, "data"));
     SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * each, "data"));
-    if (reader.left() != 0) return bad(std::to_string(reader.left()) + " bytes after the data");
+    if (reader.left() != 0) return bad_npy(std::to_string(reader.left()) + " bytes after the data");
     FloatArray array;
     array.shape = header.shape;
     array.values.resize(header.elements);
@@ -142,7 +142,7 @@ Result<FloatArray> read_npy(Bytes file) {
 
 Result<Buffer> write_npy(const FloatArray& array) {
     if (array.shape.size() > kMaxDims || elements(array.shape) != array.values.size())
-        return bad(std::to_string(array.values.size()) + " values do not fit the shape");
+        return bad_npy(std::to_string(array.values.size()) + " values do not fit the shape");
     Buffer file = write_npy_header("<f4", array.shape);
     put_bytes(file, std::as_bytes(std::span(array.values)));
     return file;

@@ -368,8 +368,8 @@ class Unpickler {
             return bad("a call of what is no function");
         const Global& global = kGlobals[static_cast<std::size_t>(at(call[0]).integer)];
         const std::vector<std::uint32_t> arguments = at(call[1]).items;
-        const auto misfit = [&] {
-            return bad("arguments that do not fit " + std::string(global.name));
+        const auto misfit = [this, name = global.name] {
+            return bad("arguments that do not fit " + std::string(name));
         };
         switch (global.role) {
             case Role::kTensor:

@@ -15,7 +15,7 @@ constexpr std::string_view kPickleName = "/data.pkl";
 constexpr std::string_view kLegacyMagic("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19",
                                         14);
 
-Status bad(const std::string& problem) {
+Status bad_pth(const std::string& problem) {
     return error(Code::kInvalidArgument, "pth: %s", problem.c_str());
 }
 
@@ -67,16 +67,17 @@ class PthReader {
         const ZipEntry* found = nullptr;
         for (const ZipEntry& entry : zip_.entries()) {
             if (!is_pth_entry(entry.name)) continue;
-            if (found != nullptr) return bad("there are two files data.pkl in the archive");
+            if (found != nullptr) return bad_pth("there are two files data.pkl in the archive");
             found = &entry;
         }
         if (found == nullptr)
-            return bad("the archive holds no data.pkl, so torch.save() did not write it");
+            return bad_pth("the archive holds no data.pkl, so torch.save() did not write it");
         prefix_ = found->name.substr(0, found->name.size() - kPickleName.size());
         SPLAT_TRY(check_byte_order());
         if (found->bytes > Pickle::kMaxBytes)
-            return bad(format("data.pkl has %llu bytes, the limit is %zu",
-                              static_cast<unsigned long long>(found->bytes), Pickle::kMaxBytes));
+            return bad_pth(format("data.pkl has %llu bytes, the limit is %zu",
+                                  static_cast<unsigned long long>(found->bytes),
+                                  Pickle::kMaxBytes));
         Buffer bytes;
         SPLAT_TRY(zip_.read(*found, bytes));
         auto pickle = Pickle::read(std::move(bytes));
@@ -128,11 +129,11 @@ class PthReader {
 
     Result<std::vector<std::int64_t>> numbers(std::uint32_t node, const std::string& what) const {
         const PickleNode& tuple = pickle_[node];
-        if (tuple.kind != Kind::kTuple) return bad(what + " is no tuple");
+        if (tuple.kind != Kind::kTuple) return bad_pth(what + " is no tuple");
         std::vector<std::int64_t> values;
         for (const std::uint32_t item : tuple.items) {
             if (pickle_[item].kind != Kind::kInt || pickle_[item].integer < 0)
-                return bad(what + " holds other things than whole numbers from 0 on");
+                return bad_pth(what + " holds other things than whole numbers from 0 on");
             values.push_back(pickle_[item].integer);
         }
         return values;
@@ -147,15 +148,15 @@ class PthReader {
         SPLAT_ASSIGN(view.type, Pickle::storage_type(pickle_[storage.items[1]]));
         view.key = pickle_[storage.items[2]].text;
         if (elements.integer < 0 || offset.kind != Kind::kInt || offset.integer < 0)
-            return bad("the storage of '" + name + "' has a size or offset below 0");
+            return bad_pth("the storage of '" + name + "' has a size or offset below 0");
         view.stored = static_cast<std::uint64_t>(elements.integer);
         view.offset = static_cast<std::uint64_t>(offset.integer);
         SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
         SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
         SPLAT_ASSIGN(view.count, count_elements(view.dims, name));
         if (view.dims.size() != view.strides.size())
-            return bad(format("'%s' has %zu dimensions and %zu strides", name.c_str(),
-                              view.dims.size(), view.strides.size()));
+            return bad_pth(format("'%s' has %zu dimensions and %zu strides", name.c_str(),
+                                  view.dims.size(), view.strides.size()));
         if (view.count != 0) SPLAT_TRY(check_reach(view));
         return view;
     }
@@ -169,7 +170,7 @@ class PthReader {
             last = last && reach ? checked_add(*last, *reach) : std::nullopt;
         }
         if (last && *last < view.stored) return {};
-        return bad(
+        return bad_pth(
             format("'%s' of shape %s and stride %s reaches beyond its storage of %llu "
                    "elements",
                    view.name.c_str(), dims_text(view.dims).c_str(), dims_text(view.strides).c_str(),
@@ -183,7 +184,7 @@ class PthReader {
         const std::string name = prefix_ + "/data/" + view.key;
         const ZipEntry* entry = zip_.find(name);
         if (entry == nullptr)
-            return bad("the archive has no '" + name + "', the storage of '" + view.name + "'");
+            return bad_pth("the archive has no '" + name + "', the storage of '" + view.name + "'");
         SPLAT_TRY(check_length(view, entry->bytes));
         SPLAT_TRY(budget_.take(entry->bytes, 1, "pth: '" + name + "'"));
         loaded_.clear();
@@ -196,9 +197,9 @@ class PthReader {
     static Status check_length(const View& view, std::uint64_t bytes) {
         const auto expected = checked_mul(view.stored, type_bytes(view.type));
         if (expected && *expected == bytes) return {};
-        return bad(format("the storage of '%s' has %llu bytes, expected %llu of %s",
-                          view.name.c_str(), static_cast<unsigned long long>(bytes),
-                          static_cast<unsigned long long>(view.stored), type_name(view.type)));
+        return bad_pth(format("the storage of '%s' has %llu bytes, expected %llu of %s",
+                              view.name.c_str(), static_cast<unsigned long long>(bytes),
+                              static_cast<unsigned long long>(view.stored), type_name(view.type)));
     }
 
     const Source& source_;
@@ -222,13 +223,14 @@ Result<std::optional<double>> scalar(PthReader& reader, const PickleNode& dict, 
         SPLAT_ASSIGN(const NamedTensor tensor, reader.tensor(*node, key));
         if (tensor.values.size() == 1) return std::optional(static_cast<double>(tensor.values[0]));
     }
-    return bad(std::string("'") + key + "' is " + kind_name(node->kind) + ", expected a number");
+    return bad_pth(std::string("'") + key + "' is " + kind_name(node->kind) +
+                   ", expected a number");
 }
 
 Result<double> required(PthReader& reader, const PickleNode& dict, const char* key) {
     SPLAT_ASSIGN(const std::optional<double> value, scalar(reader, dict, key));
     if (value) return *value;
-    return bad(std::string("the optimiser's state has no '") + key + "'");
+    return bad_pth(std::string("the optimiser's state has no '") + key + "'");
 }
 
 Status read_scalars(PthReader& reader, PthScalars& scalars) {
@@ -245,17 +247,17 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
                                   const ReadLimits& limits) {
     const Pickle& pickle = reader.pickle();
     if (dict.items.size() / 2 > limits.max_tensors)
-        return bad(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
-                          static_cast<unsigned long long>(limits.max_tensors)));
+        return bad_pth(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
+                              static_cast<unsigned long long>(limits.max_tensors)));
     NamedTensors tensors;
     for (std::size_t i = 0; i < dict.items.size(); i += 2) {
         const PickleNode& key = pickle[dict.items[i]];
         const PickleNode& value = pickle[dict.items[i + 1]];
-        if (key.kind != Kind::kText) return bad("a name in the state dict is no text");
+        if (key.kind != Kind::kText) return bad_pth("a name in the state dict is no text");
         const std::string name(key.text);
         if (value.kind != Kind::kTensor)
-            return bad("'" + name + "' is " + kind_name(value.kind) +
-                       ", expected a tensor; there is no 'model_state_dict' or 'state_dict'");
+            return bad_pth("'" + name + "' is " + kind_name(value.kind) +
+                           ", expected a tensor; there is no 'model_state_dict' or 'state_dict'");
         SPLAT_ASSIGN(NamedTensor tensor, reader.tensor(value, name));
         SPLAT_TRY(tensors.add(std::move(tensor)));
     }
@@ -265,7 +267,7 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
 Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
                                  const PickleNode& state) {
     AdamMoments moments;
-    if (key.kind != Kind::kInt) return bad("a parameter of the optimiser has no number");
+    if (key.kind != Kind::kInt) return bad_pth("a parameter of the optimiser has no number");
     moments.parameter = key.integer;
     SPLAT_ASSIGN(moments.step, required(reader, state, "step"));
     const std::string prefix = std::to_string(key.integer) + ".";
@@ -273,11 +275,11 @@ Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
          {std::pair("exp_avg", &moments.exp_avg), std::pair("exp_avg_sq", &moments.exp_avg_sq)}) {
         const PickleNode* node = reader.pickle().find(state, name);
         if (node == nullptr || node->kind != Kind::kTensor)
-            return bad("the optimiser's state has no tensor '" + prefix + name + "'");
+            return bad_pth("the optimiser's state has no tensor '" + prefix + name + "'");
         SPLAT_ASSIGN(*to, reader.tensor(*node, prefix + name));
     }
     if (moments.exp_avg.dims == moments.exp_avg_sq.dims) return moments;
-    return bad("'" + prefix + "exp_avg' and '" + prefix + "exp_avg_sq' differ in shape");
+    return bad_pth("'" + prefix + "exp_avg' and '" + prefix + "exp_avg_sq' differ in shape");
 }
 
 Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
@@ -290,14 +292,15 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     if (betas == nullptr || betas->items.size() != 2 ||
         pickle[betas->items[0]].kind != Kind::kFloat ||
         pickle[betas->items[1]].kind != Kind::kFloat)
-        return bad("the optimiser has no two 'betas', so it is no Adam");
+        return bad_pth("the optimiser has no two 'betas', so it is no Adam");
     group.beta1 = pickle[betas->items[0]].real;
     group.beta2 = pickle[betas->items[1]].real;
     const PickleNode* parameters = pickle.find(dict, "params");
     if (parameters == nullptr || parameters->kind != Kind::kList)
-        return bad("a group of the optimiser has no list 'params'");
+        return bad_pth("a group of the optimiser has no list 'params'");
     for (const std::uint32_t item : parameters->items) {
-        if (pickle[item].kind != Kind::kInt) return bad("'params' holds other things than numbers");
+        if (pickle[item].kind != Kind::kInt)
+            return bad_pth("'params' holds other things than numbers");
         group.parameters.push_back(pickle[item].integer);
     }
     return group;
@@ -310,7 +313,8 @@ Result<PthFile> read_pth(const Source& source, const ReadLimits& limits) {
     SPLAT_TRY(reader.open());
     const PickleNode* dict = &reader.pickle().root();
     if (dict->kind != Kind::kDict)
-        return bad(std::string("it holds ") + kind_name(dict->kind) + ", expected a state dict");
+        return bad_pth(std::string("it holds ") + kind_name(dict->kind) +
+                       ", expected a state dict");
     PthFile file;
     for (const char* section : {"model_state_dict", "state_dict"}) {
         const PickleNode* inner = reader.pickle().find(*dict, section);
@@ -333,7 +337,7 @@ Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits) 
     const PickleNode* groups = root != nullptr ? pickle.find(*root, "param_groups") : nullptr;
     if (state == nullptr || state->kind != Kind::kDict || groups == nullptr ||
         groups->kind != Kind::kList)
-        return bad("it has no 'optimizer_state_dict' with 'state' and 'param_groups'");
+        return bad_pth("it has no 'optimizer_state_dict' with 'state' and 'param_groups'");
     AdamState adam;
     for (std::size_t i = 0; i < state->items.size(); i += 2) {
         SPLAT_ASSIGN(AdamMoments moments,

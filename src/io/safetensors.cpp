@@ -19,7 +19,7 @@ constexpr std::pair<std::string_view, NumberType> kTypes[] = {
     {"I16", NumberType::kI16},   {"I8", NumberType::kI8},   {"U8", NumberType::kU8},
     {"BOOL", NumberType::kBool}};
 
-Status bad(const std::string& problem) {
+Status bad_safetensors(const std::string& problem) {
     return error(Code::kInvalidArgument, "safetensors: %s", problem.c_str());
 }
 
@@ -40,36 +40,38 @@ class HeaderReader {
     explicit HeaderReader(std::uint64_t max_tensors) : max_tensors_(max_tensors) {}
 
     Status operator()(const JsonEvent& event) {
-        using Kind = JsonEvent::Kind;
+        using Event = JsonEvent::Kind;
         const auto path = event.path;
         if (path.empty())
-            return event.kind == Kind::kObject ? Status() : bad("the header is no JSON object");
-        if (path.size() == 1) return start(path[0].key, event.kind == Kind::kObject);
+            return event.kind == Event::kObject ? Status()
+                                                : bad_safetensors("the header is no JSON object");
+        if (path.size() == 1) return start(path[0].key, event.kind == Event::kObject);
         const std::string& key = path[1].key;
         if (path[0].key == kMetadata) {
-            if (path.size() != 2 || event.kind != Kind::kText)
-                return bad("'__metadata__' holds other things than texts");
+            if (path.size() != 2 || event.kind != Event::kText)
+                return bad_safetensors("'__metadata__' holds other things than texts");
             if (!metadata_keys_.insert(key).second) return twice(key, kMetadata);
             metadata.emplace_back(key, event.text);
             return {};
         }
         Row& row = rows.back();
-        if (path.size() == 2 && key == "dtype" && event.kind == Kind::kText)
+        if (path.size() == 2 && key == "dtype" && event.kind == Event::kText)
             return set_type(row, event.text);
-        if (path.size() == 2 && event.kind == Kind::kArray &&
+        if (path.size() == 2 && event.kind == Event::kArray &&
             (key == "shape" || key == "data_offsets")) {
             bool& has = key == "shape" ? row.has_shape : row.has_offsets;
             if (has) return twice(key, row.name);
             has = true;
             return {};
         }
-        if (path.size() == 3 && event.kind == Kind::kInteger && event.integer >= 0) {
+        if (path.size() == 3 && event.kind == Event::kInteger && event.integer >= 0) {
             (key == "shape" ? row.shape : row.offsets).push_back(event.integer);
             return {};
         }
-        return bad("'" + row.name + "': '" + key +
-                   "' is not as expected: a text 'dtype', and whole numbers 'shape' and "
-                   "'data_offsets'");
+        return bad_safetensors(
+            "'" + row.name + "': '" + key +
+            "' is not as expected: a text 'dtype', and whole numbers 'shape' and "
+            "'data_offsets'");
     }
 
     std::vector<Row> rows;
@@ -77,15 +79,15 @@ class HeaderReader {
 
   private:
     static Status twice(const std::string& key, const std::string& name) {
-        return bad("'" + key + "' is there twice in '" + name + "'");
+        return bad_safetensors("'" + key + "' is there twice in '" + name + "'");
     }
 
     Status start(const std::string& name, bool object) {
-        if (!object) return bad("'" + name + "' is no JSON object");
+        if (!object) return bad_safetensors("'" + name + "' is no JSON object");
         if (!names_.insert(name).second) return twice(name, "the header");
         if (name == kMetadata) return {};
         if (rows.size() == max_tensors_)
-            return bad("more than " + std::to_string(max_tensors_) + " tensors");
+            return bad_safetensors("more than " + std::to_string(max_tensors_) + " tensors");
         rows.emplace_back();
         rows.back().name = name;
         return {};
@@ -109,20 +111,21 @@ class HeaderReader {
 Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
     for (Row& row : rows) {
         if (!row.type || !row.has_shape || row.offsets.size() != 2)
-            return bad("'" + row.name + "' lacks its dtype, its shape or its two data_offsets");
+            return bad_safetensors("'" + row.name +
+                                   "' lacks its dtype, its shape or its two data_offsets");
         SPLAT_ASSIGN(row.count, count_elements(row.shape, "safetensors: " + row.name));
         const std::int64_t bytes = row.offsets[1] - row.offsets[0];
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
-            return bad(format("'%s' of shape %s and type %s has %lld bytes", row.name.c_str(),
-                              dims_text(row.shape).c_str(), type_name(*row.type),
-                              static_cast<long long>(bytes)));
+            return bad_safetensors(format("'%s' of shape %s and type %s has %lld bytes",
+                                          row.name.c_str(), dims_text(row.shape).c_str(),
+                                          type_name(*row.type), static_cast<long long>(bytes)));
     }
     std::stable_sort(rows.begin(), rows.end(),
                      [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
     std::uint64_t end = 0;
     for (const Row& row : rows) {
         if (static_cast<std::uint64_t>(row.offsets[0]) != end)
-            return bad(
+            return bad_safetensors(
                 format("the data of '%s' starts at byte %lld, expected %llu: tensors overlap "
                        "or leave a gap",
                        row.name.c_str(), static_cast<long long>(row.offsets[0]),
@@ -130,18 +133,18 @@ Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
         end = static_cast<std::uint64_t>(row.offsets[1]);
     }
     if (end == data_bytes) return {};
-    return bad(format("the tensors have %llu bytes, the file %llu; it is truncated or damaged",
-                      static_cast<unsigned long long>(end),
-                      static_cast<unsigned long long>(data_bytes)));
+    return bad_safetensors(
+        format("the tensors have %llu bytes, the file %llu; it is truncated or damaged",
+               static_cast<unsigned long long>(end), static_cast<unsigned long long>(data_bytes)));
 }
 
 Result<std::uint64_t> header_size(const Source& source) {
     std::byte bytes[kSizeBytes];
-    if (source.size() < kSizeBytes) return bad("the file has less than 8 bytes");
+    if (source.size() < kSizeBytes) return bad_safetensors("the file has less than 8 bytes");
     SPLAT_TRY(source.read(0, bytes));
     const auto size = number<std::uint64_t>(bytes);
     if (size > kMaxJsonBytes || size > source.size() - kSizeBytes)
-        return bad(
+        return bad_safetensors(
             format("a header of %llu bytes, expected at most %zu and no more than the file "
                    "has; it is truncated or no safetensors file",
                    static_cast<unsigned long long>(size), kMaxJsonBytes));
@@ -194,7 +197,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     }
     std::uint64_t end = 0;
     for (const NamedTensor& tensor : tensors) {
-        if (tensor.name == kMetadata) return bad("no tensor may be named '__metadata__'");
+        if (tensor.name == kMetadata)
+            return bad_safetensors("no tensor may be named '__metadata__'");
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
         comma();
@@ -205,7 +209,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     header += "}";
     header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
     if (header.size() > kMaxJsonBytes)
-        return bad(format("a header of %zu bytes, the limit is %zu", header.size(), kMaxJsonBytes));
+        return bad_safetensors(
+            format("a header of %zu bytes, the limit is %zu", header.size(), kMaxJsonBytes));
     FilePieces file;
     Buffer start;
     put(start, std::uint64_t{header.size()});

@@ -7,10 +7,10 @@
 
 namespace splat::io::spz {
 
-inline constexpr std::uint32_t kMagic = 0x5053474E;  ///< "NGSP"
-inline constexpr std::size_t kHeaderBytes = 16;      ///< versions 1 to 3
-inline constexpr std::size_t kHeader4Bytes = 32;     ///< version 4: more fields, then zeros
-inline constexpr std::uint8_t kAntialiased = 1;      ///< flags
+inline constexpr std::uint32_t kSpzMagic = 0x5053474E;  ///< "NGSP"
+inline constexpr std::size_t kHeaderBytes = 16;         ///< versions 1 to 3
+inline constexpr std::size_t kHeader4Bytes = 32;        ///< version 4: more fields, then zeros
+inline constexpr std::uint8_t kAntialiased = 1;         ///< flags
 inline constexpr std::uint8_t kExtensions = 2;
 inline constexpr std::uint8_t kMaxDegree = 4;
 inline constexpr std::uint8_t kMaxFractionBits = 24;

@@ -26,7 +26,7 @@ Result<Header> read_header(Reader& reader) {
     Header header;
     std::uint32_t magic = 0;
     SPLAT_TRY(reader.read(magic, "magic"));
-    if (magic != kMagic)
+    if (magic != kSpzMagic)
         return error(Code::kInvalidArgument, "spz: the file does not start with 'NGSP'");
     SPLAT_TRY(reader.read(header.version, "version"));
     SPLAT_TRY(reader.read(header.count, "count"));

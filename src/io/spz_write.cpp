@@ -100,7 +100,7 @@ Buffer encode(const Gaussians& g, const Header& header, std::size_t which) {
 }
 
 void put_header(Buffer& to, const Header& header) {
-    put(to, kMagic);
+    put(to, kSpzMagic);
     put(to, header.version);
     put(to, header.count);
     put(to, header.degree);

@@ -170,17 +170,18 @@ std::uint64_t NamedTensors::elements() const {
         [](std::uint64_t sum, const NamedTensor& tensor) { return sum + tensor.values.size(); });
 }
 
+Status check_finite(const NamedTensor& tensor) {
+    const auto bad = std::find_if(tensor.values.begin(), tensor.values.end(),
+                                  [](float value) { return !std::isfinite(value); });
+    if (bad == tensor.values.end()) return {};
+    return error(Code::kInvalidArgument,
+                 "'%s' holds %f at element %td, expected finite weights; the training that wrote "
+                 "them failed, or the file is damaged",
+                 tensor.name.c_str(), static_cast<double>(*bad), bad - tensor.values.begin());
+}
+
 Status check_finite(const NamedTensors& tensors) {
-    for (const NamedTensor& tensor : tensors) {
-        const auto bad = std::find_if(tensor.values.begin(), tensor.values.end(),
-                                      [](float value) { return !std::isfinite(value); });
-        if (bad != tensor.values.end())
-            return error(Code::kInvalidArgument,
-                         "'%s' holds %f at element %td, expected finite weights; the training that "
-                         "wrote them failed, or the file is damaged",
-                         tensor.name.c_str(), static_cast<double>(*bad),
-                         bad - tensor.values.begin());
-    }
+    for (const NamedTensor& tensor : tensors) SPLAT_TRY(check_finite(tensor));
     return {};
 }
 

@@ -63,6 +63,7 @@ class NamedTensors {
 };
 
 /// Errors: kInvalidArgument, naming the first tensor that holds NaN or infinity, and where.
+Status check_finite(const NamedTensor& tensor);
 Status check_finite(const NamedTensors& tensors);
 
 /// Append the values as little-endian float16. Errors: kInvalidArgument for a finite value that

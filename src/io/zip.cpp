@@ -26,7 +26,6 @@ constexpr std::uint16_t kEncrypted = 1U << 0U;
 constexpr std::uint16_t kSizesFollow = 1U << 3U;  // the local header has zeros for them
 constexpr std::uint16_t kStored = 0;
 constexpr std::uint16_t kDeflated = 8;
-constexpr std::uint64_t kMaxDeflateRatio = 1032;
 constexpr std::uint64_t kIn32 = 0xFFFF'FFFF;  // in a 32-bit field: look into the zip64 one
 constexpr std::uint64_t kIn16 = 0xFFFF;
 

@@ -63,15 +63,6 @@ Status check_alpha(const Predictor& predictor, const io::WeightsFile& file) {
         alpha->second.c_str(), number_text(own).c_str());
 }
 
-Status check_finite(const NamedTensor& tensor) {
-    for (std::size_t i = 0; i < tensor.values.size(); ++i)
-        if (!std::isfinite(tensor.values[i]))
-            return error(Code::kInvalidArgument,
-                         "adapter '%s' holds %g at %zu, expected finite numbers",
-                         tensor.name.c_str(), static_cast<double>(tensor.values[i]), i);
-    return {};
-}
-
 /// W + scale * (B A), rounded once.
 Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, double factor) {
     if (a.dims[0] != b.dims[1] ||
@@ -139,7 +130,7 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
             return error(Code::kShape, "adapter '%s' has shape %s, expected %s",
                          parameter.name.c_str(), io::dims_text(tensor->dims).c_str(),
                          parameter.shape.text().c_str());
-        SPLAT_TRY(check_finite(*tensor));
+        SPLAT_TRY(io::check_finite(*tensor));
         made.copied.push_back(parameter.name);
     }
     for (const NamedTensor& tensor : adapters)

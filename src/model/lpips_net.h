@@ -43,7 +43,7 @@ class LpipsNet {
         std::span<const io::NamedTensors* const> weights);
 
     /// [images, 3, side, side] row-major, RGB, nominally 0 to 1, not clamped. Both are written before
-    /// each forward pass: the backward pass takes their memory for its own.
+    /// each forward pass.
     [[nodiscard]] const vk::BufferView& render() const { return executor_->tensor(render_); }
     [[nodiscard]] const vk::BufferView& target() const { return executor_->tensor(target_); }
 

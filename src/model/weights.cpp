@@ -106,14 +106,6 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
                  static_cast<double>(predictor.config().fov_degrees));
 }
 
-Status check_finite(const NamedTensor& tensor) {
-    const auto bad = std::find_if(tensor.values.begin(), tensor.values.end(),
-                                  [](float value) { return !std::isfinite(value); });
-    if (bad == tensor.values.end()) return {};
-    return error(Code::kInvalidArgument, "tensor '%s' holds %g at %td, expected finite numbers",
-                 tensor.name.c_str(), static_cast<double>(*bad), bad - tensor.values.begin());
-}
-
 }  // namespace
 
 std::uint32_t ImageChannels::count() const {
@@ -142,7 +134,7 @@ Status load_state(Predictor& predictor, const NamedTensors& tensors, const LoadO
             continue;
         }
         used.insert(parameter.name);
-        SPLAT_TRY(check_finite(*tensor));
+        SPLAT_TRY(io::check_finite(*tensor));
         if (same_dims(*tensor, parameter.shape) &&
             (parameter.name != first_conv || !options.graft ||
              options.source == channels_of(predictor.config()))) {

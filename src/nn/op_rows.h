@@ -35,7 +35,4 @@ inline bool present(const vk::BufferView& view) {
 
 Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected);
 
-/// A part of a workspace, starting at `offset` bytes.
-vk::BufferView part_of(const vk::BufferView& workspace, std::uint64_t offset, std::uint64_t bytes);
-
 }  // namespace splat::nn

@@ -37,13 +37,6 @@ Status expect_shape(const char* op, const char* tensor, const Shape& got, const 
                  got.text().c_str(), expected.text().c_str());
 }
 
-vk::BufferView part_of(const vk::BufferView& workspace, std::uint64_t offset, std::uint64_t bytes) {
-    vk::BufferView part = workspace;
-    part.offset += offset;
-    part.bytes = bytes;
-    return part;
-}
-
 std::span<const OpRow* const> op_table() {
     return kOps;
 }

@@ -95,7 +95,7 @@ Status conv2d_backward(vk::Recorder& recorder, const Attributes& attributes, con
                                              v.workspace));
     if (present(v.grad_inputs[1])) {
         const BufferView workspace =
-            part_of(v.workspace, 0, ops::conv2d_backward_weight_bytes(recorder, desc));
+            v.workspace.part(0, ops::conv2d_backward_weight_bytes(recorder, desc));
         SPLAT_TRY(ops::conv2d_backward_weight(recorder, desc, v.inputs[0], grad_y, v.grad_inputs[1],
                                               workspace, v.accumulate));
     }

@@ -62,7 +62,7 @@ Status linear_backward(vk::Recorder& recorder, const Attributes&, const OpViews&
                                              v.grad_inputs[0]));
     if (present(v.grad_inputs[1])) {
         const BufferView partial =
-            part_of(v.workspace, 0, ops::linear_backward_weight_bytes(recorder, desc));
+            v.workspace.part(0, ops::linear_backward_weight_bytes(recorder, desc));
         SPLAT_TRY(ops::linear_backward_weight(recorder, desc, v.inputs[0], v.grad_outputs[0],
                                               v.grad_inputs[1], partial, v.accumulate));
     }

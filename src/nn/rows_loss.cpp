@@ -30,7 +30,7 @@ template <LossPass pass>
 Status loss_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(v.inputs[0].shape));
     return pass(recorder, dims, v.inputs[0], v.inputs[1],
-                part_of(v.workspace, 0, ops::loss_partial_bytes(dims)), v.outputs[0]);
+                v.workspace.part(0, ops::loss_partial_bytes(dims)), v.outputs[0]);
 }
 
 template <LossPass pass>
@@ -78,8 +78,8 @@ Status ssim_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v)
     const ops::SsimDesc desc = ssim_desc(v.inputs[0].shape);
     return ops::ssim_forward(
         recorder, desc, v.inputs[0], v.inputs[1],
-        part_of(v.workspace, 0, ops::ssim_forward_rows_bytes(desc)), v.saved[0],
-        part_of(v.workspace, rows_end(recorder, desc), ops::loss_partial_bytes(desc.quads())),
+        v.workspace.part(0, ops::ssim_forward_rows_bytes(desc)), v.saved[0],
+        v.workspace.part(rows_end(recorder, desc), ops::loss_partial_bytes(desc.quads())),
         v.outputs[0]);
 }
 
@@ -87,7 +87,7 @@ Status ssim_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v
     if (!present(v.grad_inputs[0])) return {};
     const ops::SsimDesc desc = ssim_desc(v.inputs[0].shape);
     return ops::ssim_backward(recorder, desc, v.inputs[0], v.inputs[1], v.saved[0],
-                              part_of(v.workspace, 0, ops::ssim_backward_rows_bytes(desc)),
+                              v.workspace.part(0, ops::ssim_backward_rows_bytes(desc)),
                               v.grad_outputs[0], v.grad_inputs[0]);
 }
 
@@ -110,7 +110,7 @@ Status distance_forward(vk::Recorder& recorder, const Attributes&, const OpViews
     SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(v.inputs[0].shape));
     return ops::feature_distance_forward(
         recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
-        part_of(v.workspace, 0, ops::feature_distance_partial_bytes(dims)), v.outputs[0]);
+        v.workspace.part(0, ops::feature_distance_partial_bytes(dims)), v.outputs[0]);
 }
 
 Status distance_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {

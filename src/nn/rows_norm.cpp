@@ -60,15 +60,15 @@ Status group_norm_backward(vk::Recorder& recorder, const Attributes& attributes,
     SPLAT_ASSIGN(const ops::GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
     // A gradient that nobody wants is written behind the sums where the other of its pair is wanted.
     const std::uint64_t end = sums_end(recorder, desc);
-    const BufferView sums = part_of(v.workspace, 0, ops::group_norm_sums_bytes(desc));
+    const BufferView sums = v.workspace.part(0, ops::group_norm_sums_bytes(desc));
     const BufferView& grad_gamma = v.grad_inputs[1];
     const BufferView& grad_beta = v.grad_inputs[2];
-    const BufferView unwanted = part_of(v.workspace, end, vk::quad_bytes(desc.x.c));
+    const BufferView unwanted = v.workspace.part(end, vk::quad_bytes(desc.x.c));
     const bool parameters = present(grad_gamma) || present(grad_beta);
     return ops::group_norm_backward(
         recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0], v.saved[1],
         v.grad_outputs[0],
-        present(v.grad_inputs[0]) ? v.grad_inputs[0] : part_of(v.workspace, end, desc.x.bytes()),
+        present(v.grad_inputs[0]) ? v.grad_inputs[0] : v.workspace.part(end, desc.x.bytes()),
         parameters && !present(grad_gamma) ? unwanted : grad_gamma,
         parameters && !present(grad_beta) ? unwanted : grad_beta, sums, v.accumulate);
 }

@@ -13,8 +13,8 @@ namespace {
 using vk::BufferView;
 using vk::Kernels;
 
-constexpr std::uint32_t kColumnsId = 10;
-constexpr std::uint32_t kBlocksId = 11;
+constexpr std::uint32_t kProductColumnsId = 10;
+constexpr std::uint32_t kProductBlocksId = 11;
 constexpr std::uint32_t kBlocks = 2;
 constexpr std::uint32_t kMaxExtent = 65536;  ///< loops over its quads stay below lavapipe's limit
 
@@ -87,8 +87,8 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
                                                              : 1;
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, size}};
     if (kernels != Kernels::kPlain) {
-        constants.push_back({kColumnsId, columns});
-        constants.push_back({kBlocksId, kBlocks});
+        constants.push_back({kProductColumnsId, columns});
+        constants.push_back({kProductBlocksId, kBlocks});
     }
     const std::uint32_t rows = kernels == Kernels::kPlain ? 4 : 8 * kBlocks;
     const double batches = static_cast<double>(desc.n) * desc.heads;
@@ -153,13 +153,6 @@ Status per_query(vk::Recorder& recorder, const char* op, const char* shader,
 
 float scale_of(const AttentionDesc& desc) {
     return static_cast<float>(1 / std::sqrt(static_cast<double>(desc.c / desc.heads)));
-}
-
-BufferView part(const BufferView& workspace, std::uint64_t offset, std::uint64_t bytes) {
-    BufferView view = workspace;
-    view.offset += offset;
-    view.bytes = bytes;
-    return view;
 }
 
 /// The backward's workspace: gradient of the scores, one transposed matrix of that size, and one
@@ -233,7 +226,7 @@ Status attention_forward(vk::Recorder& recorder, const AttentionDesc& desc, cons
     const Matrix values = activation(desc, v, desc.keys);
     const Matrix scores = scratch(desc, weights, desc.keys, desc.queries);
     const Matrix values_t =
-        scratch(desc, part(workspace, 0, attention_forward_bytes(desc)), desc.keys, channels);
+        scratch(desc, workspace.part(0, attention_forward_bytes(desc)), desc.keys, channels);
     SPLAT_TRY(multiply(recorder, "attention_scores", desc, activation(desc, k, desc.keys),
                        activation(desc, q, desc.queries), scores, scale_of(desc)));
     SPLAT_TRY(per_query(recorder, "attention_forward",
@@ -253,14 +246,14 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc, con
     const BackwardLayout layout = backward_layout(recorder, desc);
     const Matrix w = scratch(desc, weights, desc.keys, desc.queries);
     const Matrix grad_scores =
-        scratch(desc, part(workspace, 0, scratch_bytes(desc, desc.keys, desc.queries)), desc.keys,
+        scratch(desc, workspace.part(0, scratch_bytes(desc, desc.keys, desc.queries)), desc.keys,
                 desc.queries);
     const Matrix transposed = scratch(
-        desc, part(workspace, layout.transposed, scratch_bytes(desc, desc.queries, desc.keys)),
+        desc, workspace.part(layout.transposed, scratch_bytes(desc, desc.queries, desc.keys)),
         desc.queries, desc.keys);
     const auto transposed_activation = [&](std::uint32_t pixels) {
         return scratch(desc,
-                       part(workspace, layout.activation, scratch_bytes(desc, pixels, channels)),
+                       workspace.part(layout.activation, scratch_bytes(desc, pixels, channels)),
                        pixels, channels);
     };
     const Matrix grad = activation(desc, grad_y, desc.queries);

@@ -13,13 +13,6 @@ std::uint64_t bytes_of(const ConcatDesc& desc, std::uint32_t channels) {
     return std::uint64_t{(channels + 3) / 4} * desc.columns * 16;
 }
 
-BufferView part(const BufferView& whole, std::uint64_t offset, std::uint64_t bytes) {
-    BufferView view = whole;
-    view.offset += offset;
-    view.bytes = bytes;
-    return view;
-}
-
 Status check(const ConcatDesc& desc) {
     const auto elements = checked_mul(desc.columns, round_up(std::uint64_t{desc.a} + desc.b, 4));
     if (!elements || *elements > kMaxElements)
@@ -56,8 +49,8 @@ Status concat_forward(vk::Recorder& recorder, const ConcatDesc& desc, const Buff
                       desc.a + desc.b, {vk::read(a), vk::read(b), vk::write(y)});
     const std::uint64_t bytes_a = bytes_of(desc, desc.a);
     const std::uint64_t bytes_b = bytes_of(desc, desc.b);
-    SPLAT_TRY(recorder.copy(part(a, 0, bytes_a), part(y, 0, bytes_a)));
-    return recorder.copy(part(b, 0, bytes_b), part(y, bytes_a, bytes_b));
+    SPLAT_TRY(recorder.copy(a.part(0, bytes_a), y.part(0, bytes_a)));
+    return recorder.copy(b.part(0, bytes_b), y.part(bytes_a, bytes_b));
 }
 
 Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const BufferView& grad_y,
@@ -68,7 +61,7 @@ Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const Buf
         if (to.block == nullptr) return {};
         if (desc.a % 4 == 0) {
             const std::uint64_t bytes = bytes_of(desc, count);
-            return recorder.copy(part(grad_y, bytes_of(desc, offset), bytes), part(to, 0, bytes));
+            return recorder.copy(grad_y.part(bytes_of(desc, offset), bytes), to.part(0, bytes));
         }
         return record(recorder, "concat_backward",
                       pick(recorder.kernels(), "concat_backward", "concat_backward_cpu"), desc,

@@ -56,13 +56,6 @@ params::Conv2dParams conv2d_params(const Conv2dDesc& desc) {
     return params;
 }
 
-vk::BufferView conv2d_part(const vk::BufferView& view, std::uint64_t offset, std::uint64_t bytes) {
-    vk::BufferView part = view;
-    part.offset += offset;
-    part.bytes = bytes;
-    return part;
-}
-
 Status conv2d_check(const Conv2dDesc& desc) {
     if (desc.kernel != 1 && desc.kernel != 3)
         return error(Code::kInvalidArgument, "conv2d: a kernel of %u x %u, expected 1 x 1 or 3 x 3",

@@ -138,8 +138,7 @@ Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
     params.accumulate = accumulate ? 1 : 0;
     params.groups_x = per_weight[0];
     params.slices = slices_of(recorder, desc);
-    const BufferView partial =
-        conv2d_part(workspace, 0, direct_backward_weight_bytes(recorder, desc));
+    const BufferView partial = workspace.part(0, direct_backward_weight_bytes(recorder, desc));
 
     const Kernels kernels = recorder.kernels();
     const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;

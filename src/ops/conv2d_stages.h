@@ -16,9 +16,6 @@ Conv2dDesc conv2d_transposed(const Conv2dDesc& desc);
 
 params::Conv2dParams conv2d_params(const Conv2dDesc& desc);
 
-/// `bytes` of a workspace from `offset` on.
-vk::BufferView conv2d_part(const vk::BufferView& view, std::uint64_t offset, std::uint64_t bytes);
-
 /// By the definition: the plain kernels, and register tiles of their fast twins.
 std::uint64_t direct_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status direct_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,

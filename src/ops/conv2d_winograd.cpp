@@ -12,8 +12,8 @@ namespace {
 using vk::BufferView;
 using vk::Kernels;
 
-constexpr std::uint32_t kColumnsId = 11;
-constexpr std::uint32_t kBlocksId = 12;
+constexpr std::uint32_t kWinogradColumnsId = 11;
+constexpr std::uint32_t kWinogradBlocksId = 12;
 
 /// V and M of one slice, one behind the other.
 struct Workspace {
@@ -78,9 +78,8 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
                         const BufferView& workspace) {
     const WinogradSlices slices = winograd_slices(recorder, desc);
     const std::uint64_t input_bytes = slices.bytes(desc, desc.in_channels);
-    const Workspace space{
-        conv2d_part(workspace, 0, input_bytes),
-        conv2d_part(workspace, input_bytes, slices.bytes(desc, desc.out_channels))};
+    const Workspace space{workspace.part(0, input_bytes),
+                          workspace.part(input_bytes, slices.bytes(desc, desc.out_channels))};
     const auto quads = static_cast<std::uint32_t>(ceil_div(desc.out_channels, 4));
     const vk::Work work = conv2d_work(desc);
     for (std::uint32_t first = 0; first < slices.all; first += slices.tiles) {
@@ -96,8 +95,8 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
             .shader = winograd_shader(recorder, "conv2d_winograd_forward_product",
                                       "conv2d_winograd_forward_product_cpu"),
             .constants = {{kWorkgroupSizeId, slices.lanes},
-                          {kColumnsId, slices.columns},
-                          {kBlocksId, slices.blocks}},
+                          {kWinogradColumnsId, slices.columns},
+                          {kWinogradBlocksId, slices.blocks}},
             .push = params,
             .accesses = {vk::read(space.input), vk::read(weight), vk::write(space.product)},
             .groups = {slices.groups(params.tiles) / slices.columns,

@@ -11,7 +11,7 @@ namespace {
 using vk::BufferView;
 
 /// conv2d_winograd_backward_weight_product.comp: channels of a tile, both ways.
-constexpr std::uint32_t kTile = 32;
+constexpr std::uint32_t kWeightTile = 32;
 constexpr std::uint32_t kAccumulateId = 11;
 constexpr std::uint32_t kWholeId = 12;
 
@@ -49,8 +49,8 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
                    const BufferView& grad_y, const BufferView& workspace,
                    const BufferView& products) {
     const WinogradSlices& slices = round.slices;
-    const BufferView input = conv2d_part(workspace, 0, round.input_bytes);
-    const BufferView grad = conv2d_part(workspace, round.input_bytes, round.grad_bytes);
+    const BufferView input = workspace.part(0, round.input_bytes);
+    const BufferView grad = workspace.part(round.input_bytes, round.grad_bytes);
     SPLAT_TRY(
         winograd_input(recorder, "conv2d_backward_weight_input", desc, slices, params, x, input));
     SPLAT_TRY(recorder.dispatch({
@@ -74,8 +74,8 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
         .groups = {static_cast<std::uint32_t>(
-                       ceil_div(desc.in_channels, std::uint64_t{kTile} * (slices.lanes / 8))),
-                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kTile)),
+                       ceil_div(desc.in_channels, std::uint64_t{kWeightTile} * (slices.lanes / 8))),
+                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile)),
                    winograd_places(desc)},
         .work = {.flops = work.flops * share, .bytes = work.bytes * share},
     });
@@ -105,8 +105,8 @@ Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, 
         const std::uint32_t left =
             static_cast<std::uint32_t>(ceil_div(slices.all - first, slices.tiles));
         params.slices = std::min(round.products, left);
-        const BufferView products = conv2d_part(workspace, round.input_bytes + round.grad_bytes,
-                                                params.slices * round.product_bytes);
+        const BufferView products = workspace.part(round.input_bytes + round.grad_bytes,
+                                                   params.slices * round.product_bytes);
         for (params.slice = 0; params.slice < params.slices; ++params.slice) {
             params.first_tile = first;
             params.tiles = std::min(slices.tiles, slices.all - first);

@@ -6,8 +6,8 @@
 namespace splat::ops {
 namespace {
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const QuadDims& dims,
-              std::vector<vk::Access> accesses) {
+Status record_split3(vk::Recorder& recorder, const char* op, const char* shader,
+                     const QuadDims& dims, std::vector<vk::Access> accesses) {
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
     return recorder.dispatch({
@@ -25,17 +25,17 @@ Status record(vk::Recorder& recorder, const char* op, const char* shader, const 
 
 Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
                       const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c) {
-    return record(recorder, "split3_forward",
-                  pick(recorder.kernels(), "split3_forward", "split3_forward_cpu"), dims,
-                  {vk::read(x), vk::write(a), vk::write(b), vk::write(c)});
+    return record_split3(recorder, "split3_forward",
+                         pick(recorder.kernels(), "split3_forward", "split3_forward_cpu"), dims,
+                         {vk::read(x), vk::write(a), vk::write(b), vk::write(c)});
 }
 
 Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
                        const vk::BufferView& grad_b, const vk::BufferView& grad_c,
                        const vk::BufferView& grad_x) {
-    return record(recorder, "split3_backward",
-                  pick(recorder.kernels(), "split3_backward", "split3_backward_cpu"), dims,
-                  {vk::read(grad_a), vk::read(grad_b), vk::read(grad_c), vk::write(grad_x)});
+    return record_split3(recorder, "split3_backward",
+                         pick(recorder.kernels(), "split3_backward", "split3_backward_cpu"), dims,
+                         {vk::read(grad_a), vk::read(grad_b), vk::read(grad_c), vk::write(grad_x)});
 }
 
 }  // namespace splat::ops

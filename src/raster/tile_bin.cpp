@@ -10,7 +10,7 @@
 namespace splat::raster {
 namespace {
 
-constexpr std::uint32_t kGroup = 64;
+constexpr std::uint32_t kBinGroup = 64;
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -94,7 +94,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
     const auto items = static_cast<double>(desc.items());
     SPLAT_TRY(scan_counts(recorder, params, views, false));
     if (desc.backward) SPLAT_TRY(scan_counts(recorder, params, views, true));
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), kGroup);
+    const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
     const vk::Groups groups = ops::groups_for(recorder.device(), desc.items(), group);
     params.groups_x = groups[0];
     const vk::SpecConstant slots = {10, desc.backward ? 1U : 0U};
@@ -130,7 +130,7 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
                    const vk::BufferView& keys, const vk::BufferView& sorted,
                    const vk::BufferView& ranges, const vk::BufferView& stats) {
     params::TileBinParams params = params_of(recorder, desc, window);
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), kGroup);
+    const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
     const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, group);
     params.groups_x = groups[0];
     return recorder.dispatch({

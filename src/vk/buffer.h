@@ -23,6 +23,13 @@ struct BufferView {
     Shape shape;
 
     [[nodiscard]] std::uint64_t end() const { return offset + bytes; }
+    /// `count` bytes of it, `first` bytes behind its start.
+    [[nodiscard]] BufferView part(std::uint64_t first, std::uint64_t count) const {
+        BufferView view = *this;
+        view.offset += first;
+        view.bytes = count;
+        return view;
+    }
     [[nodiscard]] bool overlaps(const BufferView& other) const {
         return buffer == other.buffer && offset < other.end() && other.offset < end();
     }

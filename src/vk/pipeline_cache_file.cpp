@@ -11,7 +11,7 @@
 namespace splat::vk {
 namespace {
 
-constexpr char kMagic[8] = {'S', 'P', 'L', 'A', 'T', 'P', 'C', '1'};
+constexpr char kCacheMagic[8] = {'S', 'P', 'L', 'A', 'T', 'P', 'C', '1'};
 constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
 
 struct Header {
@@ -30,7 +30,7 @@ std::uint32_t crc_of(const std::vector<std::byte>& data) {
 
 Header header_for(const DeviceInfo& info, const std::vector<std::byte>& data) {
     Header header{};
-    std::memcpy(header.magic, kMagic, sizeof kMagic);
+    std::memcpy(header.magic, kCacheMagic, sizeof kCacheMagic);
     std::memcpy(header.uuid, info.cache_uuid.data(), VK_UUID_SIZE);
     header.driver_version = info.driver_version;
     header.crc = crc_of(data);

@@ -61,8 +61,8 @@ class Parser {
     explicit Parser(std::span<const std::uint32_t> words) : words_(words) {}
 
     Result<ShaderInterface> run() {
-        constexpr std::uint32_t kMagic = 0x07230203;
-        if (words_.size() < 5 || words_[0] != kMagic)
+        constexpr std::uint32_t kSpirvMagic = 0x07230203;
+        if (words_.size() < 5 || words_[0] != kSpirvMagic)
             return error(Code::kInternal, "not a SPIR-V module");
         for (std::size_t at = 5; at < words_.size();) {
             const std::uint32_t count = words_[at] >> 16;

@@ -184,4 +184,10 @@ std::uint64_t validation_messages();
 /// The log callback that counts them: a test that sets its own puts this one back.
 void listen_to_log(splat_log_level min_level = SPLAT_LOG_WARNING);
 
+/// Bit by bit.
+inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+
 }  // namespace splat::test

@@ -79,10 +79,6 @@ struct Work {
     Op norm, linear;
 };
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
-
 TEST(ApiThreads, ShareOneDevice) {
     std::array<std::vector<float>, kThreads> expected;
     for (std::size_t i = 0; i < kThreads; ++i)

@@ -6,12 +6,6 @@
 
 namespace splat::test {
 
-/// Bit by bit.
-inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
-}
-
 /// How a scenario makes its calls.
 class ScenarioCalls {
   protected:

@@ -12,7 +12,7 @@ std::string nested(int levels, char open, const std::string& inside, char close)
     return std::string(count, open) + inside + std::string(count, close);
 }
 
-void expect_refused(const std::string& text, const std::string& because) {
+void expect_tree_refused(const std::string& text, const std::string& because) {
     const auto json = parse_json_tree(text, "config");
     ASSERT_FALSE(json.ok()) << text.substr(0, 80);
     EXPECT_EQ(json.status().code(), Code::kInvalidArgument);
@@ -47,17 +47,17 @@ TEST(JsonTree, HoldsWhatTheTextSays) {
 
 TEST(JsonTree, RefusesWhatIsNoJson) {
     for (const char* text : {"", "{", "[1,]", "{\"a\":}", "nul", "[1] 2", "\"\xff\"", "[1e999]"})
-        expect_refused(text, "not valid JSON");
+        expect_tree_refused(text, "not valid JSON");
 }
 
 TEST(JsonTree, LimitsDepthAndSizeExactly) {
     EXPECT_TRUE(parse_json_tree(nested(kMaxJsonDepth, '[', "1", ']'), "config").ok());
-    expect_refused(nested(kMaxJsonDepth + 1, '[', "1", ']'), "nests deeper than 64 levels");
-    expect_refused(nested(1'000'000, '[', "", ']'), "nests deeper");
+    expect_tree_refused(nested(kMaxJsonDepth + 1, '[', "1", ']'), "nests deeper than 64 levels");
+    expect_tree_refused(nested(1'000'000, '[', "", ']'), "nests deeper");
     std::string text = "\"" + std::string(kMaxJsonBytes - 2, 'x') + "\"";
     EXPECT_TRUE(parse_json_tree(text, "config").ok());
     text += " ";
-    expect_refused(text, "bytes of JSON");
+    expect_tree_refused(text, "bytes of JSON");
 }
 
 }  // namespace

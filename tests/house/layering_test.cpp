@@ -125,7 +125,7 @@ Findings check_tools_file(const TextFile& file) {
     return findings;
 }
 
-Findings check(const std::vector<TextFile>& files, const Table& table) {
+Findings check_layering(const std::vector<TextFile>& files, const Table& table) {
     Findings findings;
     const auto add = [&](const Findings& more) {
         findings.insert(findings.end(), more.begin(), more.end());
@@ -147,14 +147,14 @@ const char* const kSampleTable =
     "| train, eval | `vk/timers.h`, core | |\n";
 
 Findings check_sample(const std::string& path, const std::string& text) {
-    return check({{path, text}}, parse_table(kSampleTable));
+    return check_layering({{path, text}}, parse_table(kSampleTable));
 }
 
 TEST(Layering, RepositoryFollowsTheTable) {
     const Table table = parse_table(repository_file("src/README.md").text);
     ASSERT_GE(table.size(), 5U) << "the table of src/README.md was not found";
     EXPECT_EQ(table.at("core").size(), 1U) << "core depends on nothing";
-    expect_none(check(repository(), table));
+    expect_none(check_layering(repository(), table));
 }
 
 TEST(Layering, EveryFolderOfSrcIsInTheTable) {

@@ -77,7 +77,7 @@ Findings check_head(const TextFile& file) {
     return {};
 }
 
-Findings check(const std::vector<TextFile>& files) {
+Findings check_shaders(const std::vector<TextFile>& files) {
     Findings findings;
     for (const TextFile& file : files) {
         const std::string extension = extension_of(file.path);
@@ -90,11 +90,11 @@ Findings check(const std::vector<TextFile>& files) {
 }
 
 Findings check_shader(const std::string& body) {
-    return check({{"shaders/ops/a.comp", "#version 460\n// y = x\n" + body}});
+    return check_shaders({{"shaders/ops/a.comp", "#version 460\n// y = x\n" + body}});
 }
 
 TEST(Shaders, RepositoryFollowsTheRules) {
-    expect_none(check(repository()));
+    expect_none(check_shaders(repository()));
 }
 
 TEST(Shaders, RepositoryHasShaders) {
@@ -135,12 +135,12 @@ TEST(Shaders, RuleFindsForbiddenWords) {
 }
 
 TEST(Shaders, RuleFindsBadHeads) {
-    expect_found(check({{"shaders/ops/a.comp", "#version 460\nvoid main() {}\n"}}), 1,
+    expect_found(check_shaders({{"shaders/ops/a.comp", "#version 460\nvoid main() {}\n"}}), 1,
                  "no comment");
     std::string head = "#version 460\n";
     for (int i = 0; i < 20; ++i) head += "// line\n";
-    expect_none(check({{"shaders/ops/a.comp", head}}));
-    expect_found(check({{"shaders/ops/a.comp", head + "// line\n"}}), 1, "21 lines");
+    expect_none(check_shaders({{"shaders/ops/a.comp", head}}));
+    expect_found(check_shaders({{"shaders/ops/a.comp", head + "// line\n"}}), 1, "21 lines");
 }
 
 }  // namespace

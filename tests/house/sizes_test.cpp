@@ -111,7 +111,7 @@ Findings check_folders(const std::vector<TextFile>& files) {
     return findings;
 }
 
-Findings check(const std::vector<TextFile>& files) {
+Findings check_sizes(const std::vector<TextFile>& files) {
     Findings findings = check_folders(files);
     for (const TextFile& file : files)
         for (const auto& rule : {check_lines, check_functions, check_name})
@@ -126,42 +126,47 @@ std::string repeated(const std::string& text, std::size_t count) {
 }
 
 TEST(Sizes, RepositoryIsWithinLimits) {
-    expect_none(check(repository()));
+    expect_none(check_sizes(repository()));
 }
 
 TEST(Sizes, RuleAcceptsTheLimitItself) {
-    expect_none(check({{"src/core/a.cpp", repeated("x\n", 500)}}));
-    expect_none(check({{"src/core/a.cpp", repeated("x", 120) + "\n"}}));
-    expect_none(check({{"src/core/a.cpp", repeated("\xC3\xA9", 120) + "\n"}}));
-    expect_none(check({{"src/core/a.cpp", "int f() {\n" + repeated("    x;\n", 78) + "}\n"}}));
-    expect_none(check({{"src/core/a.cpp", "namespace a {\n" + repeated("int x;\n", 90) + "}\n"}}));
-    expect_none(check({{"README.md", repeated("x", 200)}, {"shaders/common.glsl", ""}}));
+    expect_none(check_sizes({{"src/core/a.cpp", repeated("x\n", 500)}}));
+    expect_none(check_sizes({{"src/core/a.cpp", repeated("x", 120) + "\n"}}));
+    expect_none(check_sizes({{"src/core/a.cpp", repeated("\xC3\xA9", 120) + "\n"}}));
+    expect_none(
+        check_sizes({{"src/core/a.cpp", "int f() {\n" + repeated("    x;\n", 78) + "}\n"}}));
+    expect_none(
+        check_sizes({{"src/core/a.cpp", "namespace a {\n" + repeated("int x;\n", 90) + "}\n"}}));
+    expect_none(check_sizes({{"README.md", repeated("x", 200)}, {"shaders/common.glsl", ""}}));
 }
 
 TEST(Sizes, RuleFindsLongFiles) {
-    expect_found(check({{"src/core/a.cpp", repeated("x\n", 501)}}), 1, "501 lines, limit 500");
-    expect_found(check({{"src/core/a.h", repeated("x\n", 251)}}), 1, "limit 250");
-    expect_found(check({{"shaders/ops/a.comp", repeated("x\n", 251)}}), 1, "limit 250");
-    expect_found(check({{"include/splat.h", repeated("x\n", 1401)}}), 1, "limit 1400");
+    expect_found(check_sizes({{"src/core/a.cpp", repeated("x\n", 501)}}), 1,
+                 "501 lines, limit 500");
+    expect_found(check_sizes({{"src/core/a.h", repeated("x\n", 251)}}), 1, "limit 250");
+    expect_found(check_sizes({{"shaders/ops/a.comp", repeated("x\n", 251)}}), 1, "limit 250");
+    expect_found(check_sizes({{"include/splat.h", repeated("x\n", 1401)}}), 1, "limit 1400");
 }
 
 TEST(Sizes, RuleFindsLongLines) {
-    expect_found(check({{"src/core/a.h", "\n// " + repeated("x", 118)}}), 1, "a.h:2: 121 columns");
-    expect_found(check({{"src/CMakeLists.txt", repeated("x", 121)}}), 1, "121 columns");
+    expect_found(check_sizes({{"src/core/a.h", "\n// " + repeated("x", 118)}}), 1,
+                 "a.h:2: 121 columns");
+    expect_found(check_sizes({{"src/CMakeLists.txt", repeated("x", 121)}}), 1, "121 columns");
 }
 
 TEST(Sizes, RuleFindsLongFunctions) {
     const std::string body = repeated("    x;\n", 79) + "}\n";
-    expect_found(check({{"src/core/a.cpp", "int f() {\n" + body}}), 1, "a.cpp:1: a function of 81");
-    expect_found(check({{"src/core/a.cpp", "\nint f(int a,\n      int b) {\n" + body}}), 1,
+    expect_found(check_sizes({{"src/core/a.cpp", "int f() {\n" + body}}), 1,
+                 "a.cpp:1: a function of 81");
+    expect_found(check_sizes({{"src/core/a.cpp", "\nint f(int a,\n      int b) {\n" + body}}), 1,
                  "a.cpp:2: a function of 82");
-    expect_found(check({{"shaders/ops/a.comp", "void main() {\n" + body}}), 1, "81 lines");
+    expect_found(check_sizes({{"shaders/ops/a.comp", "void main() {\n" + body}}), 1, "81 lines");
 }
 
 TEST(Sizes, RuleFindsVagueNames) {
     for (const char* path : {"src/core/utils.h", "src/vk/helpers.cpp", "src/io/misc.cpp",
                              "src/ops/common.cpp", "src/ops/conv2d_utils.cpp"})
-        expect_found(check({{path, ""}}), 1, "says nothing");
+        expect_found(check_sizes({{path, ""}}), 1, "says nothing");
 }
 
 TEST(Sizes, RuleFindsCrowdedFolders) {
@@ -169,9 +174,9 @@ TEST(Sizes, RuleFindsCrowdedFolders) {
     for (int i = 0; i < 30; ++i)
         for (const char* extension : {".h", ".cpp"})
             files.push_back({"src/ops/op" + std::to_string(i) + extension, ""});
-    expect_none(check(files));
+    expect_none(check_sizes(files));
     files.push_back({"src/ops/one_more.cpp", ""});
-    expect_found(check(files), 1, "31 stems");
+    expect_found(check_sizes(files), 1, "31 stems");
 }
 
 }  // namespace

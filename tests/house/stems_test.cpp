@@ -21,7 +21,7 @@ std::vector<std::string> op_names(const std::string& table) {
     return names;
 }
 
-Findings check(const std::string& table, const std::vector<TextFile>& files) {
+Findings check_stems(const std::string& table, const std::vector<TextFile>& files) {
     std::set<std::string> paths;
     for (const TextFile& file : files) paths.insert(file.path);
     Findings findings;
@@ -44,7 +44,7 @@ Findings check(const std::string& table, const std::vector<TextFile>& files) {
     return findings;
 }
 
-const char* const kSampleTable =
+const char* const kSampleStems =
     "const OpRow rows[] = {\n"
     "    {.name = \"foo\",\n"
     "     .inputs = {\"x\"}},\n"
@@ -63,31 +63,31 @@ TEST(Stems, EveryOpIsInAllPlaces) {
     std::string rows;
     for (const TextFile& file : repository())
         if (starts_with(file.path, "src/nn/rows_")) rows += file.text;
-    expect_none(check(rows, repository()));
+    expect_none(check_stems(rows, repository()));
 }
 
 TEST(Stems, RuleAcceptsACompleteOp) {
-    expect_none(check(kSampleTable, sample_files()));
+    expect_none(check_stems(kSampleStems, sample_files()));
 }
 
 TEST(Stems, RuleAcceptsAnOpOfAGroup) {
     std::vector<TextFile> files = sample_files();
     files[2].path = "src/ops/group/foo.cpp";
-    expect_none(check(kSampleTable, files));
+    expect_none(check_stems(kSampleStems, files));
     files[2].path = "src/nn/group/foo.cpp";
-    expect_found(check(kSampleTable, files), 1, "op foo: there is no src/ops/foo.cpp");
+    expect_found(check_stems(kSampleStems, files), 1, "op foo: there is no src/ops/foo.cpp");
 }
 
 TEST(Stems, RuleFindsEachMissingFile) {
     for (std::size_t i = 0; i < sample_files().size(); ++i) {
         std::vector<TextFile> files = sample_files();
         files.erase(files.begin() + static_cast<std::ptrdiff_t>(i));
-        expect_found(check(kSampleTable, files), 1, "op foo: there is no");
+        expect_found(check_stems(kSampleStems, files), 1, "op foo: there is no");
     }
 }
 
 TEST(Stems, RuleFindsAnUnreadableTable) {
-    expect_found(check("const OpRow rows[] = {};\n", sample_files()), 1, "no row");
+    expect_found(check_stems("const OpRow rows[] = {};\n", sample_files()), 1, "no row");
 }
 
 }  // namespace

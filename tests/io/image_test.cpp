@@ -28,7 +28,7 @@ Image sample_image(std::uint32_t width, std::uint32_t height, std::uint32_t chan
     return image;
 }
 
-bool accepts(Bytes file) {
+bool accepts_image(Bytes file) {
     return read_png(file, {64, 4096}).ok();
 }
 
@@ -73,8 +73,8 @@ TEST(Png, RefusesEveryPrefixAndSurvivesDamage) {
     for (const std::uint32_t bits : {8U, 16U}) {
         const auto file = write_png(sample_image(5, 3, 1, bits));
         ASSERT_OK(file.status());
-        test::expect_prefixes_refused(file.value(), accepts);
-        test::parse_damaged(file.value(), accepts);
+        test::expect_prefixes_refused(file.value(), accepts_image);
+        test::parse_damaged(file.value(), accepts_image);
     }
     EXPECT_ERROR(read_png(test::bytes_of("not a png at all")).status(), Code::kInvalidArgument,
                  "does not start");
@@ -83,7 +83,7 @@ TEST(Png, RefusesEveryPrefixAndSurvivesDamage) {
 TEST(Png, RefusesLargeImages) {
     const auto file = write_png(sample_image(65, 2, 3));
     ASSERT_OK(file.status());
-    EXPECT_FALSE(accepts(file.value()));
+    EXPECT_FALSE(accepts_image(file.value()));
     EXPECT_ERROR(read_png(file.value(), {100, 389}).status(), Code::kUnsupported, "389 samples");
     EXPECT_OK(read_png(file.value(), {100, 390}).status());
 }

@@ -17,7 +17,8 @@ Result<Pickle> read(const std::string& text) {
     return Pickle::read(bytes_of(text));
 }
 
-void expect_refused(const std::string& text, const char* part, Code code = Code::kInvalidArgument) {
+void expect_pickle_refused(const std::string& text, const char* part,
+                           Code code = Code::kInvalidArgument) {
     EXPECT_ERROR(read(text).status(), code, part);
 }
 
@@ -59,7 +60,7 @@ TEST(Pickle, NumbersOfAnyLength) {
     EXPECT_EQ(value("\x8a\1\xff"), -1);
     EXPECT_EQ(value(std::string("\x8a\2\xff\0", 4)), 255);
     EXPECT_EQ(value("\x8a\x08" + std::string(7, '\0') + "\x80"), INT64_MIN);
-    expect_refused("\x80\x02\x8a\x09" + std::string(9, '\1') + ".", "more than 64 bits");
+    expect_pickle_refused("\x80\x02\x8a\x09" + std::string(9, '\1') + ".", "more than 64 bits");
 }
 
 TEST(Pickle, RunsNothing) {
@@ -72,17 +73,19 @@ TEST(Pickle, RunsNothing) {
           std::pair("torch", "FloatStorage.__class__"), std::pair("collections", "deque")}) {
         const std::string full = "'" + std::string(module) + "." + name + "'";
         // The name alone is enough, whether or not it is called, and by either opcode.
-        expect_refused(PickleText().global(module, name).done(), full.c_str(), Code::kUnsupported);
-        expect_refused(PickleText().global(module, name).raw("(").text("true").raw("tR").done(),
-                       full.c_str(), Code::kUnsupported);
-        expect_refused(PickleText().text(module).text(name).raw("\x93").done(), full.c_str(),
-                       Code::kUnsupported);
+        expect_pickle_refused(PickleText().global(module, name).done(), full.c_str(),
+                              Code::kUnsupported);
+        expect_pickle_refused(
+            PickleText().global(module, name).raw("(").text("true").raw("tR").done(), full.c_str(),
+            Code::kUnsupported);
+        expect_pickle_refused(PickleText().text(module).text(name).raw("\x93").done(), full.c_str(),
+                              Code::kUnsupported);
     }
     for (const char* op :
          {"i", "o", "\x81", "\x92", "\x82", "P", "S'x'\n", "I1\n", "\x8b", "0", "2"})
-        expect_refused(std::string("\x80\x02}") + op + "....", "opcode", Code::kUnsupported);
-    expect_refused("\x80\x05N.", "protocol 5", Code::kUnsupported);
-    expect_refused(std::string("\x80\0N.", 4), "protocol 0", Code::kUnsupported);
+        expect_pickle_refused(std::string("\x80\x02}") + op + "....", "opcode", Code::kUnsupported);
+    expect_pickle_refused("\x80\x05N.", "protocol 5", Code::kUnsupported);
+    expect_pickle_refused(std::string("\x80\0N.", 4), "protocol 0", Code::kUnsupported);
 }
 
 TEST(Pickle, RefusesCallsThatDoNotFit) {
@@ -90,35 +93,38 @@ TEST(Pickle, RefusesCallsThatDoNotFit) {
                          const std::string& arguments) {
         return PickleText().global(module, name).raw(arguments).done();
     };
-    expect_refused(call("collections", "OrderedDict", "(K\1tR"), "do not fit collections");
-    expect_refused(call("torch._utils", "_rebuild_tensor_v2", ")R"), "do not fit torch._utils");
-    expect_refused(call("torch._utils", "_rebuild_tensor_v2", "(K\1K\1K\1K\1tR"), "do not fit");
-    expect_refused(call("torch", "FloatStorage", ")R"), "do not fit torch.FloatStorage");
-    expect_refused(call("torch", "FloatStorage", "NR"), "what is no function");
-    expect_refused(PickleText().text("print").raw(")R").done(), "what is no function");
-    expect_refused(call("_codecs", "encode", "(X\2\0\0\0\xc4\x80X\6\0\0\0latin1tR"), "size of");
-    expect_refused(PickleText().raw("]}b").done(), "a state for a list");
-    expect_refused(PickleText().text("id").raw("Q").done(), "no storage of a tensor");
+    expect_pickle_refused(call("collections", "OrderedDict", "(K\1tR"), "do not fit collections");
+    expect_pickle_refused(call("torch._utils", "_rebuild_tensor_v2", ")R"),
+                          "do not fit torch._utils");
+    expect_pickle_refused(call("torch._utils", "_rebuild_tensor_v2", "(K\1K\1K\1K\1tR"),
+                          "do not fit");
+    expect_pickle_refused(call("torch", "FloatStorage", ")R"), "do not fit torch.FloatStorage");
+    expect_pickle_refused(call("torch", "FloatStorage", "NR"), "what is no function");
+    expect_pickle_refused(PickleText().text("print").raw(")R").done(), "what is no function");
+    expect_pickle_refused(call("_codecs", "encode", "(X\2\0\0\0\xc4\x80X\6\0\0\0latin1tR"),
+                          "size of");
+    expect_pickle_refused(PickleText().raw("]}b").done(), "a state for a list");
+    expect_pickle_refused(PickleText().text("id").raw("Q").done(), "no storage of a tensor");
     PickleText id;
     id.raw("(").text("storage").global("collections", "OrderedDict").text("0").text("cpu");
-    expect_refused(id.integer(1).raw("tQ").done(), "no type of storage", Code::kUnsupported);
+    expect_pickle_refused(id.integer(1).raw("tQ").done(), "no type of storage", Code::kUnsupported);
 }
 
 TEST(Pickle, RefusesBrokenPrograms) {
-    expect_refused("", "opcode");
-    expect_refused("\x80\x02.", "does not end with one value");
-    expect_refused("\x80\x02NN.", "does not end with one value");
-    expect_refused("\x80\x02(N.", "does not end with one value");
-    expect_refused("\x80\x02Nt.", "wants a mark");
-    expect_refused("\x80\x02s.", "more values than there are");
-    expect_refused("\x80\x02}(NNs.", "more values than there are");
-    expect_refused("\x80\x02]NNs.", "items for a list, expected a dict");
-    expect_refused("\x80\x02}Na.", "items for a dict, expected a list");
-    expect_refused("\x80\x02}(Nu.", "items for a dict");
-    expect_refused("\x80\x02h\7.", "the memo has no value");
-    expect_refused("\x80\x02q\1.", "more values than there are");
-    expect_refused("\x80\x02X\xff\xff\xff\x7f.", "'text' at byte 7 needs 2147483647");
-    expect_refused(
+    expect_pickle_refused("", "opcode");
+    expect_pickle_refused("\x80\x02.", "does not end with one value");
+    expect_pickle_refused("\x80\x02NN.", "does not end with one value");
+    expect_pickle_refused("\x80\x02(N.", "does not end with one value");
+    expect_pickle_refused("\x80\x02Nt.", "wants a mark");
+    expect_pickle_refused("\x80\x02s.", "more values than there are");
+    expect_pickle_refused("\x80\x02}(NNs.", "more values than there are");
+    expect_pickle_refused("\x80\x02]NNs.", "items for a list, expected a dict");
+    expect_pickle_refused("\x80\x02}Na.", "items for a dict, expected a list");
+    expect_pickle_refused("\x80\x02}(Nu.", "items for a dict");
+    expect_pickle_refused("\x80\x02h\7.", "the memo has no value");
+    expect_pickle_refused("\x80\x02q\1.", "more values than there are");
+    expect_pickle_refused("\x80\x02X\xff\xff\xff\x7f.", "'text' at byte 7 needs 2147483647");
+    expect_pickle_refused(
         "\x80\x02"
         "cos\nsystem",
         "cut off");
@@ -133,12 +139,12 @@ TEST(Pickle, CyclesAndDepthAreHarmless) {
     for (int i = 0; i < 200000; ++i) deep += "]";
     for (int i = 1; i < 200000; ++i) deep += "a";
     EXPECT_OK(read(deep + ".").status());
-    expect_refused("\x80\x02" + std::string(257, '('), "deeper than 256 levels");
+    expect_pickle_refused("\x80\x02" + std::string(257, '('), "deeper than 256 levels");
 }
 
 TEST(Pickle, HasLimits) {
-    expect_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
-                   "more than 4194304 values");
+    expect_pickle_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
+                          "more than 4194304 values");
     EXPECT_ERROR(Pickle::read(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kInvalidArgument,
                  "the limit is 67108864");
 }

@@ -17,7 +17,7 @@ using test::compressed_ply_header;
 using test::CompressedPlyLayout;
 using test::sample_compressed_ply;
 
-bool accepts(Bytes file) {
+bool accepts_compressed(Bytes file) {
     return read_compressed_ply(file).ok();
 }
 
@@ -89,8 +89,8 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
 TEST(PlyCompressed, RefusesEveryPrefixAndSurvivesDamage) {
     CompressedPlyLayout layout;
     layout.rest = 9;
-    test::expect_prefixes_refused(sample_compressed_ply(layout), accepts);
-    test::parse_damaged(sample_compressed_ply(layout), accepts);
+    test::expect_prefixes_refused(sample_compressed_ply(layout), accepts_compressed);
+    test::parse_damaged(sample_compressed_ply(layout), accepts_compressed);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ Status status_of(const Buffer& file) {
     return read_ply(file).status();
 }
 
-bool accepts(Bytes file) {
+bool accepts_ply(Bytes file) {
     return read_ply(file).ok();
 }
 
@@ -217,16 +217,16 @@ TEST(Ply, ErrorsSayWhatAndWhere) {
 TEST(Ply, RefusesEveryPrefix) {
     const auto file = write_ply(sample_scene(2, 1));
     ASSERT_OK(file.status());
-    test::expect_prefixes_refused(file.value(), accepts);
+    test::expect_prefixes_refused(file.value(), accepts_ply);
     const std::string ascii = header("ascii", "1") + kEnd + kRow;
-    test::expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts);
+    test::expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts_ply);
 }
 
 TEST(Ply, SurvivesDamage) {
     const auto file = write_ply(sample_scene(1, 1));
     ASSERT_OK(file.status());
-    test::parse_damaged(file.value(), accepts);
-    test::parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts);
+    test::parse_damaged(file.value(), accepts_ply);
+    test::parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts_ply);
 }
 
 TEST(Ply, WritesAnotherDegreeOrFrame) {

@@ -16,7 +16,7 @@ using test::PickleText;
 using test::raw_bytes;
 using test::sample_pth;
 
-Result<PthFile> read(Bytes file, const ReadLimits& limits = {}) {
+Result<PthFile> read_file(Bytes file, const ReadLimits& limits = {}) {
     return read_pth(MemorySource(file), limits);
 }
 
@@ -29,8 +29,8 @@ Buffer one(const std::string& type, const std::string& storage, std::int64_t sto
     return sample_pth(pickle.done(), {storage});
 }
 
-void expect_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
-    EXPECT_ERROR(read(file).status(), code, part);
+void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
+    EXPECT_ERROR(read_file(file).status(), code, part);
 }
 
 /// Every tensor of the file is that of the other implementation, bit by bit.
@@ -132,7 +132,7 @@ TEST(GoldenNetCheckpoint, StateOfAdam) {
 }
 
 TEST(Pth, ReadsStridesOffsetsAndTypes) {
-    const auto file = read(sample_pth());
+    const auto file = read_file(sample_pth());
     ASSERT_OK(file.status());
     const NamedTensors& tensors = file.value().tensors;
     EXPECT_EQ(file.value().section, "");
@@ -145,7 +145,7 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     const std::string ten = raw_bytes<float>({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
     const auto values = [&](std::int64_t offset, const std::vector<std::int64_t>& dims,
                             const std::vector<std::int64_t>& strides) {
-        const auto read_one = read(one("FloatStorage", ten, 10, offset, dims, strides));
+        const auto read_one = read_file(one("FloatStorage", ten, 10, offset, dims, strides));
         EXPECT_OK(read_one.status());
         return read_one.ok() ? read_one.value().tensors[0].values : std::vector<float>();
     };
@@ -154,7 +154,8 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     EXPECT_EQ(values(1, {2, 2, 2}, {0, 4, 2}), (std::vector<float>{1, 3, 5, 7, 1, 3, 5, 7}));
     EXPECT_EQ(values(0, {3, 0, 2}, {9, 9, 9}), std::vector<float>());
     EXPECT_EQ(values(3, {}, {}), (std::vector<float>{3}));
-    const auto longs = read(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1}));
+    const auto longs =
+        read_file(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1}));
     ASSERT_OK(longs.status());
     EXPECT_EQ(longs.value().tensors[0].values, (std::vector<float>{-4, 5}));
 }
@@ -168,7 +169,7 @@ TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
     good.global("_codecs", "encode").text(std::string("\0\0\0\0\0\0", 6) + "8@").text("latin1");
     good.raw(pair + "R" + pair + "R").text("state_dict").raw("}").text("w");
     good.tensor("BoolStorage", "0", 2, 0, {2}, {1}).raw("su");
-    const auto file = read(sample_pth(good.done(), {std::string("\x01\0", 2)}));
+    const auto file = read_file(sample_pth(good.done(), {std::string("\x01\0", 2)}));
     ASSERT_OK(file.status());
     EXPECT_EQ(file.value().section, "state_dict");
     EXPECT_EQ(file.value().scalars.iteration, 70000);
@@ -178,7 +179,7 @@ TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
 }
 
 TEST(Pth, RefusesPrefixesAndSurvivesDamage) {
-    const auto accepts = [](Bytes bytes) { return read(bytes).ok(); };
+    const auto accepts = [](Bytes bytes) { return read_file(bytes).ok(); };
     const Buffer file = sample_pth();
     ASSERT_TRUE(accepts(file));
     test::expect_prefixes_refused(file, accepts);
@@ -190,7 +191,7 @@ TEST(Pth, RefusesShapesThatLeaveTheStorage) {
     const auto refused = [&](std::int64_t stored, std::int64_t offset,
                              const std::vector<std::int64_t>& dims,
                              const std::vector<std::int64_t>& strides, const char* part) {
-        expect_refused(one("FloatStorage", ten, stored, offset, dims, strides), part);
+        expect_pth_refused(one("FloatStorage", ten, stored, offset, dims, strides), part);
     };
     refused(10, 0, {11}, {1}, "'a' of shape [11] and stride [1] reaches beyond its storage");
     refused(10, 1, {2, 5}, {5, 1}, "reaches beyond");
@@ -204,27 +205,27 @@ TEST(Pth, RefusesShapesThatLeaveTheStorage) {
     refused(10, 0, {2}, {1, 1}, "1 dimensions and 2 strides");
     refused(9, 0, {2}, {1}, "has 40 bytes, expected 9 of float32");
     refused(1LL << 60, 0, {2}, {1}, "has 40 bytes");
-    expect_refused(one("DoubleStorage", ten, 10, 0, {2}, {1}), "expected 10 of float64");
+    expect_pth_refused(one("DoubleStorage", ten, 10, 0, {2}, {1}), "expected 10 of float64");
 }
 
 TEST(Pth, RefusesOtherFiles) {
-    expect_refused(test::sample_zip({{"x/other", "y"}}), "holds no data.pkl");
-    expect_refused(test::sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
-                   "two files data.pkl");
-    expect_refused(sample_pth(PickleText().raw("}").done(), {}, "big"), "byte order is 'big'",
-                   Code::kUnsupported);
-    expect_refused(sample_pth(PickleText().raw("]").done(), {}), "it holds a list");
-    expect_refused(sample_pth(PickleText().raw("}").text("a").integer(1).raw("s").done(), {}),
-                   "'a' is a number, expected a tensor");
-    expect_refused(sample_pth(PickleText().raw("}").integer(1).integer(1).raw("s").done(), {}),
-                   "no text");
+    expect_pth_refused(test::sample_zip({{"x/other", "y"}}), "holds no data.pkl");
+    expect_pth_refused(test::sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
+                       "two files data.pkl");
+    expect_pth_refused(sample_pth(PickleText().raw("}").done(), {}, "big"), "byte order is 'big'",
+                       Code::kUnsupported);
+    expect_pth_refused(sample_pth(PickleText().raw("]").done(), {}), "it holds a list");
+    expect_pth_refused(sample_pth(PickleText().raw("}").text("a").integer(1).raw("s").done(), {}),
+                       "'a' is a number, expected a tensor");
+    expect_pth_refused(sample_pth(PickleText().raw("}").integer(1).integer(1).raw("s").done(), {}),
+                       "no text");
     PickleText twice;
     twice.raw("}(").text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1});
     twice.text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("u");
-    expect_refused(sample_pth(twice.done(), {raw_bytes<float>({1})}), "'a' is there twice");
+    expect_pth_refused(sample_pth(twice.done(), {raw_bytes<float>({1})}), "'a' is there twice");
     PickleText missing;
     missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
-    expect_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
+    expect_pth_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
     EXPECT_TRUE(
         is_legacy_pth(test::bytes_of("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.")));
     EXPECT_FALSE(is_legacy_pth(sample_pth()));
@@ -237,8 +238,8 @@ TEST(Pth, ManyViewsOfOneStorageStayWithinTheLimits) {
         pickle.text(std::to_string(i)).tensor("FloatStorage", "0", 1000, 0, {1000}, {1});
     pickle.raw("u");
     const Buffer file = sample_pth(pickle.done(), {std::string(4000, '\0')});
-    EXPECT_OK(read(file).status());
-    EXPECT_ERROR(read(file, {1, 0, 1000}).status(), Code::kInvalidArgument,
+    EXPECT_OK(read_file(file).status());
+    EXPECT_ERROR(read_file(file, {1, 0, 1000}).status(), Code::kInvalidArgument,
                  "too many for the size");
 }
 

@@ -22,7 +22,7 @@ SaveOptions version(std::uint32_t number) {
     return options;
 }
 
-bool accepts(Bytes file) {
+bool accepts_spz(Bytes file) {
     LoadOptions small;
     small.max_count = 1000;
     return read_spz(file, small).ok();
@@ -32,7 +32,7 @@ bool accepts(Bytes file) {
 Buffer plain(std::uint32_t number, std::uint32_t count, std::uint8_t degree, std::uint8_t bits,
              std::initializer_list<int> arrays) {
     Buffer file;
-    put(file, spz::kMagic);
+    put(file, spz::kSpzMagic);
     put(file, number);
     put(file, count);
     for (const int byte : {int{degree}, int{bits}, 0, 0})
@@ -164,13 +164,13 @@ TEST(Spz, RefusesEveryPrefixAndSurvivesDamage) {
     for (const std::uint32_t number : {3U, 4U}) {
         const auto file = write_spz(sample_scene(2, 1), version(number));
         ASSERT_OK(file.status());
-        test::expect_prefixes_refused(file.value(), accepts);
-        test::parse_damaged(file.value(), accepts);
+        test::expect_prefixes_refused(file.value(), accepts_spz);
+        test::parse_damaged(file.value(), accepts_spz);
     }
     Buffer raw = plain(3, 1, 0, 12, {});
     raw.resize(raw.size() + 20);
-    test::expect_prefixes_refused(raw, accepts);
-    test::parse_damaged(raw, accepts);
+    test::expect_prefixes_refused(raw, accepts_spz);
+    test::parse_damaged(raw, accepts_spz);
 }
 
 TEST(Spz, EmptyScenes) {

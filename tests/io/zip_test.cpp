@@ -26,7 +26,7 @@ Result<std::string> read_all(Bytes file, const ReadLimits& limits = {}) {
     return all;
 }
 
-void expect_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
+void expect_zip_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
     EXPECT_ERROR(read_all(file).status(), code, part);
 }
 
@@ -64,24 +64,24 @@ TEST(Zip, RefusesPrefixesAndSurvivesDamage) {
 TEST(Zip, RefusesWhatIsDamaged) {
     auto parts = two();
     parts[1].crc ^= 1U;
-    expect_refused(sample_zip(parts), "'b' has the CRC");
+    expect_zip_refused(sample_zip(parts), "'b' has the CRC");
     parts = two();
     parts[0].packed[3] = static_cast<char>(parts[0].packed[3] ^ 0x55);
     EXPECT_FALSE(read_all(sample_zip(parts)).ok());
     parts = two();
     parts[1].local_name = "c";
-    expect_refused(sample_zip(parts), "another name or method");
+    expect_zip_refused(sample_zip(parts), "another name or method");
     parts = two();
     parts[1].method = 12;
-    expect_refused(sample_zip(parts), "method 12", Code::kUnsupported);
+    expect_zip_refused(sample_zip(parts), "method 12", Code::kUnsupported);
     parts = two();
     parts[1].flags |= 1U;
-    expect_refused(sample_zip(parts), "'b' is encrypted", Code::kUnsupported);
+    expect_zip_refused(sample_zip(parts), "'b' is encrypted", Code::kUnsupported);
     parts = two();
     parts[1].name = parts[1].local_name = "a";
-    expect_refused(sample_zip(parts), "'a' is there twice");
-    expect_refused(test::bytes_of("PK\x03\x04 no archive"), "no end-of-directory record");
-    expect_refused({}, "no end-of-directory record");
+    expect_zip_refused(sample_zip(parts), "'a' is there twice");
+    expect_zip_refused(test::bytes_of("PK\x03\x04 no archive"), "no end-of-directory record");
+    expect_zip_refused({}, "no end-of-directory record");
 }
 
 TEST(Zip, RefusesSizesThatLie) {
@@ -96,17 +96,17 @@ TEST(Zip, RefusesSizesThatLie) {
     }
     auto parts = two();
     parts[1].bytes = 7;
-    expect_refused(sample_zip(parts), "'b': 7 bytes cannot come from 6");
+    expect_zip_refused(sample_zip(parts), "'b': 7 bytes cannot come from 6");
     parts = two();
     parts[1].packed_bytes = parts[1].bytes = 1000;
-    expect_refused(sample_zip(parts), "'b' reaches into the directory");
+    expect_zip_refused(sample_zip(parts), "'b' reaches into the directory");
     parts[1].zip64 = true;
     parts[1].packed_bytes = parts[1].bytes = ~0ULL - 60;
-    expect_refused(sample_zip(parts), "'b' reaches into the directory");
+    expect_zip_refused(sample_zip(parts), "'b' reaches into the directory");
     parts = two();
     parts[1].flags = 0;
     parts[1].local_bytes = 5;
-    expect_refused(sample_zip(parts), "other sizes in its own header");
+    expect_zip_refused(sample_zip(parts), "other sizes in its own header");
 }
 
 TEST(Zip, RefusesOverlapsAndWrongPlaces) {
@@ -119,13 +119,14 @@ TEST(Zip, RefusesOverlapsAndWrongPlaces) {
     ZipPart outer("o", std::string(as_text(inner)));
     ZipPart again("i", "x");
     again.shift = -static_cast<std::int64_t>(inner.size());
-    expect_refused(sample_zip({outer, again}), "overlap");
+    expect_zip_refused(sample_zip({outer, again}), "overlap");
     parts = two();
     parts[0].shift = 1;
-    expect_refused(sample_zip(parts), "'a' is not where the directory says");
+    expect_zip_refused(sample_zip(parts), "'a' is not where the directory says");
     for (const std::int64_t shift : {-1, 1, 1 << 30}) {
-        expect_refused(sample_zip(two(), {.shift = shift}), "directory is not where");
-        expect_refused(sample_zip(two(), {.shift = shift, .zip64 = true}), "truncated or damaged");
+        expect_zip_refused(sample_zip(two(), {.shift = shift}), "directory is not where");
+        expect_zip_refused(sample_zip(two(), {.shift = shift, .zip64 = true}),
+                           "truncated or damaged");
     }
     for (const std::int64_t more : {-1, 1, 60000})
         EXPECT_FALSE(read_all(sample_zip(two(), {.more_entries = more})).ok()) << more;

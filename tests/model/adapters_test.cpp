@@ -123,7 +123,7 @@ TEST_P(Adapters, RefusesOtherFiles) {
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name = "out.weight"; }), Code::kInvalidArgument,
                  "'out.weight' is no adapter");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.values[5] = NAN; }), Code::kInvalidArgument,
-                 "holds nan at 5");
+                 "holds nan at element 5");
     EXPECT_ERROR(status([](io::NamedTensor& t) {
                      t.dims = {0};
                      t.values.clear();

@@ -65,8 +65,8 @@ std::vector<float> images_of(const std::vector<float>& rgb, const std::vector<fl
 }
 
 /// Images before the cameras of a file.
-struct Inputs {
-    Inputs(const Golden& golden, std::vector<float> given)
+struct GraftInputs {
+    GraftInputs(const Golden& golden, std::vector<float> given)
         : images(std::move(given)),
           poses(golden.floats("v2w")),
           quaternions(golden.floats("quat")) {}
@@ -163,7 +163,7 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
         options.build.precision = model::Precision::kStrict;
         const auto narrow = make(graft_config(), state, options);
         ASSERT_TRUE(narrow);
-        const auto expected = outputs(*narrow, Inputs(golden, golden.floats("x_rgb")).view());
+        const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
         expect_outputs(expected, golden, "o_old.");
         for (const Variant& variant : kVariants) {
             const std::string at = variant.name;
@@ -173,9 +173,10 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
             const nn::Parameter& first = *wide->parameters().find(first_name(golden));
             EXPECT_EQ(get(first.value), golden.floats("new_" + at + "." + first.name));
             const auto got = outputs(
-                *wide, Inputs(golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"),
-                                                256, variant.first, variant.count))
-                           .view());
+                *wide,
+                GraftInputs(golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256,
+                                              variant.first, variant.count))
+                    .view());
             expect_outputs(got, golden, "o_" + at + ".");
             for (std::size_t i = 0; i < got.size(); ++i)
                 expect_absolute(at + " output " + std::to_string(i), got[i], to_double(expected[i]),
@@ -207,8 +208,8 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         PredictorOptions options;
         options.objects = 2;
         options.build.precision = model::Precision::kStrict;
-        const Inputs inputs(golden,
-                            images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256, 0, 4));
+        const GraftInputs inputs(
+            golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256, 0, 4));
         const auto ours = make(config, state, options);
         ASSERT_TRUE(ours);
         const auto expected = outputs(*ours, inputs.view());
@@ -326,7 +327,7 @@ TEST_P(GoldenNetTraining, MovesNewChannels) {
         {"ray_dirs", golden.dims("ray_dirs"), io::NumberType::kF32, golden.floats("ray_dirs")}));
     const auto narrow = make(rgb_config(), state, {});
     ASSERT_TRUE(narrow);
-    const auto expected = outputs(*narrow, Inputs(golden, golden.floats("x")).view());
+    const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x")).view());
     const std::vector<float> priors = normal_fill(std::size_t{4} * 32 * 32, 77);
     const std::string name = "network_with_offset.encoder.enc.32x32_conv.weight";
 
@@ -345,7 +346,7 @@ TEST_P(GoldenNetTraining, MovesNewChannels) {
         ASSERT_TRUE(wide);
         const std::string what =
             std::string(c.variant.name) + " rank " + std::to_string(c.rank) + ": ";
-        const Inputs inputs(
+        const GraftInputs inputs(
             golden, images_of(golden.floats("x"), priors, 1024, c.variant.first, c.variant.count));
         const auto got = outputs(*wide, inputs.view());
         for (std::size_t i = 0; i < got.size(); ++i)

@@ -22,8 +22,8 @@ using model::PredictorOptions;
 
 /// Figures of golden/net/INDEX.md for whole networks; the reference's own float32 run stays within
 /// them, too (grad_rel_err32: 2e-6 to 3e-5).
-constexpr double kOutput = 2e-4;    // absolute
-constexpr double kGradient = 1e-4;  // relative L2 per tensor
+constexpr double kNetOutput = 2e-4;    // absolute
+constexpr double kNetGradient = 1e-4;  // relative L2 per tensor
 
 PredictorConfig config_of(const Golden& golden) {
     const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
@@ -156,8 +156,8 @@ void expect_digests(const Session& session, const Golden& golden) {
         }
         const double expected = digest[3 * row];
         const double spread =
-            kGradient * expected * std::sqrt(static_cast<double>(gradient.size()));
-        EXPECT_NEAR(std::sqrt(norm), expected, kGradient * expected) << name;
+            kNetGradient * expected * std::sqrt(static_cast<double>(gradient.size()));
+        EXPECT_NEAR(std::sqrt(norm), expected, kNetGradient * expected) << name;
         EXPECT_NEAR(sum, digest[3 * row + 1], spread) << name;
         EXPECT_NEAR(wave, digest[3 * row + 2], spread) << name;
     }
@@ -167,14 +167,15 @@ void expect_digests(const Session& session, const Golden& golden) {
 void expect_outputs(const Session& session, const Golden& golden) {
     const auto outputs = session.predictor->outputs();
     const auto at = [&](const char* key) { return golden.doubles("o64." + std::string(key)); };
-    expect_absolute(golden.name + " xyz", session.get(outputs.means), at("xyz"), kOutput);
+    expect_absolute(golden.name + " xyz", session.get(outputs.means), at("xyz"), kNetOutput);
     expect_absolute(golden.name + " opacity", session.get(outputs.opacities), at("opacity"),
-                    kOutput);
-    expect_absolute(golden.name + " scaling", session.get(outputs.scales), at("scaling"), kOutput);
+                    kNetOutput);
+    expect_absolute(golden.name + " scaling", session.get(outputs.scales), at("scaling"),
+                    kNetOutput);
     expect_absolute(golden.name + " rotation", session.get(outputs.rotations), at("rotation"),
-                    kOutput);
+                    kNetOutput);
     expect_absolute(golden.name + " sh", session.get(outputs.sh),
-                    Session::sh(at("features_dc"), at("features_rest")), kOutput);
+                    Session::sh(at("features_dc"), at("features_rest")), kNetOutput);
 }
 
 /// d_x of the channels that the network sees.
@@ -197,15 +198,15 @@ void expect_gradients(const Session& session, const Golden& golden) {
     for (const nn::Parameter& parameter : session.predictor->parameters().all())
         if (golden.npz.has("d." + parameter.name))
             expect_relative(golden.name + " " + parameter.name, session.get(parameter.grad),
-                            to_double(golden.floats("d." + parameter.name)), kGradient + own);
+                            to_double(golden.floats("d." + parameter.name)), kNetGradient + own);
     if (golden.npz.has("d_x64"))
         expect_relative(golden.name + " x", session.get(session.predictor->image_gradient()),
-                        image_gradient(golden, session.predictor->config()), kGradient);
+                        image_gradient(golden, session.predictor->config()), kNetGradient);
     if (golden.npz.has("d_emb")) {
         std::vector<float> gradient;
         ASSERT_OK(session.predictor->embedding_gradient(gradient));
         expect_relative(golden.name + " emb", gradient, to_double(golden.floats("d_emb")),
-                        kGradient + own);
+                        kNetGradient + own);
     }
 }
 

@@ -253,7 +253,7 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
     ASSERT_OK(
         changed.add({out, {24, 24, 1, 1}, io::NumberType::kF32, std::vector<float>(576, NAN)}));
     EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
-                 "holds nan at 0");
+                 "holds nan at element 0");
     changed = without("nothing");
     ASSERT_OK(changed.add({"extra", {1}, io::NumberType::kF32, {1}}));
     EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,

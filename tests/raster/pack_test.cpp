@@ -12,7 +12,7 @@
 namespace splat::test {
 namespace {
 
-constexpr std::size_t kCount = 70001;  // more than one piece
+constexpr std::size_t kPacked = 70001;  // more than one piece
 
 raster::RasterDesc desc_of(std::size_t count, std::uint32_t degree, bool direct = false) {
     raster::RasterDesc desc;
@@ -22,7 +22,7 @@ raster::RasterDesc desc_of(std::size_t count, std::uint32_t degree, bool direct 
     return desc;
 }
 
-scene::Gaussians random_scene(std::size_t count, std::uint32_t degree) {
+scene::Gaussians random_gaussians(std::size_t count, std::uint32_t degree) {
     scene::Gaussians g = scene::make_gaussians(count, degree);
     std::uint64_t seed = 0;
     for (std::vector<float>* array :
@@ -36,9 +36,9 @@ TEST(Pack, DeviceAndHostAgree) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);
     for (const std::uint32_t degree : {0U, 1U, 3U}) {
-        const scene::Gaussians host = random_scene(kCount, degree);
+        const scene::Gaussians host = random_gaussians(kPacked, degree);
         const scene::ActivatedGaussians a = scene::activate(host).value();
-        const raster::RasterDesc desc = desc_of(kCount, degree);
+        const raster::RasterDesc desc = desc_of(kPacked, degree);
         auto by_host = raster::allocate_packed(*context, desc);
         auto by_device = raster::allocate_packed(*context, desc);
         ASSERT_OK(by_host.status());
@@ -55,9 +55,9 @@ TEST(Pack, DeviceAndHostAgree) {
         ASSERT_OK(raster::pack_attributes(recorder, desc, views, by_device.value().input()));
         vk::CommandList list = std::move(recorder.finish().value());
         ASSERT_OK(context->run(list));
-        const std::size_t colors = kCount * desc.color_quads() * 4;
-        EXPECT_EQ(download(*context, by_device.value().gaussians.range(), kCount * 12),
-                  download(*context, by_host.value().gaussians.range(), kCount * 12));
+        const std::size_t colors = kPacked * desc.color_quads() * 4;
+        EXPECT_EQ(download(*context, by_device.value().gaussians.range(), kPacked * 12),
+                  download(*context, by_host.value().gaussians.range(), kPacked * 12));
         EXPECT_EQ(download(*context, by_device.value().colors.range(), colors),
                   download(*context, by_host.value().colors.range(), colors));
     }
@@ -96,7 +96,7 @@ TEST(Pack, UnpackInvertsAndAccumulates) {
 TEST(Pack, DegreesAreCutAndPadded) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);
-    const scene::Gaussians host = random_scene(5, 1);
+    const scene::Gaussians host = random_gaussians(5, 1);
     for (const std::uint32_t degree : {0U, 2U}) {
         const raster::RasterDesc desc = desc_of(5, degree);
         auto packed = raster::allocate_packed(*context, desc);

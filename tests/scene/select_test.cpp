@@ -15,7 +15,7 @@ namespace {
 
 using test::sample_scene;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// n Gaussians on the x axis at 0, 1, 2, ...
@@ -64,7 +64,7 @@ TEST(Activate, InverseClampsAndRefuses) {
     values.opacities[1] = 1.5F;
     EXPECT_ERROR(deactivate(values).status(), Code::kInvalidArgument,
                  "opacity of Gaussian 1 is 1.5");
-    values.opacities[1] = kNan;
+    values.opacities[1] = kNanF;
     EXPECT_FALSE(deactivate(values).ok());
     values.opacities[1] = 1;
     values.scales[4] = 0;
@@ -75,7 +75,7 @@ TEST(Activate, InverseClampsAndRefuses) {
 
 TEST(Select, CropKeepsTheFacesAndTheOrder) {
     Gaussians g = row_of(6);
-    g.means[3 * 3 + 1] = kNan;
+    g.means[3 * 3 + 1] = kNanF;
     const auto cropped = crop(g, {{1, -1, -1}, {4, 1, 1}});
     ASSERT_OK(cropped.status());
     ASSERT_EQ(cropped.value().count(), 3U);
@@ -89,7 +89,7 @@ TEST(Select, CropKeepsTheFacesAndTheOrder) {
 
 TEST(Select, FilterByOpacity) {
     Gaussians g = row_of(4);
-    g.opacity_logits = {-1, 0, kNan, kInfinity};
+    g.opacity_logits = {-1, 0, kNanF, kInfinity};
     const auto kept = filter_by_opacity(g, 0.5);
     ASSERT_OK(kept.status());
     EXPECT_EQ(kept.value().opacity_logits, (std::vector<float>{0, kInfinity}));
@@ -98,7 +98,7 @@ TEST(Select, FilterByOpacity) {
 
 TEST(Select, RemoveInvalid) {
     Gaussians g = row_of(6);
-    g.means[1 * 3] = kNan;
+    g.means[1 * 3] = kNanF;
     g.opacity_logits[2] = kInfinity;
     for (std::size_t k = 0; k < 4; ++k) g.rotations[3 * 4 + k] = 0;
     g.sh[4 * 12 + 11] = -kInfinity;
@@ -126,7 +126,7 @@ TEST(Select, MergePadsTheLowerDegree) {
 
 TEST(Select, MortonOrderBringsNeighboursTogether) {
     Gaussians g = row_of(5);
-    const float xs[] = {7, 0, 6, kNan, 1};
+    const float xs[] = {7, 0, 6, kNanF, 1};
     for (std::size_t i = 0; i < 5; ++i) g.means[i * 3] = xs[i];
     const auto sorted = sort_morton(g);
     ASSERT_OK(sorted.status());
@@ -143,7 +143,7 @@ TEST(Statistics, MeasuresAndCounts) {
     g.opacity_logits.assign(21, 0.0F);
     g.opacity_logits[1] = -10;
     g.means[20 * 3 + 2] = kInfinity;
-    g.rotations[8] = kNan;
+    g.rotations[8] = kNanF;
     g.log_scales[5] = -std::numeric_limits<float>::infinity();
     const auto result = statistics(g);
     ASSERT_OK(result.status());

@@ -17,16 +17,16 @@ using test::part;
 using test::scale;
 using test::slow;
 
-constexpr std::uint32_t kN = 1000;
+constexpr std::uint32_t kElements = 1000;
 
-class Recorder : public testing::Test {
+class RecorderBarriers : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
         ASSERT_NE(context_, nullptr);
-        a_ = device_buffer(*context_, kN);
-        b_ = device_buffer(*context_, kN);
-        c_ = device_buffer(*context_, kN);
+        a_ = device_buffer(*context_, kElements);
+        b_ = device_buffer(*context_, kElements);
+        c_ = device_buffer(*context_, kElements);
     }
 
     /// Barriers inside the list that `record` makes, not counting those at its two ends; -1 if
@@ -53,41 +53,41 @@ class Recorder : public testing::Test {
     Buffer c_;
 };
 
-TEST_F(Recorder, OrdersReadAfterWrite) {
+TEST_F(RecorderBarriers, OrdersReadAfterWrite) {
     EXPECT_EQ(barriers([&](vk::Recorder& r) {
                   EXPECT_OK(r.fill(a_.range(), 0));
-                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kElements, 2)));
                   EXPECT_OK(r.copy(b_.range(), c_.range()));
               }),
               2);
 }
 
-TEST_F(Recorder, OrdersWriteAfterRead) {
+TEST_F(RecorderBarriers, OrdersWriteAfterRead) {
     EXPECT_EQ(barriers([&](vk::Recorder& r) {
-                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kElements, 2)));
                   EXPECT_OK(r.fill(a_.range(), 0));
               }),
               1);
 }
 
-TEST_F(Recorder, OrdersWriteAfterWrite) {
+TEST_F(RecorderBarriers, OrdersWriteAfterWrite) {
     EXPECT_EQ(barriers([&](vk::Recorder& r) {
-                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kN, 2)));
-                  EXPECT_OK(r.dispatch(scale(c_.range(), b_.range(), kN, 2)));
+                  EXPECT_OK(r.dispatch(scale(a_.range(), b_.range(), kElements, 2)));
+                  EXPECT_OK(r.dispatch(scale(c_.range(), b_.range(), kElements, 2)));
               }),
               1);
 }
 
-TEST_F(Recorder, OrdersReadModifyWrite) {
+TEST_F(RecorderBarriers, OrdersReadModifyWrite) {
     EXPECT_EQ(barriers([&](vk::Recorder& r) {
-                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kN)));
-                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kN)));
-                  EXPECT_OK(r.dispatch(accumulate(c_.range(), b_.range(), kN)));
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kElements)));
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), b_.range(), kElements)));
+                  EXPECT_OK(r.dispatch(accumulate(c_.range(), b_.range(), kElements)));
               }),
               2);
 }
 
-TEST_F(Recorder, OrdersIndirectCountsAfterTheirWrite) {
+TEST_F(RecorderBarriers, OrdersIndirectCountsAfterTheirWrite) {
     const Buffer counts = device_buffer(*context_, 4);
     EXPECT_EQ(
         barriers([&](vk::Recorder& r) {
@@ -97,13 +97,14 @@ TEST_F(Recorder, OrdersIndirectCountsAfterTheirWrite) {
         1);
 }
 
-TEST_F(Recorder, LeavesIndependentCommandsUnordered) {
+TEST_F(RecorderBarriers, LeavesIndependentCommandsUnordered) {
     const BufferView whole = a_.range();
-    EXPECT_EQ(barriers([&](vk::Recorder& r) {
-                  EXPECT_OK(r.dispatch(scale(whole, b_.range(), kN, 2)));  // both only read a
-                  EXPECT_OK(r.dispatch(scale(whole, c_.range(), kN, 3)));
-              }),
-              0);
+    EXPECT_EQ(
+        barriers([&](vk::Recorder& r) {
+            EXPECT_OK(r.dispatch(scale(whole, b_.range(), kElements, 2)));  // both only read a
+            EXPECT_OK(r.dispatch(scale(whole, c_.range(), kElements, 3)));
+        }),
+        0);
     EXPECT_EQ(barriers([&](vk::Recorder& r) {  // neighbouring ranges of one buffer
                   EXPECT_OK(r.fill(part(whole, 0, 1024), 0));
                   EXPECT_OK(r.fill(part(whole, 1024, 1024), 0));
@@ -117,20 +118,20 @@ TEST_F(Recorder, LeavesIndependentCommandsUnordered) {
               1);
 }
 
-TEST_F(Recorder, OneBarrierServesAllBeforeIt) {
+TEST_F(RecorderBarriers, OneBarrierServesAllBeforeIt) {
     EXPECT_EQ(barriers([&](vk::Recorder& r) {
                   EXPECT_OK(r.fill(a_.range(), 0));
                   EXPECT_OK(r.fill(b_.range(), 0));
-                  EXPECT_OK(r.dispatch(accumulate(a_.range(), c_.range(), kN)));
-                  EXPECT_OK(r.dispatch(scale(b_.range(), a_.range(), kN, 1)));
+                  EXPECT_OK(r.dispatch(accumulate(a_.range(), c_.range(), kElements)));
+                  EXPECT_OK(r.dispatch(scale(b_.range(), a_.range(), kElements, 1)));
               }),
               2);
 }
 
-TEST_F(Recorder, RefusesUndeclaredAliasing) {
+TEST_F(RecorderBarriers, RefusesUndeclaredAliasing) {
     vk::Recorder r(*context_);
-    EXPECT_ERROR(r.dispatch(scale(a_.range(), a_.range(), kN, 2)), Code::kInternal, "alias");
-    Dispatch in_place = scale(a_.range(), a_.range(), kN, 2);
+    EXPECT_ERROR(r.dispatch(scale(a_.range(), a_.range(), kElements, 2)), Code::kInternal, "alias");
+    Dispatch in_place = scale(a_.range(), a_.range(), kElements, 2);
     in_place.may_alias = true;
     EXPECT_OK(r.dispatch(in_place));
     Dispatch shifted = scale(part(a_.range(), 0, 2048), part(a_.range(), 1024, 2048), 512, 2);
@@ -141,16 +142,16 @@ TEST_F(Recorder, RefusesUndeclaredAliasing) {
     EXPECT_OK(r.dispatch(scale(part(a_.range(), 0, 1024), part(a_.range(), 1024, 1024), 256, 2)));
 }
 
-TEST_F(Recorder, RefusesDeclarationsThatDifferFromTheShader) {
+TEST_F(RecorderBarriers, RefusesDeclarationsThatDifferFromTheShader) {
     vk::Recorder r(*context_);
-    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
+    Dispatch wrong = scale(a_.range(), b_.range(), kElements, 2);
     wrong.accesses = {read(a_.range()), read_write(b_.range())};
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 1");
     wrong.accesses = {read(a_.range()), read(b_.range())};
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 1");
     wrong.accesses = {read_write(a_.range()), write(b_.range())};
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "binding 0");
-    Dispatch rmw = accumulate(a_.range(), b_.range(), kN);
+    Dispatch rmw = accumulate(a_.range(), b_.range(), kElements);
     rmw.accesses[1].use = Use::kWrite;
     EXPECT_ERROR(r.dispatch(rmw), Code::kInternal, "binding 1");
     wrong.accesses = {read(a_.range())};
@@ -160,18 +161,18 @@ TEST_F(Recorder, RefusesDeclarationsThatDifferFromTheShader) {
     EXPECT_TRUE(r.finish().value().empty());
 }
 
-TEST_F(Recorder, RefusesWrongPushSizeAndShader) {
+TEST_F(RecorderBarriers, RefusesWrongPushSizeAndShader) {
     vk::Recorder r(*context_);
-    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
-    wrong.push = kN;
+    Dispatch wrong = scale(a_.range(), b_.range(), kElements, 2);
+    wrong.push = kElements;
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "push constants");
     wrong.shader = "test_absent";
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "test_absent");
 }
 
-TEST_F(Recorder, RefusesGroupsBeyondTheDevice) {
+TEST_F(RecorderBarriers, RefusesGroupsBeyondTheDevice) {
     vk::Recorder r(*context_);
-    Dispatch wrong = scale(a_.range(), b_.range(), kN, 2);
+    Dispatch wrong = scale(a_.range(), b_.range(), kElements, 2);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         wrong.groups = {1, 1, 1};
         wrong.groups[axis] = 0;
@@ -182,7 +183,7 @@ TEST_F(Recorder, RefusesGroupsBeyondTheDevice) {
     }
 }
 
-TEST_F(Recorder, RefusesViewsBeyondTheBindingLimit) {
+TEST_F(RecorderBarriers, RefusesViewsBeyondTheBindingLimit) {
     ContextDesc desc = test::context_desc();
     desc.device.fake = [](DeviceInfo& info) {
         info.limits.max_storage_buffer_bytes = 4096;
@@ -202,35 +203,36 @@ TEST_F(Recorder, RefusesViewsBeyondTheBindingLimit) {
     EXPECT_ERROR(r.dispatch(texel), Code::kUnsupported, "1040");
 }
 
-TEST_F(Recorder, ComputesThroughBothKindsOfLoads) {
-    const std::vector<float> x = test::integer_fill(kN, 1);
+TEST_F(RecorderBarriers, ComputesThroughBothKindsOfLoads) {
+    const std::vector<float> x = test::integer_fill(kElements, 1);
     const Buffer in = test::upload(*context_, x);
     vk::Recorder r(*context_);
-    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kN, 3, 1)));
-    EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kN / 4)));
+    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 3, 1)));
+    EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kElements / 4)));
     CommandList list = std::move(r.finish().value());
     EXPECT_OK(context_->run(list));
-    const std::vector<float> y = test::download(*context_, c_.range(), kN);
-    for (std::uint32_t i = 0; i < kN; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
+    const std::vector<float> y = test::download(*context_, c_.range(), kElements);
+    for (std::uint32_t i = 0; i < kElements; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
 }
 
-TEST_F(Recorder, RunsAgainWithNewPushData) {
-    const Buffer in = test::upload(*context_, std::vector<float>(kN, 1));
+TEST_F(RecorderBarriers, RunsAgainWithNewPushData) {
+    const Buffer in = test::upload(*context_, std::vector<float>(kElements, 1));
     vk::Recorder r(*context_);
-    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kN, 2)));
-    EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kN, 5)));
+    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 2)));
+    EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kElements, 5)));
     const std::size_t second = r.last_dispatch();
     CommandList list = std::move(r.finish().value());
     for (const float factor : {5.0F, 7.0F, -1.0F}) {
-        EXPECT_OK(list.set_push(second, test::ScaleParams{kN, factor}));
+        EXPECT_OK(list.set_push(second, test::ScaleParams{kElements, factor}));
         EXPECT_OK(context_->run(list));
-        EXPECT_EQ(test::download(*context_, c_.range(), kN), std::vector<float>(kN, 2 * factor));
+        EXPECT_EQ(test::download(*context_, c_.range(), kElements),
+                  std::vector<float>(kElements, 2 * factor));
     }
-    EXPECT_ERROR(list.set_push(second, kN), Code::kInternal, "push constants");
-    EXPECT_ERROR(list.set_push(2, test::ScaleParams{kN, 1}), Code::kInternal, "dispatch 2");
+    EXPECT_ERROR(list.set_push(second, kElements), Code::kInternal, "push constants");
+    EXPECT_ERROR(list.set_push(2, test::ScaleParams{kElements, 1}), Code::kInternal, "dispatch 2");
 }
 
-TEST_F(Recorder, EmptyListRuns) {
+TEST_F(RecorderBarriers, EmptyListRuns) {
     vk::Recorder r(*context_);
     CommandList list = std::move(r.finish().value());
     EXPECT_TRUE(list.empty());

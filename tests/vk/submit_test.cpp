@@ -16,7 +16,7 @@ namespace {
 using test::device_buffer;
 using test::scale;
 
-constexpr std::uint32_t kN = 256;
+constexpr std::uint32_t kScaled = 256;
 
 /// Replacements in the function table; one test at a time uses them.
 int g_timeouts = 0;
@@ -46,15 +46,15 @@ VKAPI_ATTR VkResult VKAPI_CALL wait_loses_device(VkDevice device, std::uint32_t 
 
 CommandList record_scale(Context& context, const BufferView& x, const BufferView& y, float factor) {
     Recorder recorder(context);
-    EXPECT_OK(recorder.dispatch(scale(x, y, kN, factor)));
+    EXPECT_OK(recorder.dispatch(scale(x, y, kScaled, factor)));
     return std::move(recorder.finish().value());
 }
 
 TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
     const auto context = test::make_context();
     ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
-    const Buffer y = device_buffer(*context, kN);
+    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+    const Buffer y = device_buffer(*context, kScaled);
     CommandList list = record_scale(*context, x.range(), y.range(), 3);
 
     VolkDeviceTable& vk = context->device().vk;
@@ -63,22 +63,23 @@ TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
     g_timeouts = 2;
     g_calls = 0;
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
-    std::vector<float> values(kN, -1);
-    EXPECT_ERROR(context->read(y.range(), values.data(), kN * 4), Code::kTimeout, "did not finish");
-    EXPECT_EQ(values, std::vector<float>(kN, -1)) << "outputs untouched";
+    std::vector<float> values(kScaled, -1);
+    EXPECT_ERROR(context->read(y.range(), values.data(), kScaled * 4), Code::kTimeout,
+                 "did not finish");
+    EXPECT_EQ(values, std::vector<float>(kScaled, -1)) << "outputs untouched";
     EXPECT_EQ(g_calls, 2);
     EXPECT_OK(context->run(list));  // first waits for the run before
     EXPECT_EQ(g_calls, 4);
-    EXPECT_EQ(test::download(*context, y.range(), kN), std::vector<float>(kN, 3));
+    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
 }
 
 TEST(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
     const auto context = test::make_context();
     ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
-    const Buffer keep = device_buffer(*context, kN);
+    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+    const Buffer keep = device_buffer(*context, kScaled);
     {
-        Buffer y = device_buffer(*context, kN);
+        Buffer y = device_buffer(*context, kScaled);
         const BufferView range = y.range();
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
         VolkDeviceTable& vk = context->device().vk;
@@ -87,21 +88,22 @@ TEST(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
         g_timeouts = 1;
         EXPECT_ERROR(context->run(list), Code::kTimeout, "");
         y = Buffer();
-        const Buffer fresh = device_buffer(*context, kN);
+        const Buffer fresh = device_buffer(*context, kScaled);
         EXPECT_FALSE(fresh.range().overlaps(range)) << "the device may still write there";
     }  // list and fresh are destroyed while the run counts as pending
     EXPECT_OK(context->fill(keep.range(), 5));
-    EXPECT_EQ(test::download_words(*context, keep.range(), kN), std::vector<std::uint32_t>(kN, 5));
-    const Buffer after = device_buffer(*context, kN);
+    EXPECT_EQ(test::download_words(*context, keep.range(), kScaled),
+              std::vector<std::uint32_t>(kScaled, 5));
+    const Buffer after = device_buffer(*context, kScaled);
     EXPECT_OK(context->fill(after.range(), 6));
 }
 
 void expect_lost_for_ever(Context& context, CommandList& list, const BufferView& view) {
-    std::vector<float> values(kN, -1);
+    std::vector<float> values(kScaled, -1);
     for (int round = 0; round < 2; ++round) {
         EXPECT_ERROR(context.run(list), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.write(view, values.data(), kN * 4), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.read(view, values.data(), kN * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.write(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.read(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
         EXPECT_ERROR(context.fill(view, 1), Code::kDeviceLost, "lost");
         EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x").status(),
                      Code::kDeviceLost, "lost");
@@ -109,25 +111,25 @@ void expect_lost_for_ever(Context& context, CommandList& list, const BufferView&
         EXPECT_OK(recorder.fill(view, 1));
         EXPECT_ERROR(recorder.finish().status(), Code::kDeviceLost, "lost");
     }
-    EXPECT_EQ(values, std::vector<float>(kN, -1));
+    EXPECT_EQ(values, std::vector<float>(kScaled, -1));
 }
 
 void expect_new_context_works() {
     const auto context = test::make_context();
     ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
-    const Buffer y = device_buffer(*context, kN);
+    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+    const Buffer y = device_buffer(*context, kScaled);
     CommandList list = record_scale(*context, x.range(), y.range(), 3);
     EXPECT_OK(context->run(list));
-    EXPECT_EQ(test::download(*context, y.range(), kN), std::vector<float>(kN, 3));
+    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
 }
 
 TEST(Submit, LossAtSubmitIsSticky) {
     {
         const auto context = test::make_context();
         ASSERT_NE(context, nullptr);
-        const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
-        const Buffer y = device_buffer(*context, kN);
+        const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+        const Buffer y = device_buffer(*context, kScaled);
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
         VolkDeviceTable& vk = context->device().vk;
         g_submit = vk.vkQueueSubmit;
@@ -143,8 +145,8 @@ TEST(Submit, LossAtWaitIsSticky) {
     {
         const auto context = test::make_context();
         ASSERT_NE(context, nullptr);
-        const Buffer x = test::upload(*context, std::vector<float>(kN, 1));
-        const Buffer y = device_buffer(*context, kN);
+        const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+        const Buffer y = device_buffer(*context, kScaled);
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
         VolkDeviceTable& vk = context->device().vk;
         g_wait = vk.vkWaitForFences;
@@ -183,21 +185,21 @@ TEST(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
 /// Allocate, compute, read back; through staging, so that every fault point of the Vulkan layer
 /// lies on the way.
 Status scenario(Context& context, std::vector<float>& result) {
-    const std::vector<float> ones(kN, 1);
-    SPLAT_ASSIGN(const Buffer x, context.memory().allocate(kN * 4, MemoryKind::kDevice, "x"));
-    SPLAT_ASSIGN(const Buffer y, context.memory().allocate(kN * 4, MemoryKind::kDevice, "y"));
-    SPLAT_TRY(context.write(x.range(), ones.data(), kN * 4));
+    const std::vector<float> ones(kScaled, 1);
+    SPLAT_ASSIGN(const Buffer x, context.memory().allocate(kScaled * 4, MemoryKind::kDevice, "x"));
+    SPLAT_ASSIGN(const Buffer y, context.memory().allocate(kScaled * 4, MemoryKind::kDevice, "y"));
+    SPLAT_TRY(context.write(x.range(), ones.data(), kScaled * 4));
     Recorder recorder(context);
-    SPLAT_TRY(recorder.dispatch(scale(x.range(), y.range(), kN, 3)));
+    SPLAT_TRY(recorder.dispatch(scale(x.range(), y.range(), kScaled, 3)));
     SPLAT_ASSIGN(CommandList list, recorder.finish());
     SPLAT_TRY(context.run(list));
-    return context.read(y.range(), result.data(), kN * 4);
+    return context.read(y.range(), result.data(), kScaled * 4);
 }
 
 TEST(Submit, EveryFaultPointFailsCleanlyAndRetries) {
     ContextDesc desc = test::context_desc();
     desc.memory.hide_host = true;
-    std::vector<float> result(kN, -1);
+    std::vector<float> result(kScaled, -1);
     fault::arm(nullptr, ~std::uint64_t{0} - 1, 1);  // never fails: counts
     {
         const auto context = test::make_context(desc);
@@ -206,10 +208,10 @@ TEST(Submit, EveryFaultPointFailsCleanlyAndRetries) {
     }
     const std::uint64_t points = fault::disarm();
     EXPECT_GT(points, 15U);
-    ASSERT_EQ(result, std::vector<float>(kN, 3));
+    ASSERT_EQ(result, std::vector<float>(kScaled, 3));
 
     for (std::uint64_t n = 1; n <= points; ++n) {
-        result.assign(kN, -1);
+        result.assign(kScaled, -1);
         fault::arm(nullptr, n, 1);
         auto opened = Context::create(desc);
         if (!opened.ok()) {
@@ -221,11 +223,11 @@ TEST(Submit, EveryFaultPointFailsCleanlyAndRetries) {
         const Status failed = scenario(*context, result);
         EXPECT_GE(fault::disarm(), n);
         EXPECT_FALSE(failed.ok()) << "point " << n << " of " << points;
-        EXPECT_EQ(result, std::vector<float>(kN, -1)) << n;
+        EXPECT_EQ(result, std::vector<float>(kScaled, -1)) << n;
         EXPECT_EQ(context->memory().use().live, 0U) << n;
         if (failed.code() == Code::kDeviceLost) continue;
         EXPECT_OK(scenario(*context, result)) << n;
-        EXPECT_EQ(result, std::vector<float>(kN, 3)) << n;
+        EXPECT_EQ(result, std::vector<float>(kScaled, 3)) << n;
     }
 }
 #endif

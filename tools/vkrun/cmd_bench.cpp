@@ -12,7 +12,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kBenchFooter =
     R"(Every operator runs on the shapes of the network, forward and backward, with the plain and
 the fast kernels of the device, which take turns (A B A B) within this one process.
 
@@ -42,7 +42,7 @@ Examples:
   vkrun bench ops --device discrete --json > bench.json
 )";
 
-struct Options {
+struct BenchOptions {
     std::vector<std::string> only;
     std::string device = "best";
     int repeat = 0;
@@ -52,7 +52,7 @@ struct Options {
     bool quick = false;
 };
 
-Device open_with(const Options& options, splat_kernels kernels) {
+Device open_with(const BenchOptions& options, splat_kernels kernels) {
     splat_device_desc desc = device_desc(options.device);
     desc.kernels = kernels;
     desc.flags = SPLAT_DEVICE_PROFILE;
@@ -129,7 +129,7 @@ std::string check_op(const std::string& name) {
     return "no operator '" + name + "'; there are: " + names;
 }
 
-int run_ops(Options options) {
+int run_ops(BenchOptions options) {
     if (options.only.empty()) options.only = bench_ops();
     if (options.repeat == 0) options.repeat = options.quick ? 2 : 10;
     const BenchDevices devices{open_with(options, SPLAT_KERNELS_PLAIN),
@@ -211,7 +211,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     ops->group("Commands");
     add_bench_raster(*bench, exit_code);
     add_bench_model(*bench, exit_code);
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BenchOptions>();
     ops->add_option("--only", options->only,
                     "Operators to measure, separated by commas:\nattention, conv2d, gaussian_head, "
                     "group_norm,\nl1, l2, linear, ssim")
@@ -233,7 +233,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     ops->add_flag("--quick", options->quick, "One small shape per operator: shows that all works");
     ops->add_flag("--table", options->table, "Print tables (the default)");
     ops->add_flag("--json", options->json, "Print one JSON object on standard output");
-    ops->footer(kFooter);
+    ops->footer(kBenchFooter);
     ops->callback([options, &exit_code] {
         if (options->json && options->table) throw CLI::ExcludesError("--json", "--table");
         exit_code = run_ops(*options);

@@ -11,7 +11,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kBenchModelFooter =
     R"(A network with random weights runs forward and, with --backward, forward and backward with all
 gradients of outputs 1; wall time of the calls, inputs and their checks included. Forward alone is that
 of a model made without gradients, which keeps prepared weights; one that trains prepares them anew.
@@ -38,7 +38,7 @@ Examples:
   vkrun bench model --config config.yaml --lora 8 --backward --precision fast --json
 )";
 
-struct Options : ModelBenchOptions {
+struct BenchModelOptions : ModelBenchOptions {
     std::string file;
     std::string precision_name = "balanced";
     std::string device = "best";
@@ -51,7 +51,7 @@ struct Options : ModelBenchOptions {
     bool profile = false;
 };
 
-std::unique_ptr<ModelPeer> start_peer(const Options& options, const Json& config) {
+std::unique_ptr<ModelPeer> start_peer(const BenchModelOptions& options, const Json& config) {
     if (!options.peer) return nullptr;
     std::vector<std::string> command = {
         options.python, options.script.empty() ? find_peer_script() : options.script};
@@ -89,7 +89,8 @@ Json memory_json(splat_device device) {
 }
 
 /// The figures of one kind of pass go below its key, those of the peer below "peer".
-void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer, const Options& options) {
+void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer,
+              const BenchModelOptions& options) {
     const bool step = std::string(key) == "forward_backward";
     const PassMeasurement measured = measure_pass(run, peer, step, options.rounds);
     const bool in_part = run.report().at("config").contains("opt");
@@ -103,7 +104,7 @@ void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer, const
     json[std::string("ratio_") + key] = measured.peer.min_ms() / measured.ours.min_ms();
 }
 
-void describe(Json& json, const ModelRun& run, const Options& options) {
+void describe(Json& json, const ModelRun& run, const BenchModelOptions& options) {
     json["config"] = run.report().at("config");
     json["precision"] = options.precision_name;
     json["objects"] = options.objects;
@@ -124,7 +125,7 @@ std::string profile_text(splat_device device,
 
 /// Both kinds of passes, each on a model of its own, one after the other; the profile is that of one
 /// more pass of the last.
-void measure(Json& json, splat_device device, const Options& options) {
+void measure(Json& json, splat_device device, const BenchModelOptions& options) {
     std::unique_ptr<ModelPeer> peer;
     for (const bool step : {false, true}) {
         if (step && !options.backward) return;
@@ -197,7 +198,7 @@ void print_tables(const Json& json) {
     std::printf("%s", table.text().c_str());
 }
 
-int run(Options options) {
+int run_bench_model(BenchModelOptions options) {
     options.precision = options.precision_name == "strict" ? SPLAT_PRECISION_STRICT
                         : options.precision_name == "fast" ? SPLAT_PRECISION_FAST
                                                            : SPLAT_PRECISION_BALANCED;
@@ -228,7 +229,7 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     CLI::App* model = bench.add_subcommand(
         "model", "Time a whole network, forward and backward, alone or in turns with PyTorch.");
     model->group("Commands");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BenchModelOptions>();
     model->add_option("--config", options->file, "JSON or YAML; else the cars model")
         ->type_name("FILE")
         ->check(CLI::ExistingFile);
@@ -259,8 +260,8 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     add_device_option(*model, options->device);
     model->add_flag("--json", options->json, "JSON on standard output");
     model->add_flag("--profile", options->profile, "Add the times by operator");
-    model->footer(kFooter);
-    model->callback([options, &exit_code] { exit_code = run(*options); });
+    model->footer(kBenchModelFooter);
+    model->callback([options, &exit_code] { exit_code = run_bench_model(*options); });
 }
 
 }  // namespace vkrun

@@ -15,7 +15,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kBenchRasterFooter =
     R"(Each view is drawn by plain and by fast kernels in turn (A B A B) in this one process,
 forward and backward.
 
@@ -38,7 +38,7 @@ Examples:
   vkrun bench raster scene.spz --orbit 4 --size 1280x720 --json > raster.json
 )";
 
-struct Options {
+struct BenchRasterOptions {
     std::string scene;
     std::string cameras;
     std::uint32_t orbit = 0;
@@ -100,7 +100,7 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
         throw Failure(kUsageError, "--size is '" + text + "', expected WxH, as 640x360");
 }
 
-std::vector<splat_camera> cameras_for(const Options& options, splat_scene scene) {
+std::vector<splat_camera> cameras_for(const BenchRasterOptions& options, splat_scene scene) {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     parse_size(options.size, width, height);
@@ -129,7 +129,7 @@ std::vector<splat_camera> cameras_for(const Options& options, splat_scene scene)
     return cameras;
 }
 
-RasterCase make_case(const Options& options) {
+RasterCase make_case(const BenchRasterOptions& options) {
     RasterCase made;
     if (options.scene.empty()) {
         std::uint32_t width = 0;
@@ -163,7 +163,7 @@ void write_text(const std::string& path, const std::string& text) {
     if (!file.flush()) throw Failure(kFailed, "cannot write " + path);
 }
 
-int run(const Options& options) {
+int run_bench_raster(const BenchRasterOptions& options) {
     const auto open = [&](splat_kernels kernels, bool profile) {
         splat_device_desc desc = device_desc(options.device);
         desc.kernels = kernels;
@@ -200,7 +200,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         "raster",
         "Time the rasterizer on a scene, compare it with float64, and measure each skip.");
     raster->group("Commands");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BenchRasterOptions>();
     raster->add_option("SCENE", options->scene, ".ply, .splat or .spz")->check(CLI::ExistingFile);
     CLI::Option* cameras =
         raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
@@ -225,8 +225,8 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->add_flag("--json", options->json, "JSON on standard output");
     raster->add_option("--csv", options->csv, "Also write a CSV file")->type_name("FILE");
     raster->add_option("--svg", options->svg, "Also draw the stages' times")->type_name("FILE");
-    raster->footer(kFooter);
-    raster->callback([options, &exit_code] { exit_code = run(*options); });
+    raster->footer(kBenchRasterFooter);
+    raster->callback([options, &exit_code] { exit_code = run_bench_raster(*options); });
 }
 
 }  // namespace vkrun

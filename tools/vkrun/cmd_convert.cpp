@@ -12,7 +12,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kConvertFooter =
     R"(The extension of OUT says the format: .ply, .splat (8-bit colours without view dependence) or
 .spz (quantised). Compressed .ply is read only. A file appears whole or not at all.
 
@@ -26,7 +26,7 @@ Examples:
   vkrun convert scene.spz scene.ply --sh-degree 0 --overwrite
 )";
 
-struct Options {
+struct ConvertOptions {
     std::string in, out;
     std::string frame = "auto";
     std::string in_frame = "auto";
@@ -36,7 +36,7 @@ struct Options {
     bool json = false;
 };
 
-int run(const Options& options) {
+int run_convert(const ConvertOptions& options) {
     auto read = sized<splat_scene_file_desc>();
     read.frame = frame_of(options.in_frame);
     auto write = sized<splat_scene_file_desc>();
@@ -72,7 +72,7 @@ int run(const Options& options) {
 void add_convert(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("convert", "Write a scene file in another format.");
     command->group("Commands");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ConvertOptions>();
     command->add_option("IN", options->in, "Scene to read")->required()->type_name("");
     command->add_option("OUT", options->out, "Scene to write: .ply, .splat or .spz")
         ->required()
@@ -89,8 +89,8 @@ void add_convert(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(3, 4).description(""));
     command->add_flag("--overwrite", options->overwrite, "Replace OUT if it is there");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kFooter);
-    command->callback([options, &exit_code] { exit_code = run(*options); });
+    command->footer(kConvertFooter);
+    command->callback([options, &exit_code] { exit_code = run_convert(*options); });
 }
 
 }  // namespace vkrun

@@ -12,7 +12,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDevicesFooter =
     R"(A device that libsplat cannot use is listed with the reason. '*' marks the one that is
 opened by default. 'kernels' says which shaders run on the device: plain ones everywhere,
 cpu or gpu ones where the device has subgroups of 8 or more lanes.
@@ -48,7 +48,7 @@ Json to_json(const std::vector<splat_device_info>& devices, std::optional<std::s
     return json;
 }
 
-int run(bool json) {
+int run_devices(bool json) {
     std::vector<splat_device_info> devices;
     std::string problem;
     int exit_code = kSuccess;
@@ -86,8 +86,8 @@ void add_devices(CLI::App& app, int& exit_code) {
     command->group("Commands");
     const auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "Print one JSON object on standard output");
-    command->footer(kFooter);
-    command->callback([json, &exit_code] { exit_code = run(*json); });
+    command->footer(kDevicesFooter);
+    command->callback([json, &exit_code] { exit_code = run_devices(*json); });
 }
 
 }  // namespace vkrun

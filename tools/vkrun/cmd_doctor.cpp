@@ -15,7 +15,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDoctorFooter =
     R"(Checks, as far as they can be made: the library; the Vulkan loader and drivers; the devices,
 the one chosen and why; its limits, kernels and memory; variables of the environment; the
 validation layer; the folder of the pipeline cache; and a self-test that writes and reads a
@@ -34,7 +34,7 @@ Examples:
   vkrun doctor --device cpu --json
 )";
 
-struct Options {
+struct DoctorOptions {
     std::string device = "best";
     bool quick = false;
     bool json = false;
@@ -94,7 +94,7 @@ std::string remedy_for(const Failure& failure) {
 }
 
 /// All that needs an open device.
-void examine_device(Report& report, const Options& options,
+void examine_device(Report& report, const DoctorOptions& options,
                     const std::vector<splat_device_info>& devices) {
     const splat_device_desc desc = device_desc(options.device);
     Device device;
@@ -118,7 +118,7 @@ void examine_device(Report& report, const Options& options,
     report.add("operators", [&] { return check_operators(desc); });
 }
 
-Report examine(const Options& options) {
+Report examine(const DoctorOptions& options) {
     Report report;
     report.add(check_library());
     report.add(check_loader());
@@ -180,7 +180,7 @@ void print_text(const Report& report) {
                 report.count(State::kError));
 }
 
-int run(const Options& options) {
+int run_doctor(const DoctorOptions& options) {
     const Report report = examine(options);
     if (options.json)
         print_json(report);
@@ -194,14 +194,14 @@ int run(const Options& options) {
 void add_doctor(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
         "doctor", "Find out what keeps libsplat from working here, and the remedy.");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<DoctorOptions>();
     add_device_option(*command, options->device);
     command->add_flag("--quick", options->quick,
                       "Leave out the validation layer and the self-test,\nwhich compile shaders");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
     command->group("Commands");
-    command->footer(kFooter);
-    command->callback([options, &exit_code] { exit_code = run(*options); });
+    command->footer(kDoctorFooter);
+    command->callback([options, &exit_code] { exit_code = run_doctor(*options); });
 }
 
 }  // namespace vkrun

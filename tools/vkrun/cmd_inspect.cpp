@@ -12,7 +12,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kInspectFooter =
     R"(Scenes: 3DGS .ply (plain, compressed), .splat, .spz. Cameras: a NeRF transforms.json, or the
 folder of a COLMAP model.
 
@@ -106,7 +106,7 @@ void print_cameras(const CameraFile& file) {
     for (const std::string& warning : file.warnings) std::printf("warning: %s\n", warning.c_str());
 }
 
-int run(const std::string& path, bool json) {
+int run_inspect(const std::string& path, bool json) {
     const bool cameras = std::filesystem::is_directory(path) || path.ends_with(".json");
     Json document;
     if (cameras) {
@@ -134,8 +134,8 @@ void add_inspect(CLI::App& app, int& exit_code) {
         ->required()
         ->type_name("");
     command->add_flag("--json", *json, "Print one JSON object on standard output");
-    command->footer(kFooter);
-    command->callback([path, json, &exit_code] { exit_code = run(*path, *json); });
+    command->footer(kInspectFooter);
+    command->callback([path, json, &exit_code] { exit_code = run_inspect(*path, *json); });
 }
 
 }  // namespace vkrun

@@ -18,7 +18,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kRenderFooter =
     R"(Images are named after those of the camera file, or numbered: NAME.png, and NAME_alpha,
 NAME_depth and NAME_normal where --outputs asks for them. As .npy they hold the numbers (float32);
 as .png 0 to 1 become 0 to 255, depths (expected, along z) are divided by the largest of the image
@@ -33,7 +33,7 @@ Examples:
   vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
 )";
 
-struct Options {
+struct RenderOptions {
     std::string scene, cameras, out;
     std::uint32_t orbit = 0;
     double elevation = 11;
@@ -66,7 +66,7 @@ constexpr OutputKind kKinds[] = {
     {"normal", "_normal", SPLAT_OUTPUT_NORMALS, 3, SPLAT_RASTERIZER_NORMALS},
 };
 
-std::vector<OutputKind> kinds_of(const Options& options) {
+std::vector<OutputKind> kinds_of(const RenderOptions& options) {
     std::vector<OutputKind> kinds;
     for (const OutputKind& kind : kKinds)
         if (std::find(options.outputs.begin(), options.outputs.end(), kind.name) !=
@@ -93,7 +93,7 @@ std::pair<std::uint32_t, std::uint32_t> size_of(const std::string& text) {
     return {width, height};
 }
 
-std::vector<View> orbit_views(const Options& options, splat_scene scene) {
+std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
     auto desc = sized<splat_orbit_desc>();
     std::tie(desc.width, desc.height) = size_of(options.size);
     desc.elevation = options.elevation * std::numbers::pi / 180;
@@ -106,7 +106,7 @@ std::vector<View> orbit_views(const Options& options, splat_scene scene) {
 }
 
 /// Names of the images without folder and extension; where two are alike, all are numbered.
-std::vector<View> file_views(const Options& options) {
+std::vector<View> file_views(const RenderOptions& options) {
     const auto [width, height] = size_of(options.size);
     const CameraFile file = load_cameras(options.cameras, width, height);
     for (const std::string& warning : file.warnings)
@@ -126,7 +126,7 @@ std::vector<View> file_views(const Options& options) {
 /// Draws views of one scene; the rasterizer is made anew where the size changes.
 class Renderer {
   public:
-    Renderer(const Options& options, const SceneFile& file)
+    Renderer(const RenderOptions& options, const SceneFile& file)
         : options_(options), file_(file), kinds_(kinds_of(options)) {
         device_ = open_device(device_desc(options.device));
     }
@@ -167,7 +167,7 @@ class Renderer {
         check(splat_rasterizer_create(device_.get(), &desc, rasterizer_.out()));
     }
 
-    const Options& options_;
+    const RenderOptions& options_;
     const SceneFile& file_;
     std::vector<OutputKind> kinds_;
     Device device_;
@@ -185,11 +185,11 @@ void to_picture(const OutputKind& kind, std::vector<float>& values) {
     for (float& value : values) value = most > 0 ? value / most : 0;
 }
 
-std::string path_of(const Options& options, const std::string& name) {
+std::string path_of(const RenderOptions& options, const std::string& name) {
     return (std::filesystem::path(options.out) / (name + "." + options.format)).string();
 }
 
-Json render_view(const Options& options, Renderer& renderer, const View& view,
+Json render_view(const RenderOptions& options, Renderer& renderer, const View& view,
                  std::vector<float>& frames) {
     const auto start = std::chrono::steady_clock::now();
     const splat_rasterizer_info info = renderer.draw(view.camera);
@@ -211,12 +211,12 @@ Json render_view(const Options& options, Renderer& renderer, const View& view,
         {"files", std::move(files)}};
 }
 
-std::string animation_path(const Options& options) {
+std::string animation_path(const RenderOptions& options) {
     if (!options.animation.empty()) return options.animation;
     return (std::filesystem::path(options.out) / "animation.png").string();
 }
 
-void check_options(const Options& options) {
+void check_options(const RenderOptions& options) {
     if ((options.orbit == 0) == options.cameras.empty())
         throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
     if (options.animate &&
@@ -228,7 +228,7 @@ void check_options(const Options& options) {
                                        "', expected a file of the extension .png or .gif");
 }
 
-void check_targets(const Options& options, const std::vector<View>& views) {
+void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     if (options.animate) check_target(animation_path(options), options.overwrite);
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options))
@@ -240,7 +240,7 @@ void check_targets(const Options& options, const std::vector<View>& views) {
     }
 }
 
-int run(const Options& options) {
+int run_render(const RenderOptions& options) {
     check_options(options);
     const SceneFile file = load_scene(options.scene);
     const std::vector<View> views =
@@ -281,7 +281,7 @@ int run(const Options& options) {
     return kSuccess;
 }
 
-void add_options(CLI::App& command, Options& options) {
+void add_options(CLI::App& command, RenderOptions& options) {
     command.add_option("SCENE", options.scene, "Scene: .ply, .splat or .spz")
         ->required()
         ->type_name("");
@@ -341,10 +341,10 @@ void add_options(CLI::App& command, Options& options) {
 void add_render(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("render", "Render images of a scene.");
     command->group("Commands");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<RenderOptions>();
     add_options(*command, *options);
-    command->footer(kFooter);
-    command->callback([options, &exit_code] { exit_code = run(*options); });
+    command->footer(kRenderFooter);
+    command->callback([options, &exit_code] { exit_code = run_render(*options); });
 }
 
 }  // namespace vkrun

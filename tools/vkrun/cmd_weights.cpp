@@ -28,7 +28,7 @@ Examples:
   vkrun weights show model.safetensors --json | jq '.tensors[].name'
 )";
 
-constexpr const char* kConvertFooter =
+constexpr const char* kWeightsConvertFooter =
     R"(OUT is .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint, or .npz.
 
 Exit status: 0 done, 1 IN cannot be read or OUT cannot be written, 2 wrong usage.
@@ -167,7 +167,7 @@ int show(const std::string& path, bool json) {
     return kSuccess;
 }
 
-struct ConvertOptions {
+struct WeightsConvertOptions {
     std::string in;
     std::string out;
     bool half = false;
@@ -175,7 +175,7 @@ struct ConvertOptions {
     bool json = false;
 };
 
-int convert(const ConvertOptions& options) {
+int convert(const WeightsConvertOptions& options) {
     check_target(options.out, options.overwrite);
     const WeightsFile file = load(options.in);
     check(splat_weights_save(file.weights.get(), options.out.c_str(),
@@ -274,7 +274,7 @@ void add_show(CLI::App& weights, int& exit_code) {
 void add_weights_convert(CLI::App& weights, int& exit_code) {
     CLI::App* command = weights.add_subcommand("convert", "Write weights in another format.");
     command->group("Commands");
-    const auto options = std::make_shared<ConvertOptions>();
+    const auto options = std::make_shared<WeightsConvertOptions>();
     command->add_option("IN", options->in, "Weights to read")->required()->type_name("");
     command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
         ->required()
@@ -282,7 +282,7 @@ void add_weights_convert(CLI::App& weights, int& exit_code) {
     command->add_flag("--half", options->half, "Write float16, half the size");
     command->add_flag("--overwrite", options->overwrite, "Replace OUT if it is there");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kConvertFooter);
+    command->footer(kWeightsConvertFooter);
     command->callback([options, &exit_code] { exit_code = convert(*options); });
 }
 

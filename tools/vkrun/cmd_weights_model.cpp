@@ -53,7 +53,7 @@ Examples:
   vkrun weights lora-extract tuned.safetensors adapters.safetensors --config lora.yaml --json
 )";
 
-struct Options {
+struct WeightsModelOptions {
     std::string in;
     std::string out;
     std::string config;
@@ -68,7 +68,7 @@ struct Options {
 /// A model of a configuration's file, its parameters started at random.
 class StartedModel {
   public:
-    explicit StartedModel(const Options& options)
+    explicit StartedModel(const WeightsModelOptions& options)
         : device_(open_device(device_desc(options.device))) {
         const std::string config = read_text(options.config);
         auto desc = sized<splat_model_desc>();
@@ -98,7 +98,7 @@ class StartedModel {
     Model model_;
 };
 
-int graft(const Options& options) {
+int graft(const WeightsModelOptions& options) {
     check_target(options.out, options.overwrite);
     std::uint32_t flags = SPLAT_LOAD_GRAFT;
     for (const std::string& channel : options.from)
@@ -130,7 +130,7 @@ struct Adapted {
     Weights adapters;
     std::uint32_t layers = 0;
 
-    explicit Adapted(const Options& options) : model(options) {
+    explicit Adapted(const WeightsModelOptions& options) : model(options) {
         model.load(options.in, SPLAT_LOAD_TAKE_RAYS);
         if (!options.adapters.empty()) {
             model.load(options.adapters, SPLAT_LOAD_ADAPTERS);
@@ -144,7 +144,7 @@ struct Adapted {
     }
 };
 
-int extract(const Options& options) {
+int extract(const WeightsModelOptions& options) {
     check_target(options.out, options.overwrite);
     const Adapted made(options);
     check(splat_weights_save(made.adapters.get(), options.out.c_str(), 0));
@@ -159,7 +159,7 @@ int extract(const Options& options) {
     return kSuccess;
 }
 
-int merge(const Options& options) {
+int merge(const WeightsModelOptions& options) {
     check_target(options.out, options.overwrite);
     const Adapted adapted(options);
     Weights made;
@@ -179,7 +179,7 @@ int merge(const Options& options) {
 }
 
 CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const char* footer,
-              Options& options) {
+              WeightsModelOptions& options) {
     CLI::App* command = weights.add_subcommand(name, sentence);
     command->group("Commands");
     command->add_option("IN", options.in, "Weights to read")->required()->type_name("");
@@ -199,7 +199,7 @@ CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const c
 }  // namespace
 
 void add_weights_model(CLI::App& weights, int& exit_code) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<WeightsModelOptions>();
     CLI::App* command = add(weights, "graft", "Take weights over into a network of more inputs.",
                             kGraftFooter, *options);
     command->add_option("--from", options->from, "Channels of IN behind RGB: depth,normal,mask")
@@ -209,14 +209,14 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
     command->add_option("--seed", options->seed, "Of what starts at random")->type_name("N");
     command->callback([options, &exit_code] { exit_code = graft(*options); });
 
-    const auto merging = std::make_shared<Options>();
+    const auto merging = std::make_shared<WeightsModelOptions>();
     command =
         add(weights, "lora-merge", "Fold low-rank adapters into weights.", kMergeFooter, *merging);
     command->add_option("--adapters", merging->adapters, "Adapters alone, where IN has none")
         ->type_name("FILE");
     command->callback([merging, &exit_code] { exit_code = merge(*merging); });
 
-    const auto extracting = std::make_shared<Options>();
+    const auto extracting = std::make_shared<WeightsModelOptions>();
     command = add(weights, "lora-extract", "Write the low-rank adapters of weights alone.",
                   kExtractFooter, *extracting);
     command->callback([extracting, &exit_code] { exit_code = extract(*extracting); });

@@ -17,7 +17,7 @@ constexpr const char* kAbout =
     "vkrun: libsplat on the command line.\n"
     "Results go to standard output, messages to standard error.";
 
-constexpr const char* kFooter = R"(Exit status:
+constexpr const char* kMainFooter = R"(Exit status:
   0  success
   1  failure: a check failed, a result is wrong, or an error of the library
   2  wrong usage of the command line
@@ -115,7 +115,7 @@ int fail(int exit_code, const std::string& sentence) {
     return exit_code;
 }
 
-int run(int argc, char** argv) {
+int run_main(int argc, char** argv) {
     int exit_code = kSuccess;
     bool verbose = false;
     CLI::App app(kAbout, "vkrun");
@@ -124,7 +124,7 @@ int run(int argc, char** argv) {
     app.add_flag("-v,--verbose", verbose, "Show all messages of the library, not only warnings");
     app.require_subcommand(1);
     app.fallthrough();
-    app.footer(kFooter);
+    app.footer(kMainFooter);
     app.get_formatter()->column_width(28);
     app.get_formatter()->label("SUBCOMMAND", "COMMAND");
     app.parse_complete_callback([&verbose] { set_verbose(verbose); });
@@ -157,7 +157,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
     int exit_code = vkrun::kFailed;
     try {
-        exit_code = vkrun::run(argc, argv);
+        exit_code = vkrun::run_main(argc, argv);
     } catch (const vkrun::Failure& failure) {
         exit_code = vkrun::fail(failure.code(), failure.what());
     } catch (const std::exception& error) {

@@ -7,7 +7,7 @@
 namespace splat::ops {
 namespace {
 
-params::LossParams params_of(const QuadDims& dims, std::uint32_t groups_x) {
+params::LossParams loss_params(const QuadDims& dims, std::uint32_t groups_x) {
     return {static_cast<std::uint32_t>(dims.quads()), kLossChunk, loss_chunks(dims),
             loss_scale(dims), groups_x};
 }
@@ -33,7 +33,7 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
         .op = "loss_sum",
         .shader = "loss_sum",
         .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
-        .push = params_of(dims, 1),
+        .push = loss_params(dims, 1),
         .accesses = {vk::read(partial), vk::write(loss)},
         .groups = {1, 1, 1},
         .work = {.flops = sums, .bytes = 4 * sums},
@@ -49,7 +49,7 @@ Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, cons
         .op = kernel.op,
         .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
         .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
-        .push = params_of(dims, groups[0]),
+        .push = loss_params(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::write(partial)},
         .groups = groups,
         .work = {.flops = 0.75 * bytes, .bytes = 2 * bytes},
@@ -67,7 +67,7 @@ Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, con
         .op = kernel.op,
         .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
         .constants = {{kWorkgroupSizeId, size}},
-        .push = params_of(dims, groups[0]),
+        .push = loss_params(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::read(grad_loss), vk::write(grad_a)},
         .groups = groups,
         .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes},

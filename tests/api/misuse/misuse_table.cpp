@@ -1,12 +1,7 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {
-
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-
-}  // namespace
+namespace {}  // namespace
 
 Outputs::Outputs() {
     device_info.set_struct_size(sizeof(splat_device_info));

@@ -6,6 +6,10 @@
 
 namespace splat::test {
 
+inline constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+inline constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+inline constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
+
 /// One wrong (or barely right) way to call a function of the header.
 struct Misuse {
     std::string function;

@@ -4,8 +4,6 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
 constexpr std::uint32_t kView = 0;
 
 splat_result read_one(splat_dataset dataset, std::uint32_t object, const std::uint32_t* views,

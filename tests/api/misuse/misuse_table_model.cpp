@@ -2,13 +2,7 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {
-
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
-
-}  // namespace
+namespace {}  // namespace
 
 void MisuseTable::model_rows() {
     const splat_model_desc good = model_desc();

@@ -7,13 +7,10 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
 constexpr double kZero[16] = {};
 constexpr double kEye[3] = {0, 0, -4};
 constexpr double kUp[3] = {0, -1, 0};
-constexpr const char* kNowhere = "/nonexistent/transforms.json";
+constexpr const char* kNoRasterFile = "/nonexistent/transforms.json";
 
 }  // namespace
 
@@ -73,10 +70,10 @@ void MisuseTable::camera_rows() {
 
 void MisuseTable::camera_file_rows() {
     const auto load = [this](const splat_camera_file_desc* desc) {
-        return splat_camera_load(kNowhere, desc, outputs.camera.out(), 1, outputs.count.out());
+        return splat_camera_load(kNoRasterFile, desc, outputs.camera.out(), 1, outputs.count.out());
     };
     const auto report = [this](const splat_camera_file_desc* desc) {
-        return splat_camera_load_report(kNowhere, desc, *outputs.text.out(), 16,
+        return splat_camera_load_report(kNoRasterFile, desc, *outputs.text.out(), 16,
                                         outputs.size.out());
     };
     const auto good = sized<splat_camera_file_desc>();
@@ -88,8 +85,9 @@ void MisuseTable::camera_file_rows() {
     for (const char* parameter : {"path", "capacity", "count"})
         add("splat_camera_load", parameter, "of no file", kArgument,
             [load] { return load(nullptr); });
-    add("splat_camera_load", "cameras", "NULL", kArgument,
-        [this] { return splat_camera_load(kNowhere, nullptr, nullptr, 1, outputs.count.out()); });
+    add("splat_camera_load", "cameras", "NULL", kArgument, [this] {
+        return splat_camera_load(kNoRasterFile, nullptr, nullptr, 1, outputs.count.out());
+    });
     add("splat_camera_load_report", "path", "NULL", kArgument, [this] {
         return splat_camera_load_report(nullptr, nullptr, *outputs.text.out(), 16,
                                         outputs.size.out());

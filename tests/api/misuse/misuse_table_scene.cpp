@@ -7,9 +7,7 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-constexpr const char* kNowhere = "/nonexistent/scene.ply";
+constexpr const char* kNoSceneFile = "/nonexistent/scene.ply";
 constexpr float kSix[6] = {};
 
 }  // namespace
@@ -56,13 +54,13 @@ void MisuseTable::scene_rows() {
 void MisuseTable::scene_file_rows() {
     const auto good = sized<splat_scene_file_desc>();
     const auto load = [this](const splat_scene_file_desc* desc) {
-        return splat_scene_load(kNowhere, desc, outputs.scene.out());
+        return splat_scene_load(kNoSceneFile, desc, outputs.scene.out());
     };
     const auto load_memory = [this](const splat_scene_file_desc* desc) {
         return splat_scene_load_memory(kSix, sizeof kSix, desc, outputs.scene.out());
     };
     const auto save = [this](const splat_scene_file_desc* desc) {
-        return splat_scene_save(scene_, kNowhere, desc);
+        return splat_scene_save(scene_, kNoSceneFile, desc);
     };
     const auto save_memory = [this](const splat_scene_file_desc* desc) {
         return splat_scene_save_memory(scene_, desc, *outputs.values.out(), 64, outputs.size.out());
@@ -89,7 +87,7 @@ void MisuseTable::scene_file_rows() {
         [this] { return splat_scene_load(nullptr, nullptr, outputs.scene.out()); });
     add("splat_scene_load", "path", "no file", kArgument, [load] { return load(nullptr); });
     add("splat_scene_load", "scene", "NULL", kArgument,
-        [] { return splat_scene_load(kNowhere, nullptr, nullptr); });
+        [] { return splat_scene_load(kNoSceneFile, nullptr, nullptr); });
     add("splat_scene_load_memory", "data", "NULL", kArgument,
         [this] { return splat_scene_load_memory(nullptr, 4, nullptr, outputs.scene.out()); });
     for (const std::size_t bytes : {std::size_t{0}, sizeof kSix})
@@ -100,7 +98,7 @@ void MisuseTable::scene_file_rows() {
         [] { return splat_scene_load_memory(kSix, sizeof kSix, nullptr, nullptr); });
     handles<splat_scene>(
         "splat_scene_save", "scene",
-        [](splat_scene s) { return splat_scene_save(s, kNowhere, nullptr); }, kHandle);
+        [](splat_scene s) { return splat_scene_save(s, kNoSceneFile, nullptr); }, kHandle);
     add("splat_scene_save", "path", "NULL", kArgument,
         [this] { return splat_scene_save(scene_, nullptr, nullptr); });
     add("splat_scene_save", "path", "a folder that is not", kArgument,

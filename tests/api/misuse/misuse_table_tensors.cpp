@@ -4,8 +4,6 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
 constexpr float kFour[4] = {1, 2, 3, 4};
 
 }  // namespace

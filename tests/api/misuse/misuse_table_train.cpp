@@ -2,12 +2,7 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {
-
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-
-}  // namespace
+namespace {}  // namespace
 
 void MisuseTable::config_rows() {
     const auto merge = [this](const char* text, const char* const* values, std::size_t count) {

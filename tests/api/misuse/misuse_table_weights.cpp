@@ -4,9 +4,7 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-constexpr const char* kNowhere = "/nonexistent/weights.npz";
+constexpr const char* kNoWeightsFile = "/nonexistent/weights.npz";
 
 }  // namespace
 
@@ -18,20 +16,20 @@ void MisuseTable::weights_rows() {
     add("splat_weights_load", "path", "NULL", kArgument,
         [this] { return splat_weights_load(nullptr, outputs.weights.out()); });
     add("splat_weights_load", "path", "no file", kArgument,
-        [this] { return splat_weights_load(kNowhere, outputs.weights.out()); });
+        [this] { return splat_weights_load(kNoWeightsFile, outputs.weights.out()); });
     add("splat_weights_load", "weights", "NULL", kArgument,
-        [] { return splat_weights_load(kNowhere, nullptr); });
+        [] { return splat_weights_load(kNoWeightsFile, nullptr); });
     on_weights("splat_weights_save",
-               [](splat_weights w) { return splat_weights_save(w, kNowhere, 0); });
+               [](splat_weights w) { return splat_weights_save(w, kNoWeightsFile, 0); });
     add("splat_weights_save", "path", "NULL", kArgument,
         [this] { return splat_weights_save(weights_, nullptr, 0); });
     add("splat_weights_save", "path", "a folder that is not", kArgument,
-        [this] { return splat_weights_save(weights_, kNowhere, 0); });
+        [this] { return splat_weights_save(weights_, kNoWeightsFile, 0); });
     add("splat_weights_save", "path", "a pickle", SPLAT_ERROR_UNSUPPORTED,
         [this] { return splat_weights_save(weights_, "/nonexistent/a.pth", 0); });
     for (const std::uint32_t flags : {2U, 1U << 31U})
         add("splat_weights_save", "flags", "unknown", kArgument,
-            [this, flags] { return splat_weights_save(weights_, kNowhere, flags); });
+            [this, flags] { return splat_weights_save(weights_, kNoWeightsFile, flags); });
     on_weights("splat_weights_count",
                [this](splat_weights w) { return splat_weights_count(w, outputs.count.out()); });
     add("splat_weights_count", "count", "NULL", kArgument,

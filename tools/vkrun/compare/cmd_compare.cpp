@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kLevel = 0.05;
 
-constexpr const char* kFooter =
+constexpr const char* kCompareFooter =
     R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
 Objects are paired by name; of each metric the mean difference B - A is given with a permutation test (signs of the
 differences flipped), Student's t test, a bootstrap interval of 95 % and Cohen's d. p_holm is p_permutation
@@ -54,7 +54,7 @@ struct Samples {
     std::vector<double> b;
 };
 
-struct Finding {
+struct MetricFinding {
     Samples samples;
     Comparison comparison;
     double p_holm = 1;
@@ -92,19 +92,19 @@ std::vector<Samples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unp
     return all;
 }
 
-std::string verdict_of(const Finding& finding, bool comparable) {
+std::string verdict_of(const MetricFinding& finding, bool comparable) {
     if (!comparable) return "not comparable";
     if (!(finding.p_holm < kLevel)) return "no difference shown";
     const bool higher = finding.comparison.difference > 0;
     return higher != (finding.samples.metric == "lpips") ? "better" : "worse";
 }
 
-std::vector<Finding> find(const ScoreFile& a, const ScoreFile& b, const CompareOptions& options,
-                          bool comparable) {
-    std::vector<Finding> findings;
+std::vector<MetricFinding> find(const ScoreFile& a, const ScoreFile& b,
+                                const CompareOptions& options, bool comparable) {
+    std::vector<MetricFinding> findings;
     std::vector<double> p;
     for (Samples& samples : samples_of(a, b, options.unpaired)) {
-        Finding finding;
+        MetricFinding finding;
         finding.comparison = options.unpaired
                                  ? compare_pooled(samples.a, samples.b, options.resample)
                                  : compare_paired(samples.a, samples.b, options.resample);
@@ -127,10 +127,10 @@ double mean(const std::vector<double>& values) {
 }
 
 Json json_of(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
-             const CompareOptions& options, const std::vector<Finding>& findings,
+             const CompareOptions& options, const std::vector<MetricFinding>& findings,
              const std::string& note) {
     Json metrics = Json::array();
-    for (const Finding& f : findings)
+    for (const MetricFinding& f : findings)
         metrics.push_back({{"metric", f.samples.metric},
                            {"mean_a", mean(f.samples.a)},
                            {"mean_b", mean(f.samples.b)},
@@ -158,13 +158,13 @@ Json json_of(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
 }
 
 void print_table(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
-                 const CompareOptions& options, const std::vector<Finding>& findings) {
+                 const CompareOptions& options, const std::vector<MetricFinding>& findings) {
     std::printf("A: %s, %zu objects\nB: %s, %zu objects; %zu of them in both; %s\n", a.path.c_str(),
                 a.objects, b.path.c_str(), b.objects, shared,
                 options.unpaired ? "not paired" : "paired by their names");
     Table table({"metric", ">A", ">B", ">B - A", ">95 % interval", ">p", ">p (Holm)",
                  options.unpaired ? ">p (normal)" : ">p (t)", ">d", "verdict"});
-    for (const Finding& f : findings)
+    for (const MetricFinding& f : findings)
         table.add({f.samples.metric, format("%.5f", mean(f.samples.a)),
                    format("%.5f", mean(f.samples.b)), format("%+.5f", f.comparison.difference),
                    format("%+.5f to %+.5f", f.comparison.low, f.comparison.high),
@@ -174,9 +174,9 @@ void print_table(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
     std::printf("%s", table.text().c_str());
 }
 
-void write_plot(const CompareOptions& options, const std::vector<Finding>& findings) {
+void write_plot(const CompareOptions& options, const std::vector<MetricFinding>& findings) {
     std::vector<PlotPanel> panels;
-    for (const Finding& f : findings) {
+    for (const MetricFinding& f : findings) {
         const Comparison& c = f.comparison;
         if (options.unpaired) {
             panels.push_back({f.samples.metric + " of A", f.samples.a, mean(f.samples.a),
@@ -228,7 +228,7 @@ int compare(const CompareOptions& options) {
     else if (shared < std::max(a.objects, b.objects))
         note = format("%zu objects of A and %zu of B are in one file only and are left out",
                       a.objects - shared, b.objects - shared);
-    const std::vector<Finding> findings = find(a, b, options, comparable);
+    const std::vector<MetricFinding> findings = find(a, b, options, comparable);
     if (!options.plot.empty()) write_plot(options, findings);
     if (options.json)
         std::printf("%s\n", json_text(json_of(a, b, shared, options, findings, note)).c_str());
@@ -236,7 +236,7 @@ int compare(const CompareOptions& options) {
         print_table(a, b, shared, options, findings);
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
     const bool worse = std::any_of(findings.begin(), findings.end(),
-                                   [](const Finding& f) { return f.verdict == "worse"; });
+                                   [](const MetricFinding& f) { return f.verdict == "worse"; });
     return worse ? kGateMissed : kSuccess;
 }
 
@@ -259,7 +259,7 @@ void add_compare(CLI::App& app, int& exit_code) {
     command->add_option("--plot", options->plot, "Draw the distributions, .svg")->type_name("FILE");
     command->add_flag("--overwrite", options->overwrite, "Replace FILE if it is there");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kFooter);
+    command->footer(kCompareFooter);
     command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

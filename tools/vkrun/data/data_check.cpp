@@ -14,7 +14,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDataCheckFooter =
     R"(Reads every image, map and camera of every split that is there. Problems: missing files, images that
 cannot be read or differ in size, poses that are not finite or no rotations, objects of one view. Warnings:
 views or objects that come twice, images of one colour. The hash is that of decoded images, maps and cameras.
@@ -216,7 +216,7 @@ void add_data_check(CLI::App& data, int& exit_code) {
         ->type_name("N")
         ->check(CLI::Range(0, 256).description(""));
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kFooter);
+    command->footer(kDataCheckFooter);
     command->callback([options, &exit_code] { exit_code = check_data(*options); });
 }
 

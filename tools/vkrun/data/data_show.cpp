@@ -11,7 +11,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDataShowFooter =
     R"(One row for each object, views at equal steps over those that it has, and the maps of the last one.
 
 Exit status: 0 done, 1 FILE cannot be written, 2 wrong usage, 4 the data cannot be read.
@@ -174,7 +174,7 @@ void add_data_show(CLI::App& data, int& exit_code) {
     counted("--size", options->size, "Rows and columns of each picture, 0 as stored", 0, 1024);
     command->add_flag("--overwrite", options->overwrite, "Replace FILE if it is there");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kFooter);
+    command->footer(kDataShowFooter);
     command->callback([options, &exit_code] { exit_code = show(*options); });
 }
 

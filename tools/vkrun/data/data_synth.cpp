@@ -11,7 +11,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDataSynthFooter =
     R"(Writes OUT/srn_CLASS/CLASS_{train,val,test}/ in the layout of SRN's ShapeNet renders (intrinsics.txt,
 pose/, rgb/), with depth/, normal/ and mask/ beside rgb/. Training views are at random places around the
 object, those of val and test on a spiral from the horizon to the top. Objects that are there are left as
@@ -103,7 +103,7 @@ void add_data_synth(CLI::App& data, int& exit_code) {
         ->type_name("N")
         ->check(CLI::Range(0, 256).description(""));
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kFooter);
+    command->footer(kDataSynthFooter);
     command->callback([options, &exit_code] { exit_code = synth(*options); });
 }
 

@@ -14,7 +14,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kEvalFooter =
     R"(Each object is predicted from its conditioning views (64, and 128 for two, of the 251 of SRN's tests;
 else the first) and drawn in all its views. PSNR and SSIM are means over an object's views, then over
 objects, conditioning and novel views apart. A view without any difference is counted and left out of the
@@ -31,7 +31,7 @@ Examples:
   vkrun eval model_best.pth --config config.yaml --data srn_cars --split test --out eval --images 4
 )";
 
-struct Options {
+struct EvalOptions {
     std::string weights, config, data, split = "test", out;
     std::vector<std::string> changes;
     std::uint32_t objects = 0, views = 0, images = 0;
@@ -46,7 +46,7 @@ Json scores_json(const Scores& scores) {
             {"perfect_views", scores.perfect}};
 }
 
-void save_sheet(const Options& options, const ObjectScores& scores, std::uint32_t index,
+void save_sheet(const EvalOptions& options, const ObjectScores& scores, std::uint32_t index,
                 std::uint32_t side, const std::vector<float>& images,
                 const std::vector<float>& truths) {
     constexpr std::size_t kColumns = 8;
@@ -61,7 +61,7 @@ void save_sheet(const Options& options, const ObjectScores& scores, std::uint32_
         .save(options.out + format("/%04u_", index) + scores.name + ".png");
 }
 
-void write_tables(const Options& options, const std::vector<ObjectScores>& objects) {
+void write_tables(const EvalOptions& options, const std::vector<ObjectScores>& objects) {
     std::string csv =
         "object,psnr_novel,ssim_novel,psnr_cond,ssim_cond,views,perfect_views,predict_ms,draw_ms\n";
     std::string text;
@@ -78,7 +78,7 @@ void write_tables(const Options& options, const std::vector<ObjectScores>& objec
     write_file(options.out + "/scores.txt", text);
 }
 
-Json results(const Options& options, const DataSet& data, const splat_device_info& device,
+Json results(const EvalOptions& options, const DataSet& data, const splat_device_info& device,
              const std::vector<ObjectScores>& objects) {
     double predict = 0, draw = 0;
     std::uint64_t drawn = 0;
@@ -103,7 +103,7 @@ Json results(const Options& options, const DataSet& data, const splat_device_inf
             {"images_per_second", static_cast<double>(drawn) / draw}};
 }
 
-int evaluate(const Options& options) {
+int evaluate(const EvalOptions& options) {
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
     const DataSet data(config, options.data, options.split);
@@ -153,7 +153,7 @@ int evaluate(const Options& options) {
 
 void add_eval(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("eval", "Score a network on a data set");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<EvalOptions>();
     command->add_option("WEIGHTS", options->weights, ".safetensors, .pth or .npz")->required();
     command->add_option("--data", options->data, "Folder of the data set")->required();
     command->add_option("--split", options->split, "train, val or test")->capture_default_str();
@@ -169,7 +169,7 @@ void add_eval(CLI::App& app, int& exit_code) {
     command->add_option("--images", options->images, "Contact sheets of the first so many objects");
     add_device_option(*command, options->device);
     command->add_flag("--json", options->json, "JSON on standard output");
-    command->footer(kFooter);
+    command->footer(kEvalFooter);
     command->callback([options, &exit_code] { exit_code = evaluate(*options); });
 }
 

@@ -12,7 +12,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kPredictFooter =
     R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or
 as what differs from the colour of its border, and put in the middle of a white square. Instead of a picture,
 --data with --object takes an object of a data set, and compares with its images.
@@ -88,7 +88,7 @@ void add_predict(CLI::App& app, int& exit_code) {
     command->add_option("--out", o.out, "Folder for the results")->capture_default_str();
     add_device_option(*command, o.device);
     command->add_flag("--json", *json, "JSON on standard output");
-    command->footer(kFooter);
+    command->footer(kPredictFooter);
     command->callback([options, json, &exit_code] { exit_code = predict(*options, *json); });
 }
 

@@ -11,7 +11,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kReportFooter =
     R"(The page holds each run's facts, its curves of loss and validation PSNR, and its latest renders (input,
 then truth and prediction in pairs); several runs share one chart. It loads nothing from elsewhere. Without
 --out it is report.html in the first run's folder.
@@ -23,7 +23,7 @@ Examples:
   vkrun report runs/a runs/b --out compare.html --json
 )";
 
-struct Options {
+struct ReportOptions {
     std::vector<std::string> runs;
     std::string out;
     bool json = false;
@@ -74,7 +74,7 @@ void add_run(HtmlPage& page, const Run& run) {
                  "validation objects: input, then truth and prediction in pairs");
 }
 
-int report(const Options& options) {
+int report(const ReportOptions& options) {
     std::vector<Run> runs;
     for (const std::string& folder : options.runs) runs.push_back(read_run(folder));
     HtmlPage page(runs.size() == 1 ? "Training " + runs[0].folder : "Training runs");
@@ -101,11 +101,11 @@ int report(const Options& options) {
 
 void add_report(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("report", "Write a page about training runs");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ReportOptions>();
     command->add_option("RUN", options->runs, "Folders of runs")->required();
     command->add_option("--out", options->out, "The page; report.html in the first folder");
     command->add_flag("--json", options->json, "JSON on standard output");
-    command->footer(kFooter);
+    command->footer(kReportFooter);
     command->callback([options, &exit_code] { exit_code = report(*options); });
 }
 

@@ -13,7 +13,7 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kTrainFooter =
     R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it the published cars model is
 trained. 'vkrun train --show' prints every key with its value.
 
@@ -47,13 +47,13 @@ std::string dated_folder() {
     return text;
 }
 
-struct Options {
+struct TrainOptions {
     TrainingOptions training;
     bool show = false;
     bool json = false;
 };
 
-int train(Options& options) {
+int train(TrainOptions& options) {
     if (options.show) {
         const Json config = merged_config(options.training.config, options.training.changes);
         std::printf("%s\n", config.dump(2).c_str());
@@ -84,7 +84,7 @@ int train(Options& options) {
 
 void add_train(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("train", "Train a network on a data set");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<TrainOptions>();
     TrainingOptions& t = options->training;
     command->add_option("CONFIG", t.config, "YAML or JSON; none: the cars model");
     command->add_option("--data", t.data, "Folder of the data set, for data.root");
@@ -103,7 +103,7 @@ void add_train(CLI::App& app, int& exit_code) {
     command->add_flag("--show", options->show, "Print the merged configuration and exit");
     add_device_option(*command, t.device);
     command->add_flag("--json", options->json, "JSON on standard output at the end");
-    command->footer(kFooter);
+    command->footer(kTrainFooter);
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }
 

@@ -1,5 +1,5 @@
-#ifndef SPLAT_RELU_PARAMS_H
-#define SPLAT_RELU_PARAMS_H
+#ifndef SPLAT_ACTIVATION_PARAMS_H
+#define SPLAT_ACTIVATION_PARAMS_H
 
 #ifdef __cplusplus
 #include <cstdint>
@@ -7,13 +7,13 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-struct ReluParams {
+struct ActivationParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(ReluParams) <= 128);
+static_assert(sizeof(ActivationParams) <= 128);
 }
 #endif
 
