@@ -1106,6 +1106,7 @@ typedef struct splat_trainer_info {
     double network_ms;
     double render_ms;
     double update_ms;
+    double lpips; /* 0 unless opt.lambda_lpips > 0 */
 } splat_trainer_info;
 
 /* One update. Arrays are read before the call returns.
@@ -1148,6 +1149,37 @@ typedef struct splat_image_scores {
 SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint32_t channels,
                                            uint32_t height, uint32_t width,
                                            splat_image_scores* scores);
+
+/* Learned perceptual image patch similarity, version 0.1 with VGG16 (Zhang et al. 2018): its network with
+ * weights on a device, for images of one size. Externally synchronised. */
+typedef struct splat_lpips_s* splat_lpips;
+
+typedef struct splat_lpips_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    const splat_weights* weights; /* of torchvision's vgg16 and of the lpips package, one file or two; read
+                                     before the call returns */
+    uint32_t weight_count;
+    uint32_t side; /* pixels, both ways; at least 16 */
+} splat_lpips_desc;
+
+/* Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor that no file
+ *   has), SPLAT_ERROR_SHAPE_MISMATCH (one of another network), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+SPLAT_API splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
+                                          splat_lpips* lpips);
+
+/* How far two RGB images [3,side,side] lie apart, nominally 0 to 1 each and not clamped: 0 for equal
+ * ones. Within 1e-4 of PyTorch's.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+ *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b,
+                                           double* value);
+
+/* Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_lpips_destroy(splat_lpips lpips);
+
 /* ---- Data ------------------------------------------------------------------------------------ */
 
 /* Objects seen by several cameras, in a folder, in host memory as they are read; no device is needed. */

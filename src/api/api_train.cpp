@@ -79,6 +79,7 @@ splat_trainer_info info_of(const train::TrainStep& step) {
     info.network_ms = 1e3 * step.network_seconds;
     info.render_ms = 1e3 * step.render_seconds;
     info.update_ms = 1e3 * step.update_seconds;
+    info.lpips = step.loss.lpips;
     return info;
 }
 

@@ -26,6 +26,8 @@ template <>
 constexpr const char* kKind<ModelObject> = "splat_model";
 template <>
 constexpr const char* kKind<TrainerObject> = "splat_trainer";
+template <>
+constexpr const char* kKind<LpipsObject> = "splat_lpips";
 
 struct Entry {
     const char* kind;
@@ -80,6 +82,11 @@ ModelObject::~ModelObject() {
 TrainerObject::~TrainerObject() {
     const std::lock_guard lock(context->mutex);
     trainer.reset();
+}
+
+LpipsObject::~LpipsObject() {
+    const std::lock_guard lock(context->mutex);
+    net.reset();
 }
 
 PackedScene::~PackedScene() {
@@ -139,5 +146,6 @@ template struct Handles<WeightsObject, splat_weights>;
 template struct Handles<DatasetObject, splat_dataset>;
 template struct Handles<ModelObject, splat_model>;
 template struct Handles<TrainerObject, splat_trainer>;
+template struct Handles<LpipsObject, splat_lpips>;
 
 }  // namespace splat::api

@@ -7,6 +7,7 @@
 
 #include "data/dataset.h"
 #include "io/weights_file.h"
+#include "model/lpips_net.h"
 #include "model/weights.h"
 #include "nn/op_instance.h"
 #include "raster/pack.h"
@@ -95,9 +96,9 @@ std::string weights_report(const io::WeightsFile& file, const char* format);
 /// What stands behind splat_model.
 struct ModelObject {
     std::shared_ptr<vk::Context> context;
-    std::uint32_t objects = 1;  ///< per pass
+    std::uint32_t objects = 1;                    ///< per pass
     std::shared_ptr<model::Predictor> predictor;  ///< its own, or a trainer's
-    model::LoadReport load;  ///< of the latest load
+    model::LoadReport load;                       ///< of the latest load
     bool ran = false;
 
     ~ModelObject();
@@ -109,6 +110,15 @@ struct TrainerObject {
     std::shared_ptr<train::Trainer> trainer;
 
     ~TrainerObject();
+};
+
+/// What stands behind splat_lpips.
+struct LpipsObject {
+    std::shared_ptr<vk::Context> context;
+    std::uint32_t side = 0;
+    std::unique_ptr<model::LpipsNet> net;
+
+    ~LpipsObject();
 };
 
 /// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
@@ -132,6 +142,7 @@ using Weights = Handles<WeightsObject, splat_weights>;
 using Datasets = Handles<DatasetObject, splat_dataset>;
 using Models = Handles<ModelObject, splat_model>;
 using Trainers = Handles<TrainerObject, splat_trainer>;
+using Lpipses = Handles<LpipsObject, splat_lpips>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
@@ -142,5 +153,6 @@ extern template struct Handles<WeightsObject, splat_weights>;
 extern template struct Handles<DatasetObject, splat_dataset>;
 extern template struct Handles<ModelObject, splat_model>;
 extern template struct Handles<TrainerObject, splat_trainer>;
+extern template struct Handles<LpipsObject, splat_lpips>;
 
 }  // namespace splat::api

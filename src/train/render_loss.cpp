@@ -7,6 +7,7 @@
 #include "ops/losses/l2.h"
 #include "ops/losses/loss.h"
 #include "ops/losses/ssim.h"
+#include "ops/quads.h"
 #include "ops/strided_copy.h"
 
 namespace splat::train {
@@ -51,6 +52,18 @@ Status RenderLoss::allocate() {
     SPLAT_TRY(make(partial_, ops::loss_partial_bytes(dims)));
     SPLAT_TRY(make(losses_, 3 * kScalarBytes));
     SPLAT_TRY(make(weights_, 2 * kScalarBytes));
+    if (!desc_.lpips.empty()) {
+        if (desc_.height != desc_.width)
+            return error(Code::kUnsupported, "LPIPS of %u x %u pixels, expected a square",
+                         desc_.width, desc_.height);
+        model::LpipsDesc lpips;
+        lpips.images = desc_.views;
+        lpips.side = desc_.width;
+        lpips.precision = desc_.precision;
+        SPLAT_ASSIGN(lpips_, model::LpipsNet::create(*context_, lpips, desc_.lpips));
+        desc_.lpips = {};
+        SPLAT_TRY(make(grad_lpips_, dims.bytes()));
+    }
     if (desc_.ssim_weight == 0) return {};
     const ops::SsimDesc ssim = ssim_of(desc_);
     SPLAT_TRY(make(slopes_, ops::ssim_slopes_bytes(ssim)));
@@ -101,21 +114,56 @@ Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& gra
                                     partial_.range(), scalar(losses_, 2)));
     SPLAT_TRY(record_backward(recorder, grad_image));
     SPLAT_ASSIGN(list_, recorder.finish());
+    if (lpips_ != nullptr) SPLAT_TRY(record_lpips(grad_image));
     image_ = image;
     grad_image_ = grad_image;
     return {};
 }
 
-Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_image, float weight,
-                       LossTerms& terms) {
+Status RenderLoss::record_lpips(const vk::BufferView& grad_image) {
+    const auto as_quads = [&](const vk::Buffer& buffer) {
+        vk::BufferView view = buffer.range();
+        view.shape = Shape{desc_.views, 3, desc_.height, desc_.width};
+        return view;
+    };
+    vk::Recorder to(*context_);
+    SPLAT_TRY(ops::quads_unpack(to, as_quads(rgb_), lpips_->render()));
+    SPLAT_TRY(ops::quads_unpack(to, as_quads(targets_), lpips_->target()));
+    SPLAT_ASSIGN(to_lpips_, to.finish());
+    vk::Recorder from(*context_);
+    SPLAT_TRY(ops::quads_pack(from, lpips_->render_gradient(), as_quads(grad_lpips_)));
+    SPLAT_TRY(
+        ops::add_forward(from, {quads_of(desc_), 1}, grad_image, grad_lpips_.range(), grad_image));
+    SPLAT_ASSIGN(from_lpips_, from.finish());
+    return {};
+}
+
+Status RenderLoss::run_lpips(double weight, LossTerms& terms) {
+    SPLAT_TRY(context_->run(to_lpips_));
+    SPLAT_TRY(lpips_->forward());
+    std::vector<float> values(desc_.views);
+    SPLAT_TRY(context_->read(lpips_->values(), values.data(), values.size() * sizeof(float)));
+    for (const float value : values) terms.lpips += static_cast<double>(value) / desc_.views;
+    const std::vector<float> slopes(desc_.views, static_cast<float>(weight / desc_.views));
+    SPLAT_TRY(
+        context_->write(lpips_->value_gradients(), slopes.data(), slopes.size() * sizeof(float)));
+    SPLAT_TRY(lpips_->backward());
+    return context_->run(from_lpips_);
+}
+
+Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_image, float share,
+                       double lpips_weight, LossTerms& terms) {
     if (list_.empty() || !image_.same_range(image) || !grad_image_.same_range(grad_image))
         SPLAT_TRY(record(image, grad_image));
-    const float gradients[2] = {weight * static_cast<float>(desc_.pixel_weight),
+    const double pixel_weight = 1 - desc_.ssim_weight - lpips_weight;
+    const float gradients[2] = {share * static_cast<float>(pixel_weight),
                                 // the loss falls where the similarity rises
-                                -weight * static_cast<float>(desc_.ssim_weight)};
+                                -share * static_cast<float>(desc_.ssim_weight)};
     for (std::uint64_t i = 0; i < 2; ++i)
         SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));
     SPLAT_TRY(context_->run(list_));
+    terms = {};
+    if (lpips_weight != 0) SPLAT_TRY(run_lpips(static_cast<double>(share) * lpips_weight, terms));
     float losses[3] = {};
     for (std::uint64_t i = 0; i < 3; ++i)
         SPLAT_TRY(context_->read(scalar(losses_, i), &losses[i], sizeof(float)));
@@ -123,7 +171,7 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
     terms.squared = static_cast<double>(losses[0]);
     terms.pixel = static_cast<double>(losses[l1 ? 1 : 0]);
     terms.ssim = static_cast<double>(losses[2]);
-    terms.total = desc_.pixel_weight * terms.pixel +
+    terms.total = pixel_weight * terms.pixel + lpips_weight * terms.lpips +
                   (desc_.ssim_weight == 0 ? 0 : desc_.ssim_weight * (1 - terms.ssim));
     return {};
 }

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "model/lpips_net.h"
 #include "nn/executor.h"
 #include "train/train_config.h"
 
@@ -11,8 +12,10 @@ struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
     PixelLoss pixel_loss = PixelLoss::kL2;
-    double pixel_weight = 1;
     double ssim_weight = 0;
+    /// Weights of LPIPS, see model::LpipsNet; only read by create(). Empty: it has no part.
+    std::span<const io::NamedTensors* const> lpips;
+    model::Precision precision = model::Precision::kBalanced;  ///< of the network of LPIPS
 };
 
 /// Terms of a loss: means over views, pixels and channels.
@@ -21,17 +24,19 @@ struct LossTerms {
     double squared = 0;  ///< mean squared difference, whatever the loss is
     double pixel = 0;    ///< of the kind that is weighted
     double ssim = 0;     ///< structural similarity; 0 where it has no weight
+    double lpips = 0;    ///< 0 where it has no weight
 };
 
 /// How far rendered images are from their targets, with the gradient by the images:
 ///
-///   loss = pixel_weight * mean |a - b|^p + ssim_weight * (1 - SSIM(a, b)),   p = 1 or 2
+///   loss = (1 - s - l) mean |a - b|^p + s (1 - SSIM(a, b)) + l mean over views of LPIPS(a, b),   p = 1
+///   or 2, s = ssim_weight, l = lpips_weight
 ///
 /// Images and their gradients are as the rasterizer has them, [V,H,W] quads of RGB and alpha; alpha has
 /// no part in it.
 ///
-/// Errors       the recorder's; those of Context::run
-/// Precision    see ops/l1.h, ops/l2.h, ops/ssim.h
+/// Errors       the recorder's; those of Context::run and of model::LpipsNet
+/// Precision    see ops/l1.h, ops/l2.h, ops/ssim.h, model/lpips_net.h
 /// Determinism  bit-exact for any thread count
 class RenderLoss {
   public:
@@ -40,9 +45,10 @@ class RenderLoss {
     /// targets  [V,3,H,W]
     Status set_targets(std::span<const float> targets);
 
-    /// Loss of `image`, and its gradient times `weight` into grad_image, overwritten.
-    Status run(const vk::BufferView& image, const vk::BufferView& grad_image, float weight,
-               LossTerms& terms);
+    /// Loss of `image`, and its gradient times `share` into grad_image, overwritten. A lpips_weight
+    /// that is not 0 needs the weights of LPIPS.
+    Status run(const vk::BufferView& image, const vk::BufferView& grad_image, float share,
+               double lpips_weight, LossTerms& terms);
 
   private:
     explicit RenderLoss(vk::Context& context, const RenderLossDesc& desc)
@@ -50,6 +56,8 @@ class RenderLoss {
     Status allocate();
     Status record(const vk::BufferView& image, const vk::BufferView& grad_image);
     Status record_backward(vk::Recorder& recorder, const vk::BufferView& grad_image);
+    Status record_lpips(const vk::BufferView& grad_image);
+    Status run_lpips(double weight, LossTerms& terms);
 
     vk::Context* context_;
     RenderLossDesc desc_;
@@ -57,7 +65,9 @@ class RenderLoss {
     vk::Buffer losses_;   ///< squared, absolute, SSIM
     vk::Buffer weights_;  ///< gradients by the pixel loss and by SSIM
     vk::Buffer slopes_, rows_, grad_ssim_;
-    vk::CommandList list_;
+    std::unique_ptr<model::LpipsNet> lpips_;
+    vk::Buffer grad_lpips_;
+    vk::CommandList list_, to_lpips_, from_lpips_;
     vk::BufferView image_, grad_image_;
 };
 

@@ -16,18 +16,18 @@ namespace {
 const std::vector<std::string> kKnown = {
     "opt.iterations", "opt.batch_size", "opt.micro_batch", "opt.imgs_per_obj", "opt.base_lr",
     "opt.betas", "opt.eps", "opt.lr_schedule", "opt.warmup", "opt.step_lr_at", "opt.loss",
-    "opt.lambda_ssim", "opt.lambda_lpips", "opt.scale_terms", "opt.ema.use", "opt.ema.beta",
-    "opt.ema.update_every", "opt.ema.update_after_step",
+    "opt.lambda_ssim", "opt.lambda_lpips", "opt.start_lpips_after", "opt.lpips_weights",
+    "opt.scale_terms", "opt.ema.use", "opt.ema.beta", "opt.ema.update_every",
+    "opt.ema.update_after_step",
     // model::predictor_config reads these
     "opt.lora_finetune", "opt.lora_rank", "opt.lora_alpha", "opt.lora_dropout", "opt.lora_targets",
     "opt.freeze", "opt.train_with_adapters",
     // of published files
-    "opt.start_lpips_after", "opt.pretrained_ckpt", "opt.pretrained_hf", "opt.epochs",
-    "opt.ambient_light", "opt.num_workers", "logging.ckpt_iterations", "logging.val_log",
-    "logging.loss_log", "logging.render_log", "logging.val_objects", "logging.val_views",
-    "logging.loop_log", "general.random_seed", "general.precision", "general.device",
-    "general.num_workers", "general.mixed_precision", "general.multiple_gpu",
-    "general.num_devices"};
+    "opt.pretrained_ckpt", "opt.pretrained_hf", "opt.epochs", "opt.ambient_light",
+    "opt.num_workers", "logging.ckpt_iterations", "logging.val_log", "logging.loss_log",
+    "logging.render_log", "logging.val_objects", "logging.val_views", "logging.loop_log",
+    "general.random_seed", "general.precision", "general.device", "general.num_workers",
+    "general.mixed_precision", "general.multiple_gpu", "general.num_devices"};
 
 bool describes_training(const std::string& key) {
     return key.starts_with("opt.") || key.starts_with("logging.") || key.starts_with("general.");
@@ -78,6 +78,8 @@ void read_losses(ConfigReader& read, TrainConfig& c) {
         read.choice("opt.loss", "l2", {"l2", "l1"}) == "l1" ? PixelLoss::kL1 : PixelLoss::kL2;
     read.number("opt.lambda_ssim", c.ssim_weight, 0, 1);
     read.number("opt.lambda_lpips", c.lpips_weight, 0, 1);
+    read.count("opt.start_lpips_after", c.lpips_after);
+    read.texts("opt.lpips_weights", c.lpips_weights);
     read.flag("opt.scale_terms", c.scale_terms);
     read.flag("data.white_background", c.white_background);
 }
@@ -131,6 +133,12 @@ Status check(const TrainConfig& c, const char* what) {
             "%s: 'opt.lambda_ssim' and 'opt.lambda_lpips' are %g and %g, expected a sum of "
             "at most 1",
             what, c.ssim_weight, c.lpips_weight);
+    if (c.lpips_weight > 0 && c.lpips_weights.empty())
+        return error(
+            Code::kInvalidArgument,
+            "%s: 'opt.lambda_lpips' is %g, but 'opt.lpips_weights' names no files; give those "
+            "of torchvision's vgg16 and of the lpips package, or set 'opt.lambda_lpips' to 0",
+            what, c.lpips_weight);
     return {};
 }
 
@@ -194,6 +202,8 @@ std::string merged_config_text(const model::PredictorConfig& network, const Trai
         entry("opt.loss", std::string(c.pixel_loss == PixelLoss::kL1 ? "l1" : "l2")),
         entry("opt.lambda_ssim", c.ssim_weight),
         entry("opt.lambda_lpips", c.lpips_weight),
+        entry("opt.start_lpips_after", whole(c.lpips_after)),
+        {"opt.lpips_weights", {c.lpips_weights.begin(), c.lpips_weights.end()}, true, false},
         entry("opt.scale_terms", c.scale_terms),
         entry("opt.ema.use", c.ema),
         entry("opt.ema.beta", c.ema_schedule.most),

@@ -34,7 +34,9 @@ struct TrainConfig {
     PixelLoss pixel_loss = PixelLoss::kL2;
     double ssim_weight = 0;
     double lpips_weight = 0;
-    bool scale_terms = false;  ///< CO3D: hold scales between 1e-5 and 20
+    std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part
+    std::vector<std::string> lpips_weights;  ///< files of VGG16 and of LPIPS, see model::LpipsNet
+    bool scale_terms = false;                ///< CO3D: hold scales between 1e-5 and 20
     bool white_background = true;
 
     bool ema = true;
@@ -62,8 +64,8 @@ struct TrainConfig {
 /// them:
 ///
 ///   opt      iterations batch_size micro_batch imgs_per_obj base_lr betas eps lr_schedule (constant,
-///            cosine, step) warmup step_lr_at loss (l2, l1) lambda_ssim lambda_lpips scale_terms
-///            ema.{use,beta,update_every,update_after_step}
+///            cosine, step) warmup step_lr_at loss (l2, l1) lambda_ssim lambda_lpips start_lpips_after
+///            lpips_weights scale_terms ema.{use,beta,update_every,update_after_step}
 ///   logging  ckpt_iterations val_log loss_log render_log val_objects val_views
 ///   general  random_seed precision (balanced, strict, fast)
 ///   data     root format category subset white_background cache_mib

@@ -92,7 +92,17 @@ Status Trainer::build(const model::PredictorConfig& network) {
     loss.height = loss.width = network.resolution;
     loss.pixel_loss = config_.pixel_loss;
     loss.ssim_weight = config_.ssim_weight;
-    loss.pixel_weight = 1 - config_.ssim_weight - config_.lpips_weight;
+    loss.precision = config_.precision;
+    std::vector<io::WeightsFile> files;
+    std::vector<const io::NamedTensors*> lpips;
+    if (config_.lpips_weight > 0) {
+        for (const std::string& path : config_.lpips_weights) {
+            SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(path));
+            files.push_back(std::move(file));
+        }
+        for (const io::WeightsFile& file : files) lpips.push_back(&file.tensors);
+        loss.lpips = lpips;
+    }
     SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
     loss_ = std::make_unique<RenderLoss>(std::move(made));
 
@@ -192,8 +202,9 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
-    SPLAT_TRY(
-        loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, terms));
+    const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
+    SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
+                         terms));
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.input()));
     SPLAT_TRY(context_.run(unpack_[slot]));
     const auto share = static_cast<double>(weight);
@@ -201,6 +212,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     result.loss.squared += share * terms.squared;
     result.loss.pixel += share * terms.pixel;
     result.loss.ssim += share * terms.ssim;
+    result.loss.lpips += share * terms.lpips;
     result.pairs += rasterizer_->stats().pairs;
     return {};
 }

@@ -1,5 +1,7 @@
 #include "vk/submit.h"
 
+#include <algorithm>
+
 #include "core/fault.h"
 #include "core/log.h"
 #include "vk/command_list_objects.h"
@@ -46,11 +48,19 @@ Status Queue::submit(CommandList::Objects& objects) {
     return {};
 }
 
+/// In pieces: time in which the process was stopped, or the machine asleep, ends one of them and not
+/// the whole wait.
+VkResult Queue::wait_for(VkFence fence) const {
+    constexpr std::uint64_t kPieceNs = 500'000'000;
+    for (std::uint64_t left = timeout_ns_;; left -= kPieceNs) {
+        const VkResult result = device_.vk.vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE,
+                                                           std::min(left, kPieceNs));
+        if (result != VK_TIMEOUT || left <= kPieceNs) return result;
+    }
+}
+
 Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects) {
-    const VkResult result = SPLAT_FAULT("vk.wait_timeout")
-                                ? VK_TIMEOUT
-                                : device_.vk.vkWaitForFences(device_.handle(), 1, &objects->fence,
-                                                             VK_TRUE, timeout_ns_);
+    const VkResult result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(objects->fence);
     if (result != VK_TIMEOUT && result >= VK_SUCCESS) {
         pending_ = nullptr;
         memory_.defer_frees(false);

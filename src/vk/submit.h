@@ -11,7 +11,7 @@ namespace splat::vk {
 /// Submits command lists and waits; the only place that waits.
 class Queue {
   public:
-    /// `timeout_ns` bounds each wait.
+    /// `timeout_ns` bounds each wait; time in which the process was stopped does not count.
     Queue(Device& device, Memory& memory, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), timeout_ns_(timeout_ns) {}
     ~Queue();
@@ -28,6 +28,7 @@ class Queue {
 
   private:
     Status submit(CommandList::Objects& objects);
+    [[nodiscard]] VkResult wait_for(VkFence fence) const;
     Status wait(const std::shared_ptr<CommandList::Objects>& objects);
     Status read_times(const CommandList::Objects& objects, Profile& profile);
 

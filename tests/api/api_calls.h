@@ -75,6 +75,7 @@ using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Model = Owned<splat_model, splat_model_destroy>;
 using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
+using Lpips = Owned<splat_lpips, splat_lpips_destroy>;
 using Dataset = Owned<splat_dataset, splat_dataset_destroy>;
 using Dims = std::vector<std::int64_t>;
 

@@ -320,10 +320,11 @@ const Layout kRasterizerInfo = {  // clang-format off
 };  // clang-format on
 
 const Layout kLayouts[] = {
-    kPhotoDesc,      kDatasetDesc,   kDatasetViews,  kSyntheticDesc,  kTrainerDesc, kTrainerBatch,
-    kTrainerInfo,    kImageScores,   kModelDesc,     kModelInput,     kDeviceInfo,  kDeviceDesc,
-    kMemoryInfo,     kTensorDesc,    kTensorInfo,    kTensorStats,    kOpDesc,      kSceneDesc,
-    kSceneFileDesc,  kSimilarity,    kSceneInfo,     kCamera,         kOrbitDesc,   kCameraFileDesc,
+    kPhotoDesc,      kDatasetDesc,   kDatasetViews,  kSyntheticDesc,  kTrainerDesc,
+    kTrainerBatch,   kTrainerInfo,   kLpipsDesc,     kImageScores,    kModelDesc,
+    kModelInput,     kDeviceInfo,    kDeviceDesc,    kMemoryInfo,     kTensorDesc,
+    kTensorInfo,     kTensorStats,   kOpDesc,        kSceneDesc,      kSceneFileDesc,
+    kSimilarity,     kSceneInfo,     kCamera,        kOrbitDesc,      kCameraFileDesc,
     kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.

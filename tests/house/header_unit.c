@@ -30,4 +30,5 @@ splat_photo_desc sample_photo_desc;
 splat_trainer_desc sample_trainer_desc;
 splat_trainer_batch sample_trainer_batch;
 splat_trainer_info sample_trainer_info;
+splat_lpips_desc sample_lpips_desc;
 splat_image_scores sample_image_scores;

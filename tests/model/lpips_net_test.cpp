@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "model/lpips_weights.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
@@ -12,45 +13,6 @@ using model::LpipsDesc;
 using model::LpipsNet;
 
 constexpr std::uint32_t kSide = 17;  // odd: the first halving passes a row and a column over
-
-/// Random weights of VGG16's shapes, under torchvision's names. Made once: they are 15 million.
-const io::NamedTensors& vgg_weights() {
-    static const io::NamedTensors weights = [] {
-        io::NamedTensors made;
-        std::int64_t in = 3;
-        std::uint64_t seed = 1;
-        const std::pair<int, std::int64_t> layers[] = {
-            {0, 64},   {2, 64},   {5, 128},  {7, 128},  {10, 256}, {12, 256}, {14, 256},
-            {17, 512}, {19, 512}, {21, 512}, {24, 512}, {26, 512}, {28, 512}};
-        for (const auto& [layer, out] : layers) {
-            const std::string name = "features." + std::to_string(layer);
-            const double deviation = std::sqrt(2.0 / (9.0 * static_cast<double>(in)));
-            EXPECT_OK(made.add(
-                {name + ".weight",
-                 {out, in, 3, 3},
-                 io::NumberType::kF32,
-                 normal_fill(static_cast<std::size_t>(out * in * 9), ++seed, 0, deviation)}));
-            EXPECT_OK(made.add({name + ".bias",
-                                {out},
-                                io::NumberType::kF32,
-                                normal_fill(static_cast<std::size_t>(out), ++seed, 0, 0.1)}));
-            in = out;
-        }
-        return made;
-    }();
-    return weights;
-}
-
-io::NamedTensors linear_weights() {
-    io::NamedTensors made;
-    const std::int64_t channels[] = {64, 128, 256, 512, 512};
-    for (int k = 0; k < 5; ++k)
-        EXPECT_OK(made.add({"lin" + std::to_string(k) + ".model.1.weight",
-                            {1, channels[k], 1, 1},
-                            io::NumberType::kF32,
-                            std::vector<float>(static_cast<std::size_t>(channels[k]), 0.5F)}));
-    return made;
-}
 
 /// Its operators are tested under all kernels; values and gradients against PyTorch's: tests/interop.
 class LpipsRules : public KernelsTest {

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "model/lpips_weights.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
@@ -99,38 +100,11 @@ class TrainerRules : public KernelsTest {
         EXPECT_OK(trainer.predictor().parameters().read(parameter->grad, values));
         return values;
     }
-    static constexpr const char* kBias = "network_with_offset.out.bias";
-};
-SPLAT_INSTANTIATE_KERNELS(TrainerRules);
-
-TEST_P(TrainerRules, LearnsABatchByHeart) {
-    TrainConfig training = small_training();
-    training.ssim_weight = 0.2;
-    const auto trainer = make(small_network(), training);
-    ASSERT_TRUE(trainer);
-    const Batch batch(small_network(), training);
-    const TrainStep first = run(*trainer, batch);
-    TrainStep last;
-    for (int i = 0; i < 20; ++i) last = run(*trainer, batch);
-    EXPECT_FALSE(last.skipped);
-    EXPECT_EQ(last.step, 21U);
-    EXPECT_GT(first.pairs, 0U);
-    EXPECT_LT(last.loss.total, 0.8 * first.loss.total);
-    EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.ssim), 1e-12);
-    EXPECT_EQ(last.loss.pixel, last.loss.squared);
-}
-
-/// The gradient of the whole chain against central differences, for those parameters that every
-/// Gaussian shares: colours, opacity, size, depth and offset.
-TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
-    for (const train::PixelLoss kind : {train::PixelLoss::kL2, train::PixelLoss::kL1}) {
-        TrainConfig training = small_training();
+    void expect_gradient_of_the_loss(const model::PredictorConfig& network, TrainConfig training) {
         training.learning_rate = 0;
-        training.pixel_loss = kind;
-        training.ssim_weight = kind == train::PixelLoss::kL1 ? 0.3 : 0;
-        const auto trainer = make(small_network(), training);
+        const auto trainer = make(network, training);
         ASSERT_TRUE(trainer);
-        const Batch batch(small_network(), training);
+        const Batch batch(network, training);
         run(*trainer, batch);
         const std::vector<float> expected = gradient(*trainer, kBias);
         nn::Parameters& parameters = trainer->predictor().parameters();
@@ -159,6 +133,72 @@ TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
                 << "bias " << i;
         }
     }
+    static constexpr const char* kBias = "network_with_offset.out.bias";
+};
+SPLAT_INSTANTIATE_KERNELS(TrainerRules);
+
+/// Under the fast kernels alone: a network of 15 million weights, whose operators have tests under all.
+class TrainerLpips : public TrainerRules {};
+INSTANTIATE_TEST_SUITE_P(Kernels, TrainerLpips, testing::Values(vk::Kernels::kCpu),
+                         kernels_test_name);
+
+TEST_P(TrainerRules, LearnsABatchByHeart) {
+    TrainConfig training = small_training();
+    training.ssim_weight = 0.2;
+    const auto trainer = make(small_network(), training);
+    ASSERT_TRUE(trainer);
+    const Batch batch(small_network(), training);
+    const TrainStep first = run(*trainer, batch);
+    TrainStep last;
+    for (int i = 0; i < 20; ++i) last = run(*trainer, batch);
+    EXPECT_FALSE(last.skipped);
+    EXPECT_EQ(last.step, 21U);
+    EXPECT_GT(first.pairs, 0U);
+    EXPECT_LT(last.loss.total, 0.8 * first.loss.total);
+    EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.ssim), 1e-12);
+    EXPECT_EQ(last.loss.pixel, last.loss.squared);
+}
+
+/// The gradient of the whole chain against central differences, for those parameters that every
+/// Gaussian shares: colours, opacity, size, depth and offset.
+TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
+    for (const train::PixelLoss kind : {train::PixelLoss::kL2, train::PixelLoss::kL1}) {
+        TrainConfig training = small_training();
+        training.pixel_loss = kind;
+        training.ssim_weight = kind == train::PixelLoss::kL1 ? 0.3 : 0;
+        expect_gradient_of_the_loss(small_network(), training);
+    }
+}
+
+/// LPIPS takes part from its step on, value and gradient, with weights of its own files.
+TEST_P(TrainerLpips, TakesPart) {
+    const std::string folder = testing::TempDir();
+    TrainConfig training = small_training();
+    training.lpips_weight = 0.5;
+    training.lpips_after = 1;
+    training.lpips_weights = {folder + "/vgg16.safetensors", folder + "/lpips.safetensors"};
+    io::WeightsFile file;
+    file.tensors = vgg_weights();
+    ASSERT_OK(io::save_weights(file, training.lpips_weights[0]));
+    file.tensors = linear_weights();
+    ASSERT_OK(io::save_weights(file, training.lpips_weights[1]));
+    model::PredictorConfig network = small_network();
+    network.resolution = 16;  // the least that VGG16 takes
+    const auto trainer = make(network, training);
+    ASSERT_TRUE(trainer);
+    const Batch batch(network, training);
+    const TrainStep without = run(*trainer, batch);
+    EXPECT_EQ(without.loss.lpips, 0);
+    EXPECT_EQ(without.loss.total, without.loss.pixel);
+    const TrainStep with = run(*trainer, batch);
+    EXPECT_GT(with.loss.lpips, 0);
+    EXPECT_NEAR(with.loss.total, 0.5 * with.loss.pixel + 0.5 * with.loss.lpips, 1e-12);
+
+    training.lpips_after = 0;
+    expect_gradient_of_the_loss(network, training);
+    training.lpips_weights = {folder + "/lpips.safetensors"};
+    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+                 "features.0");
 }
 
 TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {

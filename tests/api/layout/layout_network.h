@@ -78,7 +78,7 @@ inline const Layout kTrainerBatch = {  // clang-format off
 inline const Layout kTrainerInfo = {  // clang-format off
     "splat_trainer_info",
     sizeof(splat_trainer_info),
-    80,
+    88,
     {
     SPLAT_FIELD(splat_trainer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_info, skipped, 4, 4),
@@ -90,7 +90,21 @@ inline const Layout kTrainerInfo = {  // clang-format off
     SPLAT_FIELD(splat_trainer_info, ssim, 48, 8),
     SPLAT_FIELD(splat_trainer_info, network_ms, 56, 8),
     SPLAT_FIELD(splat_trainer_info, render_ms, 64, 8),
-    SPLAT_FIELD(splat_trainer_info, update_ms, 72, 8),}
+    SPLAT_FIELD(splat_trainer_info, update_ms, 72, 8),
+    SPLAT_FIELD(splat_trainer_info, lpips, 80, 8),}
+};  // clang-format on
+
+inline const Layout kLpipsDesc = {  // clang-format off
+    "splat_lpips_desc",
+    sizeof(splat_lpips_desc),
+    32,
+    {
+    SPLAT_FIELD(splat_lpips_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_lpips_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_lpips_desc, next, 8, 8),
+    SPLAT_FIELD(splat_lpips_desc, weights, 16, 8),
+    SPLAT_FIELD(splat_lpips_desc, weight_count, 24, 4),
+    SPLAT_FIELD(splat_lpips_desc, side, 28, 4),}
 };  // clang-format on
 
 inline const Layout kImageScores = {  // clang-format off

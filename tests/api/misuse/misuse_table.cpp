@@ -23,7 +23,7 @@ bool Outputs::untouched() const {
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
            weights.untouched() && model.untouched() && weights_info.untouched() &&
            trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
-           dataset.untouched();
+           dataset.untouched() && lpips.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -61,6 +61,7 @@ MisuseTable::MisuseTable() {
     trainer_rows();
     photo_rows();
     image_score_rows();
+    lpips_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

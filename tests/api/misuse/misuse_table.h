@@ -33,6 +33,7 @@ struct Outputs {
     Output<splat_model> model;
     Output<splat_trainer> trainer;
     Output<splat_trainer_info> trainer_info;
+    Output<splat_lpips> lpips;
     Output<splat_image_scores> image_scores;
     Output<splat_dataset> dataset;
     Output<splat_weights_info> weights_info;
@@ -88,6 +89,7 @@ class MisuseTable {
     void trainer_step_rows();
     void photo_rows();
     void image_score_rows();
+    void lpips_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {
@@ -119,6 +121,7 @@ class MisuseTable {
     Rasterizer rasterizer_ =
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     Weights weights_ = make_weights();
+    splat_weights weights_handle_ = weights_.get();  ///< that descs point to
     Model model_ = make_model(device_);
     Trainer trainer_ = make_trainer(device_);
     Dataset dataset_ = make_dataset();

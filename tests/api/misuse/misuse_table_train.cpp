@@ -169,4 +169,57 @@ void MisuseTable::image_score_rows() {
     });
 }
 
+void MisuseTable::lpips_rows() {
+    static const float kImage[3 * 16 * 16] = {};
+    static const splat_weights kNone = nullptr;
+    auto good = sized<splat_lpips_desc>();
+    good.weights = &weights_handle_;
+    good.weight_count = 1;
+    good.side = 16;
+    const auto create = [this](const splat_lpips_desc* desc) {
+        return splat_lpips_create(device_, desc, outputs.lpips.out());
+    };
+    handles<splat_device>(
+        "splat_lpips_create", "device",
+        [this, good](splat_device device) {
+            return splat_lpips_create(device, &good, outputs.lpips.out());
+        },
+        kHandle);
+    descs<splat_lpips_desc>("splat_lpips_create", good, create);
+    const auto spoilt = [&](const char* what, splat_result expected, splat_lpips_desc desc) {
+        add("splat_lpips_create", "desc", what, expected, [create, desc] { return create(&desc); });
+    };
+    add("splat_lpips_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
+    add("splat_lpips_create", "lpips", "NULL", kArgument,
+        [this, good] { return splat_lpips_create(device_, &good, nullptr); });
+    spoilt("weights of another network", kArgument, good);
+    auto desc = good;
+    desc.weights = nullptr;
+    spoilt("no weights", kArgument, desc);
+    desc = good;
+    desc.weight_count = 0;
+    spoilt("a count of 0", kArgument, desc);
+    desc = good;
+    desc.side = 15;
+    spoilt("a side of 15", kArgument, desc);
+    desc = good;
+    desc.weights = &kNone;
+    spoilt("a handle that is NULL", kHandle, desc);
+    handles<splat_lpips>(
+        "splat_lpips_compare", "lpips",
+        [](splat_lpips lpips) {
+            double value = 0;
+            return splat_lpips_compare(lpips, kImage, kImage, &value);
+        },
+        kHandle);
+    static double value = 0;
+    add("splat_lpips_compare", "a", "NULL", kArgument,
+        [] { return splat_lpips_compare(nullptr, nullptr, kImage, &value); });
+    add("splat_lpips_compare", "b", "NULL", kArgument,
+        [] { return splat_lpips_compare(nullptr, kImage, nullptr, &value); });
+    add("splat_lpips_compare", "value", "NULL", kArgument,
+        [] { return splat_lpips_compare(nullptr, kImage, kImage, nullptr); });
+    handles<splat_lpips>("splat_lpips_destroy", "lpips", splat_lpips_destroy, SPLAT_OK);
+}
+
 }  // namespace splat::test

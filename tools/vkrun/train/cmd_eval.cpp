@@ -7,6 +7,7 @@
 #include "vkrun/command.h"
 #include "vkrun/progress.h"
 #include "vkrun/table.h"
+#include "vkrun/train/baseline.h"
 #include "vkrun/train/picture.h"
 #include "vkrun/train/run_folder.h"
 #include "vkrun/train/scores.h"
@@ -20,20 +21,28 @@ else the first) and drawn in all its views. PSNR and SSIM are means over an obje
 objects, conditioning and novel views apart. A view without any difference is counted and left out of the
 mean PSNR; one whose target is black all over is left out.
 
+LPIPS needs the weights of its network, which are not part of libsplat: --lpips with a file of torchvision's
+vgg16, and again with that of the lpips package (lpips/weights/v0.1/vgg.pth); without them it is nan.
+
 OUT gets results.json, per_object.csv, scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter
-Image writes it; lpips is nan, there being no weights of its network) and, with --images N, contact sheets
-of the first N objects: target above prediction.
+Image writes it) and, with --images N, contact sheets of the first N objects: target above prediction.
+
+--baseline scores something simpler in place of the network, for 'vkrun compare': "mean" is the mean of
+all training images, whatever the object; "billboard" the first conditioning view as a flat picture, at
+the depth (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
 Exit status: 0 done, 1 failed, 2 wrong usage, 3 no device, 4 bad data.
 
 Examples:
   vkrun eval run/weights_best.safetensors --data cars --out eval
+  vkrun eval run/weights_best.safetensors --data cars --out flat --baseline billboard
+  vkrun compare eval/per_object.csv flat/per_object.csv
   vkrun eval model_best.pth --config config.yaml --data srn_cars --split test --out eval --images 4
 )";
 
 struct EvalOptions {
-    std::string weights, config, data, split = "test", out;
-    std::vector<std::string> changes;
+    std::string weights, config, data, split = "test", out, baseline;
+    std::vector<std::string> changes, lpips;
     std::uint32_t objects = 0, views = 0, images = 0;
     std::string device = "best";
     bool json = false;
@@ -42,6 +51,7 @@ struct EvalOptions {
 Json scores_json(const Scores& scores) {
     return {{"psnr", scores.psnr},
             {"ssim", scores.ssim},
+            {"lpips", std::isnan(scores.lpips) ? Json() : Json(scores.lpips)},
             {"views", scores.views},
             {"perfect_views", scores.perfect}};
 }
@@ -63,19 +73,27 @@ void save_sheet(const EvalOptions& options, const ObjectScores& scores, std::uin
 
 void write_tables(const EvalOptions& options, const std::vector<ObjectScores>& objects) {
     std::string csv =
-        "object,psnr_novel,ssim_novel,psnr_cond,ssim_cond,views,perfect_views,predict_ms,draw_ms\n";
+        "object,psnr_novel,ssim_novel,lpips_novel,psnr_cond,ssim_cond,lpips_cond,views,"
+        "perfect_views,predict_ms,draw_ms\n";
     std::string text;
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const ObjectScores& o = objects[i];
         csv +=
-            format("%s,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", o.name.c_str(), o.novel.psnr,
-                   o.novel.ssim, o.conditioning.psnr, o.conditioning.ssim,
-                   o.novel.views + o.conditioning.views, o.novel.perfect + o.conditioning.perfect,
-                   1e3 * o.predict_seconds, 1e3 * o.draw_seconds);
-        text += format("%zu_%s %.17g %.17g nan\n", i, o.name.c_str(), o.novel.psnr, o.novel.ssim);
+            format("%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", o.name.c_str(),
+                   o.novel.psnr, o.novel.ssim, o.novel.lpips, o.conditioning.psnr,
+                   o.conditioning.ssim, o.conditioning.lpips, o.novel.views + o.conditioning.views,
+                   o.novel.perfect + o.conditioning.perfect, 1e3 * o.predict_seconds,
+                   1e3 * o.draw_seconds);
+        text += format("%zu_%s %.17g %.17g %.17g\n", i, o.name.c_str(), o.novel.psnr, o.novel.ssim,
+                       o.novel.lpips);
     }
     write_file(options.out + "/per_object.csv", csv);
     write_file(options.out + "/scores.txt", text);
+}
+
+/// None of a baseline, which takes no time of its own.
+Json rate(double count, double seconds) {
+    return seconds > 0 ? Json(count / seconds) : Json();
 }
 
 Json results(const EvalOptions& options, const DataSet& data, const splat_device_info& device,
@@ -90,17 +108,37 @@ Json results(const EvalOptions& options, const DataSet& data, const splat_device
         empty += object.empty;
     }
     return {{"schema", 1},
-            {"weights", options.weights},
+            {"weights", options.baseline.empty() ? Json(options.weights) : Json()},
+            {"baseline", options.baseline.empty() ? Json() : Json(options.baseline)},
             {"split", options.split},
             {"data", {{"format", data.report().at("format")}, {"objects", data.objects()}}},
             {"device", device.name},
             {"objects", objects.size()},
             {"novel", scores_json(mean_of(objects, &ObjectScores::novel))},
             {"conditioning", scores_json(mean_of(objects, &ObjectScores::conditioning))},
-            {"lpips", nullptr},
             {"empty_views", empty},
-            {"predictions_per_second", static_cast<double>(objects.size()) / predict},
-            {"images_per_second", static_cast<double>(drawn) / draw}};
+            {"predictions_per_second", rate(static_cast<double>(objects.size()), predict)},
+            {"images_per_second", rate(static_cast<double>(drawn), draw)}};
+}
+
+using Lpips = Owner<splat_lpips, splat_lpips_destroy>;
+
+/// Empty without files.
+Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std::uint32_t side) {
+    Lpips lpips;
+    if (files.empty()) return lpips;
+    std::vector<Weights> weights(files.size());
+    std::vector<splat_weights> handles;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        check(splat_weights_load(files[i].c_str(), weights[i].out()));
+        handles.push_back(weights[i].get());
+    }
+    auto desc = sized<splat_lpips_desc>();
+    desc.weights = handles.data();
+    desc.weight_count = static_cast<std::uint32_t>(handles.size());
+    desc.side = side;
+    check(splat_lpips_create(device, &desc, lpips.out()));
+    return lpips;
 }
 
 int evaluate(const EvalOptions& options) {
@@ -115,14 +153,19 @@ int evaluate(const EvalOptions& options) {
     network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
     const std::uint32_t count =
         options.objects == 0 ? data.objects() : std::min(options.objects, data.objects());
+    const std::unique_ptr<Painter> painter =
+        options.baseline.empty() ? std::make_unique<NetworkPainter>(network)
+                                 : make_baseline(options.baseline, network, config, options.data);
+    const Lpips lpips = make_lpips(device.get(), options.lpips, network.resolution());
     Progress progress("evaluating", count);
     std::vector<ObjectScores> objects;
     for (std::uint32_t i = 0; i < count; ++i) {
         progress.show(i);
         std::vector<float> images, truths;
-        objects.push_back(score_object(
-            network, data, i, evaluated_views(data.views_of(i), network.views(), options.views),
-            &images, &truths));
+        objects.push_back(
+            score_object(*painter, network.channels(), data, i,
+                         evaluated_views(data.views_of(i), network.views(), options.views),
+                         lpips.get(), &images, &truths));
         if (i < options.images)
             save_sheet(options, objects.back(), i, network.resolution(), images, truths);
     }
@@ -137,15 +180,19 @@ int evaluate(const EvalOptions& options) {
     Table table({"views", ">PSNR", ">SSIM", ">LPIPS", ">count", ">perfect"});
     for (const char* kind : {"novel", "conditioning"}) {
         const Json& s = json.at(kind);
-        table.add({kind, format("%.3f", s.at("psnr").get<double>()),
-                   format("%.4f", s.at("ssim").get<double>()), "no weights",
-                   std::to_string(s.at("views").get<std::uint32_t>()),
-                   std::to_string(s.at("perfect_views").get<std::uint32_t>())});
+        table.add(
+            {kind, format("%.3f", s.at("psnr").get<double>()),
+             format("%.4f", s.at("ssim").get<double>()),
+             s.at("lpips").is_null() ? "no weights" : format("%.4f", s.at("lpips").get<double>()),
+             std::to_string(s.at("views").get<std::uint32_t>()),
+             std::to_string(s.at("perfect_views").get<std::uint32_t>())});
     }
-    std::printf("%u objects of '%s', split %s\n%s%.2f predictions and %.1f images a second\n",
-                count, options.data.c_str(), options.split.c_str(), table.text().c_str(),
-                json.at("predictions_per_second").get<double>(),
-                json.at("images_per_second").get<double>());
+    std::printf("%u objects of '%s', split %s\n%s", count, options.data.c_str(),
+                options.split.c_str(), table.text().c_str());
+    if (options.baseline.empty())
+        std::printf("%.2f predictions and %.1f images a second\n",
+                    json.at("predictions_per_second").get<double>(),
+                    json.at("images_per_second").get<double>());
     return kSuccess;
 }
 
@@ -167,6 +214,14 @@ void add_eval(CLI::App& app, int& exit_code) {
     command->add_option("--objects", options->objects, "The first so many objects");
     command->add_option("--views", options->views, "So many novel views of each, evenly spread");
     command->add_option("--images", options->images, "Contact sheets of the first so many objects");
+    command
+        ->add_option("--lpips", options->lpips,
+                     "File with weights of VGG16 or LPIPS; once for each")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false);
+    command->add_option("--baseline", options->baseline, "Score this instead: mean or billboard")
+        ->check(CLI::IsMember({"mean", "billboard"}));
     add_device_option(*command, options->device);
     command->add_flag("--json", options->json, "JSON on standard output");
     command->footer(kEvalFooter);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 
 #include "vkrun/command.h"
@@ -182,7 +183,7 @@ void add_scores(const Network& network, const Task& task, const std::vector<floa
         auto scores = sized<splat_image_scores>();
         check(splat_image_compare(images.data() + i * plane, task.truths.data() + i * plane, 3,
                                   side, side, &scores));
-        (i < network.views() ? input : novel).add(scores);
+        (i < network.views() ? input : novel).add(scores, std::numeric_limits<double>::quiet_NaN());
     }
     novel.finish();
     input.finish();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "vkrun/command.h"
 
@@ -15,9 +16,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-void Scores::add(const splat_image_scores& view) {
+void Scores::add(const splat_image_scores& view, double distance) {
     ++views;
     ssim += view.ssim;
+    lpips += distance;
     if (std::isfinite(view.psnr))
         psnr += view.psnr;
     else
@@ -26,6 +28,7 @@ void Scores::add(const splat_image_scores& view) {
 
 void Scores::finish() {
     if (views > 0) ssim /= views;
+    if (views > 0) lpips /= views;
     if (views > perfect) psnr /= views - perfect;
 }
 
@@ -52,23 +55,30 @@ EvaluatedViews evaluated_views(std::uint32_t count, std::uint32_t inputs, std::u
     return views;
 }
 
-ObjectScores score_object(Network& network, const DataSet& data, std::uint32_t object,
-                          const EvaluatedViews& which, std::vector<float>* images,
-                          std::vector<float>* truths) {
-    std::vector<std::uint32_t> numbers = which.conditioning;
-    numbers.insert(numbers.end(), which.novel.begin(), which.novel.end());
-    const Views views = data.read(object, numbers, network.views(), network.channels());
-    ObjectScores result;
-    result.name = data.name(object);
+std::vector<float> NetworkPainter::paint(const Views& views, const EvaluatedViews&,
+                                         ObjectScores& result) {
     auto start = std::chrono::steady_clock::now();
-    const Scene scene = network.predict(views);
+    const Scene scene = network_.predict(views);
     result.predict_seconds = seconds_since(start);
     start = std::chrono::steady_clock::now();
-    const std::vector<float> drawn = network.draw(scene, views.cameras);
+    std::vector<float> drawn = network_.draw(scene, views.cameras);
     result.draw_seconds = seconds_since(start);
-    result.drawn = static_cast<std::uint32_t>(numbers.size());
+    result.drawn = static_cast<std::uint32_t>(views.cameras.size());
+    return drawn;
+}
 
-    const std::uint32_t side = network.resolution();
+ObjectScores score_object(Painter& painter, const ImageChannels& channels, const DataSet& data,
+                          std::uint32_t object, const EvaluatedViews& which, splat_lpips lpips,
+                          std::vector<float>* images, std::vector<float>* truths) {
+    std::vector<std::uint32_t> numbers = which.conditioning;
+    numbers.insert(numbers.end(), which.novel.begin(), which.novel.end());
+    const Views views =
+        data.read(object, numbers, static_cast<std::uint32_t>(which.conditioning.size()), channels);
+    ObjectScores result;
+    result.name = data.name(object);
+    const std::vector<float> drawn = painter.paint(views, which, result);
+
+    const std::uint32_t side = data.resolution();
     const std::size_t plane = std::size_t{3} * side * side;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const float* const target = views.images.data() + i * plane;
@@ -78,7 +88,10 @@ ObjectScores score_object(Network& network, const DataSet& data, std::uint32_t o
         }
         auto scores = sized<splat_image_scores>();
         check(splat_image_compare(drawn.data() + i * plane, target, 3, side, side, &scores));
-        (i < which.conditioning.size() ? result.conditioning : result.novel).add(scores);
+        double distance = std::numeric_limits<double>::quiet_NaN();
+        if (lpips != nullptr)
+            check(splat_lpips_compare(lpips, drawn.data() + i * plane, target, &distance));
+        (i < which.conditioning.size() ? result.conditioning : result.novel).add(scores, distance);
     }
     result.conditioning.finish();
     result.novel.finish();
@@ -95,11 +108,15 @@ Scores mean_of(const std::vector<ObjectScores>& objects, Scores ObjectScores::*w
         mean.views += scores.views;
         mean.perfect += scores.perfect;
         mean.ssim += scores.ssim;
+        mean.lpips += scores.lpips;
         if (scores.views == scores.perfect) continue;
         mean.psnr += scores.psnr;
         ++counted;
     }
-    if (!objects.empty()) mean.ssim /= static_cast<double>(objects.size());
+    if (!objects.empty()) {
+        mean.ssim /= static_cast<double>(objects.size());
+        mean.lpips /= static_cast<double>(objects.size());
+    }
     if (counted > 0) mean.psnr /= counted;
     return mean;
 }

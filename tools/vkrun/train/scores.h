@@ -7,10 +7,11 @@ namespace vkrun {
 /// Means over views. A perfect view (no difference at all) has no PSNR and is only counted.
 struct Scores {
     double psnr = 0, ssim = 0;
+    double lpips = 0;  ///< NaN without the weights of its network
     std::uint32_t views = 0;
     std::uint32_t perfect = 0;
 
-    void add(const splat_image_scores& view);
+    void add(const splat_image_scores& view, double distance);
     void finish();  ///< sums to means
 };
 
@@ -34,10 +35,31 @@ struct EvaluatedViews {
 EvaluatedViews evaluated_views(std::uint32_t views_of_object, std::uint32_t inputs,
                                std::uint32_t most);
 
-/// Predict an object and compare. `images`, if not null, gets what was drawn, conditioning views
-/// first, and `truths` the targets, [n,3,R,R].
-ObjectScores score_object(Network& network, const DataSet& data, std::uint32_t object,
-                          const EvaluatedViews& views, std::vector<float>* images = nullptr,
+/// What is scored: draws all views of an object, knowing the conditioning ones.
+class Painter {
+  public:
+    virtual ~Painter() = default;
+
+    /// Images [n,3,R,R] of `views`, the conditioning ones first; `result` takes the times.
+    virtual std::vector<float> paint(const Views& views, const EvaluatedViews& which,
+                                     ObjectScores& result) = 0;
+};
+
+class NetworkPainter : public Painter {
+  public:
+    explicit NetworkPainter(Network& network) : network_(network) {}
+    std::vector<float> paint(const Views& views, const EvaluatedViews& which,
+                             ObjectScores& result) override;
+
+  private:
+    Network& network_;
+};
+
+/// Draw an object and compare; with `lpips`, that too. `images`, if not null, gets what was drawn,
+/// conditioning views first, and `truths` the targets, [n,3,R,R].
+ObjectScores score_object(Painter& painter, const ImageChannels& channels, const DataSet& data,
+                          std::uint32_t object, const EvaluatedViews& views, splat_lpips lpips,
+                          std::vector<float>* images = nullptr,
                           std::vector<float>* truths = nullptr);
 
 /// The mean over objects, each counting the same.

@@ -201,6 +201,8 @@ void Training::say(const splat_trainer_info& info) {
                      {"loss", info.loss},
                      {"psnr", psnr},
                      {"pixel_loss", info.pixel_loss},
+                     {"ssim", info.ssim},
+                     {"lpips", info.lpips},
                      {"pairs", info.pairs},
                      {"network_ms", info.network_ms},
                      {"render_ms", info.render_ms},
@@ -259,11 +261,13 @@ void Training::validate(std::uint64_t step) {
     std::vector<const float*> cells;
     const std::uint32_t side = network_->resolution();
     const std::size_t plane = std::size_t{3} * side * side;
+    NetworkPainter painter(*network_);
     for (std::uint32_t object = 0; object < count; ++object) {
         const EvaluatedViews which =
             evaluated_views(validation_->views_of(object), network_->views(), views);
         std::vector<float> images, truths;
-        scores.push_back(score_object(*network_, *validation_, object, which, &images, &truths));
+        scores.push_back(score_object(painter, network_->channels(), *validation_, object, which,
+                                      nullptr, &images, &truths));
         if (object >= kShownObjects) continue;
         kept.push_back(std::move(images));
         kept.push_back(std::move(truths));
@@ -307,6 +311,8 @@ void Training::write_run(const std::string& state) const {
     run["library"] = splat_version_string();
     run["device"] = device_json(info_of(device_.get()));
     run["seed"] = config_.at("general").at("random_seed");
+    const Json report = trainer_report(trainer_.get());
+    for (const char* key : {"parameters", "trainable"}) run[key] = report.at(key);
     Json data = data_->report();
     data.erase("names");
     data.erase("views_of");

@@ -1,0 +1,62 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+
+using namespace splat;
+
+splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
+                                splat_lpips* lpips) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::require(lpips, "lpips"));
+        SPLAT_TRY(api::check_desc(desc, "splat_lpips_desc", sizeof(splat_lpips_desc), 0));
+        if (desc->weight_count == 0)
+            return error(Code::kInvalidArgument,
+                         "splat_lpips_desc.weight_count is 0, expected at least 1");
+        SPLAT_TRY(api::require(desc->weights, "splat_lpips_desc.weights"));
+        std::vector<std::shared_ptr<api::WeightsObject>> files;
+        std::vector<const io::NamedTensors*> tensors;
+        for (std::uint32_t i = 0; i < desc->weight_count; ++i) {
+            SPLAT_ASSIGN(auto file,
+                         api::Weights::find(desc->weights[i], format("weights[%u]", i).c_str()));
+            tensors.push_back(&file->file.tensors);
+            files.push_back(std::move(file));
+        }
+        auto object = std::make_shared<api::LpipsObject>();
+        object->context = owner->context;
+        object->side = desc->side;
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->device().alive());
+        model::LpipsDesc wanted;
+        wanted.side = desc->side;
+        wanted.gradients = false;
+        SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
+        *lpips = api::Lpipses::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b, double* value) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(a, "a"));
+        SPLAT_TRY(api::require(b, "b"));
+        SPLAT_TRY(api::require(value, "value"));
+        SPLAT_ASSIGN(const auto object, api::Lpipses::find(lpips, "lpips"));
+        vk::Context& context = *object->context;
+        const std::lock_guard lock(context.mutex);
+        const std::size_t bytes = std::size_t{3} * object->side * object->side * sizeof(float);
+        SPLAT_TRY(context.write(object->net->render(), a, bytes));
+        SPLAT_TRY(context.write(object->net->target(), b, bytes));
+        SPLAT_TRY(object->net->forward());
+        float distance = 0;
+        SPLAT_TRY(context.read(object->net->values(), &distance, sizeof distance));
+        *value = static_cast<double>(distance);
+        return {};
+    });
+}
+
+splat_result splat_lpips_destroy(splat_lpips lpips) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Lpipses::remove(lpips, "lpips"));
+        return {};
+    });
+}

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+
+#include "vkrun/train/scores.h"
+
+namespace vkrun {
+
+/// The mean of all images of `data`, for any object and view.
+class MeanImage : public Painter {
+  public:
+    explicit MeanImage(const DataSet& data);
+    std::vector<float> paint(const Views& views, const EvaluatedViews& which,
+                             ObjectScores& result) override;
+
+  private:
+    std::vector<float> mean_;  ///< [3,R,R]
+};
+
+/// The first view as a flat picture that faces its camera: one Gaussian per pixel, in the plane whose
+/// depth between `near` and `far` gives the novel views their best mean PSNR. No method may choose so.
+class Billboard : public Painter {
+  public:
+    Billboard(Network& network, double near, double far)
+        : network_(network), near_(near), far_(far) {}
+    std::vector<float> paint(const Views& views, const EvaluatedViews& which,
+                             ObjectScores& result) override;
+
+  private:
+    Network& network_;
+    double near_, far_;
+};
+
+/// "mean": of the training images that the configuration and `root` name; "billboard". Throws a
+/// Failure.
+std::unique_ptr<Painter> make_baseline(const std::string& name, Network& network,
+                                       const Json& config, const std::string& root);
+
+}  // namespace vkrun
