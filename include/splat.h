@@ -1246,7 +1246,7 @@ typedef struct splat_photo_desc {
     uint32_t struct_size;
     uint32_t flags; /* SPLAT_PHOTO_* */
     const void* next;
-    const char* image;  /* PNG, JPEG or WebP */
+    const char* image;  /* PNG, JPEG (turned as its Exif notes) or WebP */
     const char* depth;  /* maps of the same size; NULL: none */
     const char* normal;
     const char* mask;   /* of the object; NULL: the image's alpha, else what differs from its border */

@@ -52,7 +52,7 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             const fs::path path = folder / below / (name + extension);
             if (is_file(path)) return path.string();
         }
-    return error(Code::kInvalidArgument, "'%s': there is no image '%s', neither below images/",
+    return error(Code::kInvalidArgument, "'%s': there is no image '%s', here or in images/",
                  folder.c_str(), name.c_str());
 }
 

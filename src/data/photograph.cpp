@@ -17,7 +17,7 @@ struct Box {
 };
 
 Result<io::Image> load(const std::string& path) {
-    auto image = io::load_image(path);
+    auto image = io::load_image(path, {.upright = true});
     if (!image.ok()) return image;
     if (image.value().bits == 8) return image;
     io::Image eight = std::move(image.value());

@@ -19,6 +19,7 @@ struct Image {
 struct ImageOptions {
     std::uint32_t max_side = 16384;  ///< pixels; larger images are refused
     std::uint64_t max_samples = std::uint64_t{1} << 30;
+    bool upright = false;  ///< turn JPEG files as their camera noted (Exif)
 };
 
 /// A PNG file of any colour type and depth: palettes become RGB, fewer than 8 bits become 8, a

@@ -9,6 +9,7 @@
 #include <webp/encode.h>
 
 #include "io/file.h"
+#include "io/photo/exif.h"
 #include "io/photo/image_file.h"
 #include "io/photo/jpeg.h"
 #include "io/photo/webp.h"
@@ -66,6 +67,77 @@ Buffer webp_of(const std::vector<std::uint8_t>& samples, int width, int height, 
     Buffer file(first, first + size);
     WebPFree(bytes);
     return file;
+}
+
+/// An Exif segment with this orientation, in either order of bytes, behind another tag.
+Buffer with_exif(const Buffer& jpeg, std::uint16_t orientation, bool little) {
+    std::vector<std::uint8_t> tiff;
+    const auto put = [&](std::uint32_t value, int size) {
+        for (int i = 0; i < size; ++i)
+            tiff.push_back(static_cast<std::uint8_t>(value >> 8 * (little ? i : size - 1 - i)));
+    };
+    tiff.insert(tiff.end(), 2, little ? 'I' : 'M');
+    put(42, 2);
+    put(8, 4);
+    put(2, 2);
+    for (const auto& [tag, value] :
+         {std::pair<std::uint32_t, std::uint32_t>{0x100, 7}, {0x112, orientation}}) {
+        put(tag, 2);
+        put(3, 2);
+        put(1, 4);
+        put(value, 2);
+        put(0, 2);
+    }
+    put(0, 4);
+    Buffer file(jpeg.begin(), jpeg.begin() + 2);
+    const auto length = static_cast<std::uint8_t>(2 + 6 + tiff.size());
+    for (const int byte :
+         {0xFF, 0xE1, 0, int{length}, int{'E'}, int{'x'}, int{'i'}, int{'f'}, 0, 0})
+        file.push_back(static_cast<std::byte>(byte));
+    for (const std::uint8_t byte : tiff) file.push_back(static_cast<std::byte>(byte));
+    file.insert(file.end(), jpeg.begin() + 2, jpeg.end());
+    return file;
+}
+
+TEST(Exif, TurnsEachOrientationUpright) {
+    // 3 x 2 pixels 0 to 5; the eight ways of CIPA DC-008, figure of tag 274.
+    const Image stored{3, 2, 1, 8, {0, 1, 2, 3, 4, 5}};
+    const std::vector<std::uint16_t> expected[] = {
+        {0, 1, 2, 3, 4, 5}, {2, 1, 0, 5, 4, 3}, {5, 4, 3, 2, 1, 0}, {3, 4, 5, 0, 1, 2},
+        {0, 3, 1, 4, 2, 5}, {3, 0, 4, 1, 5, 2}, {5, 2, 4, 1, 3, 0}, {2, 5, 1, 4, 0, 3}};
+    for (std::uint32_t orientation = 1; orientation <= 8; ++orientation) {
+        const Image turned = upright(stored, orientation);
+        EXPECT_EQ(turned.samples, expected[orientation - 1]) << orientation;
+        EXPECT_EQ(turned.width, orientation < 5 ? 3U : 2U) << orientation;
+        EXPECT_EQ(turned.height, orientation < 5 ? 2U : 3U) << orientation;
+    }
+}
+
+TEST(Exif, IsReadOnRequestInEitherOrder) {
+    const Buffer jpeg = jpeg_of(ramp(16, 8, 1), 16, 8, 1, false, JCS_GRAYSCALE);
+    EXPECT_EQ(exif_orientation(jpeg), 1U);
+    for (const bool little : {false, true}) {
+        const Buffer file = with_exif(jpeg, 6, little);
+        EXPECT_EQ(exif_orientation(file), 6U);
+        EXPECT_EQ(read_jpeg(file).value().width, 16U);
+        const auto turned = read_jpeg(file, {.upright = true});
+        ASSERT_OK(turned.status());
+        EXPECT_EQ(turned.value().width, 8U);
+        EXPECT_EQ(turned.value().samples, upright(read_jpeg(file).value(), 6).samples);
+    }
+}
+
+TEST(Exif, DamageMeansUpright) {
+    const Buffer jpeg = jpeg_of(ramp(16, 8, 1), 16, 8, 1, false, JCS_GRAYSCALE);
+    EXPECT_EQ(exif_orientation(with_exif(jpeg, 9, true)), 1U);
+    const Buffer file = with_exif(jpeg, 6, true);
+    for (std::size_t size = 0; size < 40; ++size)
+        EXPECT_EQ(exif_orientation(Bytes(file).first(size)), 1U) << size;
+    for (std::size_t at = 0; at < 60; ++at) {  // any answer, but an answer
+        Buffer damaged = file;
+        damaged[at] ^= std::byte{0xFF};
+        EXPECT_LE(exif_orientation(damaged), 8U);
+    }
 }
 
 TEST(Jpeg, HoldsWhatWasWritten) {

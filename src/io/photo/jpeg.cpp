@@ -7,6 +7,8 @@
 // Behind jpeglib.h, whose types it needs.
 #include <jerror.h>
 
+#include "io/photo/exif.h"
+
 namespace splat::io {
 namespace {
 
@@ -110,7 +112,7 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     if (!reader.read_rows(rows.data(), row_bytes, image.channels == 1))
         return bad(reader.state.message);
     image.samples.assign(rows.begin(), rows.end());
-    return image;
+    return options.upright ? upright(std::move(image), exif_orientation(file)) : std::move(image);
 }
 
 }  // namespace splat::io

@@ -4,8 +4,8 @@
 
 namespace splat::io {
 
-/// A JPEG file, baseline or progressive, as gray or RGB. Values are as stored; the orientation that a
-/// camera notes (Exif) is passed over.
+/// A JPEG file, baseline or progressive, as gray or RGB. Values are as stored; turned as the camera
+/// noted where options.upright asks for it.
 ///
 /// Errors       kInvalidArgument if it is no JPEG, damaged (libjpeg's sentence) or truncated; kUnsupported
 ///              above the limits and for CMYK

@@ -1,0 +1,94 @@
+#include "io/photo/exif.h"
+
+#include <optional>
+#include <string_view>
+
+namespace splat::io {
+namespace {
+
+constexpr std::size_t kTiffHeader = 8;  ///< "II" or "MM", 42, where the first directory starts
+constexpr std::size_t kEntryBytes = 12;
+constexpr std::uint32_t kOrientationTag = 274;
+constexpr std::uint32_t kShort = 3;  ///< type of the entry
+
+/// Unsigned numbers of either order in bytes that may end too early.
+struct Tiff {
+    Bytes bytes;
+    bool little = false;
+
+    [[nodiscard]] std::optional<std::uint32_t> number(std::size_t at, std::size_t size) const {
+        if (at > bytes.size() || bytes.size() - at < size) return std::nullopt;
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            value = value << 8U |
+                    std::to_integer<std::uint32_t>(bytes[at + (little ? size - 1 - i : i)]);
+        return value;
+    }
+};
+
+std::optional<std::uint32_t> orientation_of(Tiff tiff) {
+    const auto order = tiff.number(0, 2);
+    if (order != 0x4949U && order != 0x4D4DU) return std::nullopt;
+    tiff.little = order == 0x4949U;
+    const auto directory = tiff.number(4, 4);
+    if (tiff.number(2, 2) != 42U || !directory || *directory < kTiffHeader) return std::nullopt;
+    const auto count = tiff.number(*directory, 2);
+    if (!count) return std::nullopt;
+    for (std::size_t i = 0; i < *count; ++i) {
+        const std::size_t entry = std::size_t{*directory} + 2 + i * kEntryBytes;
+        if (tiff.number(entry, 2) == kOrientationTag && tiff.number(entry + 2, 2) == kShort)
+            return tiff.number(entry + 8, 2);
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::uint32_t exif_orientation(Bytes jpeg) {
+    constexpr std::string_view kExif("Exif\0\0", 6);
+    const Tiff file{jpeg};
+    // Segments follow each other: FF, marker, length with its own two bytes; FF DA starts the pixels.
+    for (std::size_t at = 2;;) {
+        const auto marker = file.number(at, 2);
+        if (marker == 0xFFFFU) {  // a fill byte
+            ++at;
+            continue;
+        }
+        const auto length = file.number(at + 2, 2);
+        if (!marker || !length || *marker >> 8U != 0xFFU || *marker == 0xFFDAU || *length < 2 ||
+            jpeg.size() - at - 2 < *length)
+            return 1;
+        const Bytes segment = jpeg.subspan(at + 4, *length - 2);
+        if (*marker == 0xFFE1U && as_text(segment).starts_with(kExif)) {
+            const auto noted = orientation_of({segment.subspan(kExif.size())});
+            return noted && *noted >= 1 && *noted <= 8 ? *noted : 1;
+        }
+        at += 2 + *length;
+    }
+}
+
+Image upright(Image image, std::uint32_t orientation) {
+    if (orientation <= 1 || orientation > 8) return image;
+    // Where the first stored row and column lie in the scene: 2 top right, 3 bottom right, 4 bottom left,
+    // 5 left top, 6 right top, 7 right bottom, 8 left bottom.
+    const bool transposed = orientation >= 5;
+    const bool from_right = orientation == 2 || orientation == 3 || orientation >= 7;
+    const bool from_below =
+        orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+    Image out = image;
+    if (transposed) std::swap(out.width, out.height);
+    std::size_t at = 0;
+    for (std::uint32_t y = 0; y < out.height; ++y)
+        for (std::uint32_t x = 0; x < out.width; ++x) {
+            std::uint32_t column = transposed ? y : x;
+            std::uint32_t row = transposed ? x : y;
+            if (from_right) column = image.width - 1 - column;
+            if (from_below) row = image.height - 1 - row;
+            const std::size_t from = (std::size_t{row} * image.width + column) * image.channels;
+            for (std::uint32_t c = 0; c < image.channels; ++c)
+                out.samples[at++] = image.samples[from + c];
+        }
+    return out;
+}
+
+}  // namespace splat::io
