@@ -36,6 +36,8 @@ int predict(const PredictionOptions& options, bool json) {
         throw Failure(kUsageError, options.image.empty()
                                        ? "name an IMAGE, or a data set with --data"
                                        : "IMAGE and --data exclude each other");
+    if (!options.data.empty() && !options.true_depth.empty())
+        throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
     const Json result = run_prediction(options);
     if (json) {
         std::printf("%s\n", json_text(result).c_str());
@@ -51,10 +53,11 @@ int predict(const PredictionOptions& options, bool json) {
             result.at("psnr").get<double>(), result.at("ssim").get<double>(),
             result.at("novel_views").get<unsigned>(), result.at("psnr_input").get<double>());
     if (result.contains("depth"))
-        std::printf("depth against %s, aligned: relative error %.4f, correlation %.4f\n",
-                    options.true_depth.c_str(),
-                    result.at("depth").at("relative_error").get<double>(),
-                    result.at("depth").at("correlation").get<double>());
+        std::printf(
+            "depth against %s, scaled and shifted: mean error %.3f of its range, correlation "
+            "%.3f\n",
+            options.true_depth.c_str(), result.at("depth").at("error").get<double>(),
+            result.at("depth").at("correlation").get<double>());
     std::printf("%s\n", result.at("report").get<std::string>().c_str());
     return kSuccess;
 }

@@ -65,13 +65,21 @@ void add_run(HtmlPage& page, const Run& run) {
     std::vector<std::pair<std::string, std::string>> rows;
     for (const auto& [key, value] : run.facts.items())
         if (!value.is_object())
-            rows.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+            rows.emplace_back(key, value.is_string()         ? value.get<std::string>()
+                                   : value.is_number_float() ? format("%.6g", value.get<double>())
+                                                             : value.dump());
     if (run.facts.contains("device"))
         rows.emplace_back("device", run.facts.at("device").value("name", ""));
-    if (run.facts.contains("data")) rows.emplace_back("data", run.facts.at("data").dump());
+    if (run.facts.contains("data")) {
+        const Json& data = run.facts.at("data");
+        rows.emplace_back("data",
+                          format("%s, %u objects with %u views, trained on at %u pixels",
+                                 data.value("format", "").c_str(), data.value("objects", 0U),
+                                 data.value("views", 0U), data.value("resolution", 0U)));
+    }
     page.facts(rows);
     page.picture(latest_render(run),
-                 "validation objects: input, then truth and prediction in pairs");
+                 "validation objects: input, then truth and prediction in pairs", 1000);
 }
 
 int report(const ReportOptions& options) {

@@ -141,14 +141,14 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
     body_ += "</table>\n";
 }
 
-void HtmlPage::picture(const std::string& path, const std::string& caption) {
+void HtmlPage::picture(const std::string& path, const std::string& caption, std::uint32_t width) {
     std::ifstream file(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     if (bytes.empty()) return;
     const char* const type = path.ends_with(".gif") ? "gif" : "png";
     body_ += std::string("<figure><img src=\"data:image/") + type + ";base64," + base64(bytes) +
-             "\" alt=\"" + escaped(caption) + "\"><figcaption>" + escaped(caption) +
-             "</figcaption></figure>\n";
+             "\"" + (width == 0 ? "" : format(" width=\"%u\"", width)) + " alt=\"" +
+             escaped(caption) + "\"><figcaption>" + escaped(caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,8 +19,9 @@ class HtmlPage {
     /// The first row is the heading.
     void table(const std::vector<std::vector<std::string>>& rows);
 
-    /// A PNG or GIF file, embedded; nothing if it cannot be read.
-    void picture(const std::string& path, const std::string& caption);
+    /// A PNG or GIF file, embedded, drawn so many of the page's pixels wide (0: its own size); nothing if
+    /// it cannot be read.
+    void picture(const std::string& path, const std::string& caption, std::uint32_t width = 0);
 
     struct Curve {
         std::string name;

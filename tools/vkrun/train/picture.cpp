@@ -22,9 +22,11 @@ Picture contact_sheet(const std::vector<const float*>& cells, std::uint32_t side
                       std::uint32_t columns, std::uint32_t gap) {
     const auto rows = static_cast<std::uint32_t>((cells.size() + columns - 1) / columns);
     Picture sheet(columns * (side + gap) + gap, rows * (side + gap) + gap);
-    for (std::uint32_t i = 0; i < cells.size(); ++i)
+    for (std::uint32_t i = 0; i < cells.size(); ++i) {
+        if (cells[i] == nullptr) continue;
         sheet.put(cells[i], 3, side, gap + i % columns * (side + gap),
                   gap + i / columns * (side + gap));
+    }
     return sheet;
 }
 

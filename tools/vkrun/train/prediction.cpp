@@ -47,10 +47,8 @@ struct Task {
     Json photo;
 };
 
-Task read_photo(const PredictionOptions& options, const Network& network) {
-    if (network.views() != 1)
-        throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
-                                       " views of an object, expected 1: predict from --data");
+/// How the picture and its maps are cut out; points into `options`.
+splat_photo_desc photo_desc(const PredictionOptions& options, const Network& network) {
     auto desc = sized<splat_photo_desc>();
     const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
     desc.image = path(options.image);
@@ -61,6 +59,14 @@ Task read_photo(const PredictionOptions& options, const Network& network) {
     desc.foreground = options.foreground;
     if (options.whole) desc.flags |= SPLAT_PHOTO_WHOLE;
     std::copy_n(network.background(), 3, desc.background);
+    return desc;
+}
+
+Task read_photo(const PredictionOptions& options, const Network& network) {
+    if (network.views() != 1)
+        throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
+                                       " views of an object, expected 1: predict from --data");
+    const splat_photo_desc desc = photo_desc(options, network);
     const ImageChannels& channels = network.channels();
     if (channels.depth != !options.depth.empty() || channels.normal != !options.normal.empty())
         throw Failure(kUsageError, std::string("the network takes ") +
@@ -131,17 +137,15 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Network&
     return cameras;
 }
 
-/// Least squares s d + t against the truth where both are known; larger is farther in both.
+/// Least squares s d + t against the true depth, cut out as the picture was, where both are known.
 Json compare_depth(const PredictionOptions& options, Network& network, const Scene& scene,
                    const Task& task) {
-    auto desc = sized<splat_photo_desc>();
-    desc.image = options.true_depth.c_str();
-    desc.resolution = network.resolution();
-    desc.flags = SPLAT_PHOTO_WHOLE;
+    splat_photo_desc desc = photo_desc(options, network);
+    desc.depth = options.true_depth.c_str();
     const std::size_t pixels = std::size_t{network.resolution()} * network.resolution();
-    std::vector<float> truth(3 * pixels), known(pixels);
+    std::vector<float> truth(pixels), known(pixels);
     auto out = sized<splat_dataset_views>();
-    out.images = truth.data();
+    out.depths = truth.data();
     out.masks = known.data();
     if (splat_photo_read(&desc, &out, nullptr, 0, nullptr) < SPLAT_OK)
         throw Failure(kBadData, splat_last_error_message());
@@ -149,7 +153,7 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < pixels; ++i) {
-        if (drawn.alpha[i] < 0.5F || truth[i] <= 0 || truth[i] >= 0.99F) continue;
+        if (drawn.alpha[i] < 0.5F || known[i] < 0.99F) continue;
         const auto x = static_cast<double>(drawn.depth[i]);
         const auto y = static_cast<double>(truth[i]);
         used.push_back(i);
@@ -162,15 +166,17 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
     }
     const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n, cov = sxy - sx * sy / n;
     const double scale = cov / vx, shift = (sy - scale * sx) / n;
-    double relative = 0;
+    double error = 0, least = 1, most = 0;
     for (const std::size_t i : used) {
         const auto y = static_cast<double>(truth[i]);
-        relative += std::abs(scale * static_cast<double>(drawn.depth[i]) + shift - y) / y / n;
+        error += std::abs(scale * static_cast<double>(drawn.depth[i]) + shift - y) / n;
+        least = std::min(least, y);
+        most = std::max(most, y);
     }
     return {{"pixels", used.size()},
             {"scale", scale},
             {"shift", shift},
-            {"relative_error", relative},
+            {"error", error / (most - least)},  // of the range of the true depth
             {"correlation", cov / std::sqrt(vx * vy)}};
 }
 
@@ -200,6 +206,35 @@ std::vector<float> interleaved(const float* planes, std::size_t pixels) {
     return rgb;
 }
 
+constexpr std::uint32_t kSheetColumns = 8;
+constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
+
+/// Input views and what was made of them, then novel views: where there are truths, a row of them above
+/// each row of predictions.
+std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>& images,
+                                      std::size_t inputs, std::size_t plane) {
+    const std::size_t count = images.size() / plane;
+    std::vector<const float*> cells;
+    for (std::size_t i = 0; i < inputs; ++i) {
+        cells.push_back(task.views.images.data() + plane * i);
+        cells.push_back(images.data() + plane * i);
+    }
+    if (task.truths.empty()) {
+        for (std::size_t i = inputs; i < count; ++i) cells.push_back(images.data() + plane * i);
+        return cells;
+    }
+    const auto end_row = [&] {
+        while (cells.size() % kSheetColumns != 0) cells.push_back(nullptr);
+    };
+    for (std::size_t first = inputs; first < count; first += kSheetColumns)
+        for (const std::vector<float>* from : {&task.truths, &images}) {
+            end_row();
+            for (std::size_t i = first; i < std::min(first + kSheetColumns, count); ++i)
+                cells.push_back(from->data() + plane * i);
+        }
+    return cells;
+}
+
 void write_pictures(const std::string& out, const Network& network, const Task& task,
                     const std::vector<float>& images) {
     const std::uint32_t side = network.resolution();
@@ -210,36 +245,60 @@ void write_pictures(const std::string& out, const Network& network, const Task& 
         check(splat_image_save((out + "/" + name).c_str(), rgb.data(), side, side, 3));
     };
     save("input.png", task.views.images.data());
-    std::vector<const float*> cells = {task.views.images.data()};
     std::vector<float> frames;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = network.views(); i < count; ++i) {
         const float* const image = images.data() + 3 * pixels * i;
-        if (i >= network.views()) {
-            save(format("view_%02zu.png", i - network.views()), image);
-            const std::vector<float> rgb = interleaved(image, pixels);
-            frames.insert(frames.end(), rgb.begin(), rgb.end());
-        }
-        cells.push_back(image);
-        if (!task.truths.empty()) cells.push_back(task.truths.data() + 3 * pixels * i);
+        save(format("view_%02zu.png", i - network.views()), image);
+        const std::vector<float> rgb = interleaved(image, pixels);
+        frames.insert(frames.end(), rgb.begin(), rgb.end());
     }
     check(splat_image_save_animation((out + "/orbit.png").c_str(), frames.data(),
                                      static_cast<std::uint32_t>(frames.size() / (3 * pixels)), side,
                                      side, 3, 80));
-    contact_sheet(cells, side, task.truths.empty() ? 7 : 10).save(out + "/sheet.png");
+    contact_sheet(sheet_cells(task, images, network.views(), 3 * pixels), side, kSheetColumns)
+        .save(out + "/sheet.png");
+}
+
+/// What the page says of a result, in words and rounded.
+std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
+    const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
+    std::vector<std::pair<std::string, std::string>> facts = {
+        {"Input", result.at("input")},
+        {"Weights", std::filesystem::path(result.at("weights").get<std::string>()).filename()},
+        {"Gaussians", format("%.0f, and %.0f that cannot be seen were left out",
+                             number(result, "gaussians"), number(result, "left_out"))},
+        {"Time",
+         format("%.0f ms to predict, %.0f ms to draw %.0f images", number(result, "predict_ms"),
+                number(result, "draw_ms"), number(result, "images"))},
+        {"Device", result.at("device")}};
+    if (result.contains("photo"))
+        facts.emplace_back("Object found by", result.at("photo").at("mask"));
+    if (result.contains("psnr"))
+        facts.emplace_back("Against the truth",
+                           format("PSNR %.2f dB, SSIM %.3f on %.0f novel views; PSNR of the input "
+                                  "view %.2f dB",
+                                  number(result, "psnr"), number(result, "ssim"),
+                                  number(result, "novel_views"), number(result, "psnr_input")));
+    if (result.contains("depth"))
+        facts.emplace_back(
+            "Depth of the input view",
+            format("correlation %.3f, mean error %.3f of its range, after scale and shift",
+                   number(result.at("depth"), "correlation"), number(result.at("depth"), "error")));
+    return facts;
 }
 
 std::string write_report(const std::string& out, const Task& task, const Json& result) {
     HtmlPage page("Prediction of " + task.name);
-    std::vector<std::pair<std::string, std::string>> facts;
-    for (const auto& [key, value] : result.items())
-        facts.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
-    page.picture(out + "/input.png", "input");
-    page.picture(out + "/orbit.png", "novel views");
+    page.picture(out + "/input.png", "input", kPictureWidth);
+    page.picture(out + "/orbit.png", "novel views", kPictureWidth);
     page.heading("Facts");
-    page.facts(facts);
-    page.heading(task.truths.empty() ? "Input, its reconstruction, and novel views"
-                                     : "Input, then prediction and truth in pairs");
-    page.picture(out + "/sheet.png", "contact sheet");
+    page.facts(facts_of(result));
+    page.heading("Views");
+    page.picture(out + "/sheet.png",
+                 task.truths.empty() ? "the input, what was made of it, and novel views"
+                                     : "the input and what was made of it; then in turns a row of "
+                                       "true and a row of predicted novel views",
+                 kSheetWidth);
     const std::string path = out + "/report.html";
     write_file(path, page.text());
     return path;
