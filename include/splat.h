@@ -1106,7 +1106,7 @@ typedef struct splat_trainer_info {
     double network_ms;
     double render_ms;
     double update_ms;
-    double lpips; /* 0 unless opt.lambda_lpips > 0 */
+    double lpips; /* 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
 } splat_trainer_info;
 
 /* One update. Arrays are read before the call returns.
@@ -1165,15 +1165,16 @@ typedef struct splat_lpips_desc {
 } splat_lpips_desc;
 
 /* Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor that no file
- *   has), SPLAT_ERROR_SHAPE_MISMATCH (one of another network), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+ *   has), SPLAT_ERROR_SHAPE_MISMATCH (one of another network), SPLAT_ERROR_UNSUPPORTED (a side above
+ *   16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                           splat_lpips* lpips);
 
 /* How far two RGB images [3,side,side] lie apart, nominally 0 to 1 each and not clamped: 0 for equal
  * ones. Within 1e-4 of PyTorch's.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
- *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are not
+ *   finite), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b,
                                            double* value);
 

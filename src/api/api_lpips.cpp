@@ -1,7 +1,21 @@
+#include <cmath>
+
 #include "api/api_guard.h"
 #include "api/handles.h"
 
 using namespace splat;
+
+namespace {
+
+Status check_finite(const char* name, std::span<const float> values) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!std::isfinite(values[i]))
+            return error(Code::kInvalidArgument, "%s holds %g at %zu, expected finite numbers",
+                         name, static_cast<double>(values[i]), i);
+    return {};
+}
+
+}  // namespace
 
 splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                 splat_lpips* lpips) {
@@ -24,12 +38,14 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         auto object = std::make_shared<api::LpipsObject>();
         object->context = owner->context;
         object->side = desc->side;
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(object->context->device().alive());
         model::LpipsDesc wanted;
         wanted.side = desc->side;
         wanted.gradients = false;
-        SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
+        {
+            const std::lock_guard lock(object->context->mutex);
+            SPLAT_TRY(object->context->device().alive());
+            SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
+        }  // an object that add() cannot take is destroyed there, which locks again
         *lpips = api::Lpipses::add(std::move(object));
         return {};
     });
@@ -41,9 +57,12 @@ splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float*
         SPLAT_TRY(api::require(b, "b"));
         SPLAT_TRY(api::require(value, "value"));
         SPLAT_ASSIGN(const auto object, api::Lpipses::find(lpips, "lpips"));
+        const std::size_t count = std::size_t{3} * object->side * object->side;
+        const std::size_t bytes = count * sizeof(float);
+        SPLAT_TRY(check_finite("a", {a, count}));
+        SPLAT_TRY(check_finite("b", {b, count}));
         vk::Context& context = *object->context;
         const std::lock_guard lock(context.mutex);
-        const std::size_t bytes = std::size_t{3} * object->side * object->side * sizeof(float);
         SPLAT_TRY(context.write(object->net->render(), a, bytes));
         SPLAT_TRY(context.write(object->net->target(), b, bytes));
         SPLAT_TRY(object->net->forward());

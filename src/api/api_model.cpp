@@ -210,9 +210,11 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         auto object = std::make_shared<api::ModelObject>();
         object->context = owner->context;
         object->objects = options.objects;
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_ASSIGN(object->predictor,
-                     model::Predictor::create(*object->context, config, options));
+        {
+            const std::lock_guard lock(object->context->mutex);
+            SPLAT_ASSIGN(object->predictor,
+                         model::Predictor::create(*object->context, config, options));
+        }  // an object that add() cannot take is destroyed there, which locks again
         *model = api::Models::add(std::move(object));
         return {};
     });

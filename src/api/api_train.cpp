@@ -112,22 +112,25 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_ASSIGN(const Configurations made, configurations_of(desc->config, {}));
         auto object = std::make_shared<api::TrainerObject>();
         object->context = owner->context;
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(object->context->device().alive());
-        SPLAT_ASSIGN(object->trainer,
-                     train::Trainer::create(*object->context, made.network, made.training));
+        {
+            const std::lock_guard lock(object->context->mutex);
+            SPLAT_TRY(object->context->device().alive());
+            SPLAT_ASSIGN(object->trainer,
+                         train::Trainer::create(*object->context, made.network, made.training));
+        }  // an object that add() cannot take is destroyed there, which locks again
         *trainer = api::Trainers::add(std::move(object));
         return {};
     });
 }
 
 splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::guarded([&]() -> Status {  // not locked: add() may destroy what it cannot take
+        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
         SPLAT_TRY(api::require(model, "model"));
         auto made = std::make_shared<api::ModelObject>();
-        made->context = object.context;
-        made->objects = object.trainer->config().micro_batch;
-        made->predictor = {object.trainer, &object.trainer->predictor()};
+        made->context = object->context;
+        made->objects = object->trainer->config().micro_batch;
+        made->predictor = {object->trainer, &object->trainer->predictor()};
         *model = api::Models::add(std::move(made));
         return {};
     });

@@ -96,6 +96,12 @@ Status Trainer::build(const model::PredictorConfig& network) {
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {
+        if (config_.lpips_weights.empty())
+            return error(Code::kInvalidArgument,
+                         "'opt.lambda_lpips' is %g, but 'opt.lpips_weights' names no files; give "
+                         "those of torchvision's vgg16 and of the lpips package, or set "
+                         "'opt.lambda_lpips' to 0",
+                         config_.lpips_weight);
         for (const std::string& path : config_.lpips_weights) {
             SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(path));
             files.push_back(std::move(file));

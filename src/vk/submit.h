@@ -11,7 +11,8 @@ namespace splat::vk {
 /// Submits command lists and waits; the only place that waits.
 class Queue {
   public:
-    /// `timeout_ns` bounds each wait; time in which the process was stopped does not count.
+    /// `timeout_ns` bounds each wait; of a time in which the process was stopped half a second
+    /// counts.
     Queue(Device& device, Memory& memory, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), timeout_ns_(timeout_ns) {}
     ~Queue();

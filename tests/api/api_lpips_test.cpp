@@ -1,5 +1,7 @@
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "api/api_calls.h"
 #include "support/rng_fill.h"
@@ -62,6 +64,7 @@ TEST(ApiLpips, IsADistance) {
     Lpips lpips;
     ASSERT_DONE(splat_lpips_create(device, &desc, lpips.out()));
     weights.destroy();
+    std::filesystem::remove(path);
 
     const std::vector<float> a = normal_fill(3 * 16 * 16, 1, 0.5, 0.2);
     std::vector<float> near = a, far = a;
@@ -79,6 +82,12 @@ TEST(ApiLpips, IsADistance) {
     EXPECT_GT(distance(a, near), 0);
     EXPECT_GT(distance(a, far), distance(a, near));
     EXPECT_EQ(distance(a, far), distance(far, a));
+
+    far[5] = std::numeric_limits<float>::quiet_NaN();
+    double value = -1;
+    EXPECT_REFUSED(splat_lpips_compare(lpips, a.data(), far.data(), &value),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "b holds nan at 5");
+    EXPECT_EQ(value, -1) << "untouched";
 }
 
 }  // namespace

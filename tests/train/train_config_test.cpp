@@ -101,6 +101,14 @@ TEST(TrainConfigRules, ReplacesValues) {
                  "'opt.base_lr' is no key=value");
 }
 
+/// Published configurations name no files; evaluations read them all the same.
+TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
+    const auto config = read("opt: {lambda_lpips: 0.01, start_lpips_after: 5}");
+    ASSERT_OK(config.status());
+    EXPECT_EQ(config.value().lpips_weight, 0.01);
+    EXPECT_EQ(config.value().lpips_after, 5U);
+}
+
 TEST(TrainConfigRules, RefusesAndNamesTheKey) {
     const std::pair<const char*, const char*> cases[] = {
         {"opt: {base_lrr: 1}", "there is no key 'opt.base_lrr'; did you mean 'opt.base_lr'?"},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 
 #include "model/lpips_weights.h"
@@ -196,9 +197,14 @@ TEST_P(TrainerLpips, TakesPart) {
 
     training.lpips_after = 0;
     expect_gradient_of_the_loss(network, training);
+    std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights = {folder + "/lpips.safetensors"};
     EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
                  "features.0");
+    std::filesystem::remove(training.lpips_weights[0]);
+    training.lpips_weights.clear();
+    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+                 "'opt.lpips_weights' names no files");
 }
 
 TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {

@@ -1,7 +1,6 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {}  // namespace
 
 Outputs::Outputs() {
     device_info.set_struct_size(sizeof(splat_device_info));
@@ -23,7 +22,7 @@ bool Outputs::untouched() const {
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
            weights.untouched() && model.untouched() && weights_info.untouched() &&
            trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
-           dataset.untouched() && lpips.untouched();
+           dataset.untouched() && lpips.untouched() && distance.untouched();
 }
 
 MisuseTable::MisuseTable() {

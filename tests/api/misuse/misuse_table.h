@@ -34,6 +34,7 @@ struct Outputs {
     Output<splat_trainer> trainer;
     Output<splat_trainer_info> trainer_info;
     Output<splat_lpips> lpips;
+    Output<double> distance;
     Output<splat_image_scores> image_scores;
     Output<splat_dataset> dataset;
     Output<splat_weights_info> weights_info;

@@ -2,7 +2,6 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {}  // namespace
 
 void MisuseTable::model_rows() {
     const splat_model_desc good = model_desc();

@@ -2,7 +2,6 @@
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
-namespace {}  // namespace
 
 void MisuseTable::config_rows() {
     const auto merge = [this](const char* text, const char* const* values, std::size_t count) {
@@ -207,16 +206,14 @@ void MisuseTable::lpips_rows() {
     spoilt("a handle that is NULL", kHandle, desc);
     handles<splat_lpips>(
         "splat_lpips_compare", "lpips",
-        [](splat_lpips lpips) {
-            double value = 0;
-            return splat_lpips_compare(lpips, kImage, kImage, &value);
+        [this](splat_lpips lpips) {
+            return splat_lpips_compare(lpips, kImage, kImage, outputs.distance.out());
         },
         kHandle);
-    static double value = 0;
     add("splat_lpips_compare", "a", "NULL", kArgument,
-        [] { return splat_lpips_compare(nullptr, nullptr, kImage, &value); });
+        [this] { return splat_lpips_compare(nullptr, nullptr, kImage, outputs.distance.out()); });
     add("splat_lpips_compare", "b", "NULL", kArgument,
-        [] { return splat_lpips_compare(nullptr, kImage, nullptr, &value); });
+        [this] { return splat_lpips_compare(nullptr, kImage, nullptr, outputs.distance.out()); });
     add("splat_lpips_compare", "value", "NULL", kArgument,
         [] { return splat_lpips_compare(nullptr, kImage, kImage, nullptr); });
     handles<splat_lpips>("splat_lpips_destroy", "lpips", splat_lpips_destroy, SPLAT_OK);

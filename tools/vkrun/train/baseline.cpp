@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -22,14 +23,14 @@ Scene flat_scene(const float* image, const splat_camera& camera, double depth) {
     const std::size_t count = std::size_t{side} * side;
     std::vector<float> means, scales, sh;
     // Half a pixel of standard deviation: neighbours merge, edges stay.
-    const double sigma = 0.5 * depth / camera.fx;
+    const double sigma_x = 0.5 * depth / camera.fx, sigma_y = 0.5 * depth / camera.fy;
     for (std::size_t p = 0; p < count; ++p) {
         const auto x = static_cast<double>(p % side) + 0.5;
         const auto y = static_cast<double>(p / side) + 0.5;
         for (const double v :
              {(x - camera.cx) / camera.fx * depth, (y - camera.cy) / camera.fy * depth, depth})
             means.push_back(static_cast<float>(v));
-        for (const double s : {sigma, sigma, 1e-2 * sigma})
+        for (const double s : {sigma_x, sigma_y, 1e-2 * sigma_x})
             scales.push_back(static_cast<float>(std::log(s)));
         for (std::size_t c = 0; c < 3; ++c)
             sh.push_back(
@@ -53,11 +54,13 @@ double novel_psnr(const std::vector<float>& images, const Views& views, const Ev
     const std::size_t given = which.conditioning.size();
     Scores scores;
     for (std::size_t i = given; i < given + which.novel.size(); ++i) {
+        if (is_black(views.images.data() + i * plane, plane)) continue;
         auto view = sized<splat_image_scores>();
         check(splat_image_compare(images.data() + i * plane, views.images.data() + i * plane, 3,
                                   side, side, &view));
         scores.add(view, 0);
     }
+    if (scores.views == scores.perfect) return std::numeric_limits<double>::infinity();
     scores.finish();
     return scores.psnr;
 }

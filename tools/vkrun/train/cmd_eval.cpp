@@ -129,15 +129,19 @@ Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std
     if (files.empty()) return lpips;
     std::vector<Weights> weights(files.size());
     std::vector<splat_weights> handles;
+    const auto good = [](splat_result result) {
+        if (result < SPLAT_OK)
+            throw Failure(kBadData, std::string("--lpips: ") + splat_last_error_message());
+    };
     for (std::size_t i = 0; i < files.size(); ++i) {
-        check(splat_weights_load(files[i].c_str(), weights[i].out()));
+        good(splat_weights_load(files[i].c_str(), weights[i].out()));
         handles.push_back(weights[i].get());
     }
     auto desc = sized<splat_lpips_desc>();
     desc.weights = handles.data();
     desc.weight_count = static_cast<std::uint32_t>(handles.size());
     desc.side = side;
-    check(splat_lpips_create(device, &desc, lpips.out()));
+    good(splat_lpips_create(device, &desc, lpips.out()));
     return lpips;
 }
 
@@ -153,10 +157,10 @@ int evaluate(const EvalOptions& options) {
     network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
     const std::uint32_t count =
         options.objects == 0 ? data.objects() : std::min(options.objects, data.objects());
+    const Lpips lpips = make_lpips(device.get(), options.lpips, network.resolution());
     const std::unique_ptr<Painter> painter =
         options.baseline.empty() ? std::make_unique<NetworkPainter>(network)
                                  : make_baseline(options.baseline, network, config, options.data);
-    const Lpips lpips = make_lpips(device.get(), options.lpips, network.resolution());
     Progress progress("evaluating", count);
     std::vector<ObjectScores> objects;
     for (std::uint32_t i = 0; i < count; ++i) {

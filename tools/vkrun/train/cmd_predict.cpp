@@ -87,7 +87,7 @@ void add_predict(CLI::App& app, int& exit_code) {
     command->add_option("--elevation", o.elevation, "Of the orbit's cameras, degrees")
         ->capture_default_str();
     command->add_option("--true-depth", o.true_depth,
-                        "Depth of the picture, to compare the prediction's with");
+                        "Depth map of IMAGE, larger farther at any scale, to compare with");
     command->add_option("--out", o.out, "Folder for the results")->capture_default_str();
     add_device_option(*command, o.device);
     command->add_flag("--json", *json, "JSON on standard output");

@@ -137,7 +137,8 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Network&
     return cameras;
 }
 
-/// Least squares s d + t against the true depth, cut out as the picture was, where both are known.
+/// Least squares s d + t against the true depth, larger farther, cut out as the picture was, where both
+/// are known.
 Json compare_depth(const PredictionOptions& options, Network& network, const Scene& scene,
                    const Task& task) {
     splat_photo_desc desc = photo_desc(options, network);
@@ -153,7 +154,7 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < pixels; ++i) {
-        if (drawn.alpha[i] < 0.5F || known[i] < 0.99F) continue;
+        if (drawn.alpha[i] < 0.5F || known[i] < 0.99F || truth[i] <= 0) continue;
         const auto x = static_cast<double>(drawn.depth[i]);
         const auto y = static_cast<double>(truth[i]);
         used.push_back(i);
@@ -164,6 +165,9 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
         sxy += x * y;
         syy += y * y;
     }
+    if (n < 2)
+        throw Failure(kBadData, format("'%s' shares %.0f pixels with the prediction, expected more",
+                                       options.true_depth.c_str(), n));
     const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n, cov = sxy - sx * sy / n;
     const double scale = cov / vx, shift = (sy - scale * sx) / n;
     double error = 0, least = 1, most = 0;
@@ -173,6 +177,8 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
         least = std::min(least, y);
         most = std::max(most, y);
     }
+    if (!(most > least))
+        throw Failure(kBadData, "'" + options.true_depth + "' is the same all over the object");
     return {{"pixels", used.size()},
             {"scale", scale},
             {"shift", shift},

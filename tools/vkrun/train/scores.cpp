@@ -27,9 +27,14 @@ void Scores::add(const splat_image_scores& view, double distance) {
 }
 
 void Scores::finish() {
-    if (views > 0) ssim /= views;
-    if (views > 0) lpips /= views;
-    if (views > perfect) psnr /= views - perfect;
+    // 0 / 0 is NaN.
+    ssim /= views;
+    lpips /= views;
+    psnr /= views - perfect;
+}
+
+bool is_black(const float* image, std::size_t count) {
+    return std::all_of(image, image + count, [](float v) { return v == 0; });
 }
 
 EvaluatedViews evaluated_views(std::uint32_t count, std::uint32_t inputs, std::uint32_t most) {
@@ -82,7 +87,7 @@ ObjectScores score_object(Painter& painter, const ImageChannels& channels, const
     const std::size_t plane = std::size_t{3} * side * side;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const float* const target = views.images.data() + i * plane;
-        if (std::all_of(target, target + plane, [](float v) { return v == 0; })) {
+        if (is_black(target, plane)) {
             ++result.empty;
             continue;
         }
@@ -102,22 +107,22 @@ ObjectScores score_object(Painter& painter, const ImageChannels& channels, const
 
 Scores mean_of(const std::vector<ObjectScores>& objects, Scores ObjectScores::*which) {
     Scores mean;
-    std::uint32_t counted = 0;
+    std::uint32_t seen = 0, differing = 0;
     for (const ObjectScores& object : objects) {
         const Scores& scores = object.*which;
+        if (scores.views == 0) continue;
         mean.views += scores.views;
         mean.perfect += scores.perfect;
         mean.ssim += scores.ssim;
         mean.lpips += scores.lpips;
+        ++seen;
         if (scores.views == scores.perfect) continue;
         mean.psnr += scores.psnr;
-        ++counted;
+        ++differing;
     }
-    if (!objects.empty()) {
-        mean.ssim /= static_cast<double>(objects.size());
-        mean.lpips /= static_cast<double>(objects.size());
-    }
-    if (counted > 0) mean.psnr /= counted;
+    mean.ssim /= seen;
+    mean.lpips /= seen;
+    mean.psnr /= differing;
     return mean;
 }
 

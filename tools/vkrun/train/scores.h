@@ -4,7 +4,8 @@
 
 namespace vkrun {
 
-/// Means over views. A perfect view (no difference at all) has no PSNR and is only counted.
+/// Means over views, NaN if there are none. A perfect view (no difference at all) has no PSNR and is only
+/// counted.
 struct Scores {
     double psnr = 0, ssim = 0;
     double lpips = 0;  ///< NaN without the weights of its network
@@ -15,12 +16,14 @@ struct Scores {
     void finish();  ///< sums to means
 };
 
+/// A target that is black all over: left out, as published figures do.
+bool is_black(const float* image, std::size_t count);
+
 /// How well one object was predicted, from its conditioning views and from others.
 struct ObjectScores {
     std::string name;
     Scores conditioning, novel;
-    std::uint32_t empty =
-        0;  ///< views whose target is black all over: left out, as published figures do
+    std::uint32_t empty = 0;  ///< black views
     double predict_seconds = 0, draw_seconds = 0;
     std::uint32_t drawn = 0;
 };

@@ -197,18 +197,22 @@ void Training::say(const splat_trainer_info& info) {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     const double psnr = psnr_of(info.squared_error);
-    folder_->metric({{"step", info.step},
-                     {"loss", info.loss},
-                     {"psnr", psnr},
-                     {"pixel_loss", info.pixel_loss},
-                     {"ssim", info.ssim},
-                     {"lpips", info.lpips},
-                     {"pairs", info.pairs},
-                     {"network_ms", info.network_ms},
-                     {"render_ms", info.render_ms},
-                     {"update_ms", info.update_ms},
-                     {"skipped", skipped_},
-                     {"seconds", seconds}});
+    Json metric = {{"step", info.step},
+                   {"loss", info.loss},
+                   {"psnr", psnr},
+                   {"pixel_loss", info.pixel_loss},
+                   {"pairs", info.pairs},
+                   {"network_ms", info.network_ms},
+                   {"render_ms", info.render_ms},
+                   {"update_ms", info.update_ms},
+                   {"skipped", skipped_},
+                   {"seconds", seconds}};
+    const Json& opt = config_.at("opt");
+    if (opt.at("lambda_ssim").get<double>() > 0) metric["ssim"] = info.ssim;
+    if (opt.at("lambda_lpips").get<double>() > 0 &&
+        info.step > opt.at("start_lpips_after").get<std::uint64_t>())
+        metric["lpips"] = info.lpips;
+    folder_->metric(metric);
     board_->scalars(info.step, {{"train/loss", info.loss}, {"train/psnr", psnr}});
     if (bar_) return;
     std::fprintf(stderr,
