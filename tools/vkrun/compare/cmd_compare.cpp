@@ -47,15 +47,8 @@ struct CompareOptions {
     ResampleOptions resample;
 };
 
-/// Scores of one metric in A and B; if paired, of the same objects in the same order.
-struct Samples {
-    std::string metric;
-    std::vector<double> a;
-    std::vector<double> b;
-};
-
 struct MetricFinding {
-    Samples samples;
+    MetricSamples samples;
     Comparison comparison;
     double p_holm = 1;
     std::string verdict;
@@ -73,25 +66,6 @@ std::size_t shared_objects(const ScoreFile& a, const ScoreFile& b) {
     return most;
 }
 
-std::vector<Samples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unpaired) {
-    std::vector<Samples> all;
-    for (const std::string& metric : a.metrics) {
-        if (b.values.count(metric) == 0) continue;
-        Samples samples{metric, {}, {}};
-        const auto& of_b = b.values.at(metric);
-        for (const auto& [name, value] : a.values.at(metric)) {
-            const auto other = of_b.find(name);
-            if (!unpaired && other == of_b.end()) continue;
-            samples.a.push_back(value);
-            if (!unpaired) samples.b.push_back(other->second);
-        }
-        if (unpaired)
-            for (const auto& [name, value] : of_b) samples.b.push_back(value);
-        if (!samples.a.empty()) all.push_back(std::move(samples));
-    }
-    return all;
-}
-
 std::string verdict_of(const MetricFinding& finding, bool comparable) {
     if (!comparable) return "not comparable";
     if (!(finding.p_holm < kLevel)) return "no difference shown";
@@ -103,7 +77,7 @@ std::vector<MetricFinding> find(const ScoreFile& a, const ScoreFile& b,
                                 const CompareOptions& options, bool comparable) {
     std::vector<MetricFinding> findings;
     std::vector<double> p;
-    for (Samples& samples : samples_of(a, b, options.unpaired)) {
+    for (MetricSamples& samples : samples_of(a, b, options.unpaired)) {
         MetricFinding finding;
         finding.comparison = options.unpaired
                                  ? compare_pooled(samples.a, samples.b, options.resample)

@@ -116,4 +116,23 @@ ScoreFile read_scores(const std::string& path) {
     return scores;
 }
 
+std::vector<MetricSamples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unpaired) {
+    std::vector<MetricSamples> all;
+    for (const std::string& metric : a.metrics) {
+        if (b.values.count(metric) == 0) continue;
+        MetricSamples samples{metric, {}, {}};
+        const auto& of_b = b.values.at(metric);
+        for (const auto& [name, value] : a.values.at(metric)) {
+            const auto other = of_b.find(name);
+            if (!unpaired && other == of_b.end()) continue;
+            samples.a.push_back(value);
+            if (!unpaired) samples.b.push_back(other->second);
+        }
+        if (unpaired)
+            for (const auto& [name, value] : of_b) samples.b.push_back(value);
+        if (!samples.a.empty()) all.push_back(std::move(samples));
+    }
+    return all;
+}
+
 }  // namespace vkrun

@@ -19,4 +19,14 @@ struct ScoreFile {
 /// line for what is neither, for numbers that are none, and for an object that comes twice.
 ScoreFile read_scores(const std::string& path);
 
+/// Scores of one metric in A and B; unless unpaired, of the same objects in the same order.
+struct MetricSamples {
+    std::string metric;
+    std::vector<double> a;
+    std::vector<double> b;
+};
+
+/// Of each metric that both files have, unless no object has it.
+std::vector<MetricSamples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unpaired = false);
+
 }  // namespace vkrun

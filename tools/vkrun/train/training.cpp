@@ -8,6 +8,7 @@
 #include "vkrun/command.h"
 #include "vkrun/table.h"
 #include "vkrun/train/picture.h"
+#include "vkrun/train/run_report.h"
 
 namespace vkrun {
 namespace {
@@ -121,7 +122,7 @@ void Training::resume() {
         return;
     }
     throw Failure(kFailed, "--resume: no state in '" + folder_->path("checkpoints").string() +
-                               "' could be read");
+                               "' could be read; --overwrite starts anew");
 }
 
 std::uint64_t Training::setting(const char* name) const {
@@ -165,6 +166,7 @@ TrainingEnd Training::run(const std::function<bool()>& stop) {
     }
     save_state();
     write_run("done");
+    write_run_report({folder_->path("run.json").parent_path().string()}, "");
     folder_->log(format(
         "done: %llu steps, loss %.6f%s", static_cast<unsigned long long>(step_), averaged_loss_,
         validation_ ? format(", best validation PSNR %.2f dB", best_psnr_).c_str() : ""));
@@ -273,17 +275,20 @@ void Training::validate(std::uint64_t step) {
         scores.push_back(score_object(painter, network_->channels(), *validation_, object, which,
                                       nullptr, &images, &truths));
         if (object >= kShownObjects) continue;
-        kept.push_back(std::move(images));
-        kept.push_back(std::move(truths));
-        cells.push_back(kept.back().data());
+        std::vector<float> errors(images.size());  // white: none
+        for (std::size_t i = 0; i < errors.size(); ++i)
+            errors[i] = 1 - std::abs(images[i] - truths[i]);
+        cells.push_back(truths.data());
         for (std::size_t i = 0; i < kShownViews; ++i) {
             const std::size_t view =
                 which.conditioning.size() + i * which.novel.size() / kShownViews;
-            cells.push_back(kept.back().data() + view * plane);
-            cells.push_back(kept[kept.size() - 2].data() + view * plane);
+            for (const std::vector<float>* shown : {&truths, &images, &errors})
+                cells.push_back(shown->data() + view * plane);
         }
+        for (std::vector<float>* shown : {&truths, &images, &errors})
+            kept.push_back(std::move(*shown));
     }
-    contact_sheet(cells, side, 1 + 2 * kShownViews)
+    contact_sheet(cells, side, 1 + 3 * kShownViews)
         .save(folder_->path("renders").string() +
               format("/step_%08llu.png", static_cast<unsigned long long>(step)));
     const Scores novel = mean_of(scores, &ObjectScores::novel);

@@ -1,0 +1,126 @@
+#include "vkrun/train/run_report.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "vkrun/command.h"
+#include "vkrun/compare/score_file.h"
+#include "vkrun/compare/significance.h"
+#include "vkrun/table.h"
+#include "vkrun/train/html_page.h"
+#include "vkrun/train/run_folder.h"
+
+namespace vkrun {
+namespace {
+
+struct Run {
+    std::string folder;
+    Json facts;
+    std::vector<Json> metrics;
+};
+
+Run read_run(const std::string& folder) {
+    std::ifstream file(std::filesystem::path(folder) / "run.json");
+    Run run{folder, Json::parse(file, nullptr, false), RunFolder::metrics(folder)};
+    if (!run.facts.is_object())
+        throw Failure(kBadData, "'" + folder + "' holds no run (no run.json that can be read)");
+    return run;
+}
+
+HtmlPage::Curve curve_of(const Run& run, const char* key) {
+    HtmlPage::Curve curve{run.folder, {}};
+    for (const Json& line : run.metrics)
+        if (line.contains(key) && line.at(key).is_number())
+            curve.points.emplace_back(line.at("step").get<double>(), line.at(key).get<double>());
+    return curve;
+}
+
+std::string latest_render(const Run& run) {
+    std::string latest;
+    std::error_code none;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::filesystem::path(run.folder) / "renders", none))
+        latest = std::max(latest, entry.path().string());
+    return latest;
+}
+
+void add_run(HtmlPage& page, const Run& run) {
+    page.heading(run.folder);
+    std::vector<std::pair<std::string, std::string>> rows;
+    for (const auto& [key, value] : run.facts.items())
+        if (!value.is_object())
+            rows.emplace_back(key, value.is_string()         ? value.get<std::string>()
+                                   : value.is_number_float() ? format("%.6g", value.get<double>())
+                                                             : value.dump());
+    if (run.facts.contains("device"))
+        rows.emplace_back("device", run.facts.at("device").value("name", ""));
+    if (run.facts.contains("data")) {
+        const Json& data = run.facts.at("data");
+        rows.emplace_back("data",
+                          format("%s, %u objects with %u views, trained on at %u pixels",
+                                 data.value("format", "").c_str(), data.value("objects", 0U),
+                                 data.value("views", 0U), data.value("resolution", 0U)));
+    }
+    page.facts(rows);
+    page.picture(latest_render(run),
+                 "validation objects: input, then truth, prediction and error in turns", 1000);
+}
+
+double mean_of(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
+/// Evaluations that lie in the runs' folders, each against the first over the objects of both.
+void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
+    std::vector<ScoreFile> files;
+    std::vector<std::string> names;
+    for (const Run& run : runs) {
+        const auto path = std::filesystem::path(run.folder) / "eval" / "per_object.csv";
+        if (!std::filesystem::exists(path)) continue;
+        files.push_back(read_scores(path.string()));
+        names.push_back(run.folder);
+    }
+    if (files.empty()) return;
+    std::vector<std::vector<std::string>> rows = {
+        {"run", "metric", "mean", "objects", "against " + names[0], "95 %", "p"}};
+    for (std::size_t i = 0; i < files.size(); ++i)
+        for (const MetricSamples& samples : samples_of(files[0], files[i])) {
+            rows.push_back({names[i], samples.metric, format("%.4f", mean_of(samples.b)),
+                            std::to_string(samples.b.size()), "", "", ""});
+            if (i == 0) continue;
+            const Comparison c = compare_paired(samples.a, samples.b);
+            std::vector<std::string>& row = rows.back();
+            row[4] = format("%+.4f", c.difference);
+            row[5] = format("%+.4f to %+.4f", c.low, c.high);
+            row[6] = format("%.2g", c.p_permutation);
+        }
+    page.heading("Evaluations, over the objects that both have");
+    page.table(rows);
+}
+
+}  // namespace
+
+std::string write_run_report(const std::vector<std::string>& folders, const std::string& out) {
+    std::vector<Run> runs;
+    for (const std::string& folder : folders) runs.push_back(read_run(folder));
+    HtmlPage page(runs.size() == 1 ? "Training " + runs[0].folder : "Training runs");
+    const std::pair<const char*, const char*> charts[] = {
+        {"val_psnr", "PSNR of novel views of validation objects, dB, by step"},
+        {"loss", "training loss by step"},
+        {"psnr", "PSNR of training targets, dB, by step"}};
+    for (const auto& [key, caption] : charts) {
+        std::vector<HtmlPage::Curve> curves;
+        for (const Run& run : runs) curves.push_back(curve_of(run, key));
+        page.chart(caption, curves);
+    }
+    add_evaluations(page, runs);
+    for (const Run& run : runs) add_run(page, run);
+    const std::string path = out.empty() ? runs[0].folder + "/report.html" : out;
+    write_file(path, page.text());
+    return path;
+}
+
+}  // namespace vkrun
