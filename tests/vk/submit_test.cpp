@@ -54,17 +54,21 @@ CommandList record_scale(Context& context, const BufferView& x, const BufferView
     return std::move(recorder.finish().value());
 }
 
+/// From now on so many waits of the device end in a timeout.
+void time_out(Context& context, int times) {
+    VolkDeviceTable& vk = context.device().vk;
+    g_wait = vk.vkWaitForFences;
+    vk.vkWaitForFences = wait_with_timeouts;
+    g_timeouts = times;
+}
+
 TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
     const auto context = test::make_context();
     ASSERT_NE(context, nullptr);
     const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
     const Buffer y = device_buffer(*context, kScaled);
     CommandList list = record_scale(*context, x.range(), y.range(), 3);
-
-    VolkDeviceTable& vk = context->device().vk;
-    g_wait = vk.vkWaitForFences;
-    vk.vkWaitForFences = wait_with_timeouts;
-    g_timeouts = kStuck;
+    time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
     std::vector<float> values(kScaled, -1);
     EXPECT_ERROR(context->read(y.range(), values.data(), kScaled * 4), Code::kTimeout,
@@ -84,10 +88,7 @@ TEST(Submit, OneTimeoutIsNotTheWholeWait) {
     const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
     const Buffer y = device_buffer(*context, kScaled);
     CommandList list = record_scale(*context, x.range(), y.range(), 3);
-    VolkDeviceTable& vk = context->device().vk;
-    g_wait = vk.vkWaitForFences;
-    vk.vkWaitForFences = wait_with_timeouts;
-    g_timeouts = 1;
+    time_out(*context, 1);
     EXPECT_OK(context->run(list));
     EXPECT_EQ(g_timeouts, 0);
 }
@@ -101,10 +102,7 @@ TEST(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
         Buffer y = device_buffer(*context, kScaled);
         const BufferView range = y.range();
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
-        VolkDeviceTable& vk = context->device().vk;
-        g_wait = vk.vkWaitForFences;
-        vk.vkWaitForFences = wait_with_timeouts;
-        g_timeouts = kStuck;
+        time_out(*context, kStuck);
         EXPECT_ERROR(context->run(list), Code::kTimeout, "");
         g_timeouts = 0;
         y = Buffer();

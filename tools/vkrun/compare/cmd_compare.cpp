@@ -94,12 +94,6 @@ std::vector<MetricFinding> find(const ScoreFile& a, const ScoreFile& b,
     return findings;
 }
 
-double mean(const std::vector<double>& values) {
-    double sum = 0;
-    for (const double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
-}
-
 Json json_of(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
              const CompareOptions& options, const std::vector<MetricFinding>& findings,
              const std::string& note) {

@@ -27,6 +27,7 @@ struct MetricSamples {
 };
 
 /// Of each metric that both files have, unless no object has it.
-std::vector<MetricSamples> samples_of(const ScoreFile& a, const ScoreFile& b, bool unpaired = false);
+std::vector<MetricSamples> samples_of(const ScoreFile& a, const ScoreFile& b,
+                                      bool unpaired = false);
 
 }  // namespace vkrun

@@ -12,10 +12,6 @@ constexpr std::size_t kExactPairs = 20;
 /// Sums of the same numbers in another order differ by rounding; they count as equal.
 constexpr double kRounding = 1e-12;
 
-double mean(std::span<const double> values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 double squares(std::span<const double> values) {
     const double middle = mean(values);
     double sum = 0;
@@ -116,6 +112,10 @@ double incomplete_beta(double a, double b, double x) {
 }
 
 }  // namespace
+
+double mean(std::span<const double> values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
 
 double student_two_sided(double t, double degrees) {
     return incomplete_beta(degrees / 2, 0.5, degrees / (degrees + t * t));

@@ -6,6 +6,8 @@
 
 namespace vkrun {
 
+double mean(std::span<const double> values);
+
 /// Is a difference of means more than chance?
 struct Comparison {
     double difference = 0;     ///< mean of b minus mean of a

@@ -67,12 +67,6 @@ void add_run(HtmlPage& page, const Run& run) {
                  "validation objects: input, then truth, prediction and error in turns", 1000);
 }
 
-double mean_of(const std::vector<double>& values) {
-    double sum = 0;
-    for (const double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
-}
-
 /// Evaluations that lie in the runs' folders, each against the first over the objects of both.
 void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     std::vector<ScoreFile> files;
@@ -88,7 +82,7 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
         {"run", "metric", "mean", "objects", "against " + names[0], "95 %", "p"}};
     for (std::size_t i = 0; i < files.size(); ++i)
         for (const MetricSamples& samples : samples_of(files[0], files[i])) {
-            rows.push_back({names[i], samples.metric, format("%.4f", mean_of(samples.b)),
+            rows.push_back({names[i], samples.metric, format("%.4f", mean(samples.b)),
                             std::to_string(samples.b.size()), "", "", ""});
             if (i == 0) continue;
             const Comparison c = compare_paired(samples.a, samples.b);

@@ -115,7 +115,8 @@ void Training::resume() {
         attempts_ = report.at("attempts");
         skipped_ = attempts_ - step_;
         for (const Json& line : RunFolder::metrics(folder_->path("")))
-            if (line.contains("val_psnr") && line.at("step").get<std::uint64_t>() <= step_)
+            if (line.contains("val_psnr") && line.at("val_psnr").is_number() &&
+                line.at("step").get<std::uint64_t>() <= step_)
                 best_psnr_ = std::max(best_psnr_, line.at("val_psnr").get<double>());
         folder_->cut_metrics(step_);
         folder_->log("resumed from " + path.filename().string());
