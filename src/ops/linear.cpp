@@ -20,6 +20,7 @@ struct Tile {
 };
 constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
+constexpr std::uint32_t kResidualId = 12;
 
 Tile tile_for(std::uint32_t rows) {
     return rows >= 64 ? Tile{8, 2} : Tile{1, 2};
@@ -79,16 +80,18 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
         static_cast<std::uint32_t>(ceil_div(row_groups, layers)),
         static_cast<std::uint32_t>(layers)};
     params::LinearParams params = params_of(desc);
-    params.has_residual = residual.block != nullptr ? 1 : 0;
+    params.groups_x = groups[1];
+    const bool has_residual = residual.block != nullptr;
     return recorder.dispatch({
         .op = op,
         .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
-                      {kBlocksId, tile.blocks}},
+                      {kBlocksId, tile.blocks},
+                      {kResidualId, has_residual ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
-                     vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
+                     vk::read(has_residual ? residual : x), vk::write(y)},
         .groups = groups,
         .work = product_work(desc),
     });
