@@ -217,5 +217,20 @@ TEST_F(ApiOomRaster, EveryAllocation) {
     run(1, 50);
 }
 
+/// The same with a network in training.
+class ApiOomTrain : public ApiOom {
+  protected:
+    ApiOomTrain() : ApiOom(run_train_scenario) {}
+};
+
+TEST_F(ApiOomTrain, SomeAllocations) {
+    run(count_ / 12, 6);
+}
+
+/// Every one of them would take a day.
+TEST_F(ApiOomTrain, ManyAllocations) {
+    run(count_ / 400, 50);
+}
+
 }  // namespace
 }  // namespace splat::test

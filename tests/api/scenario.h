@@ -42,4 +42,9 @@ std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_devi
 std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
                                                    const splat_device_desc& device);
 
+/// A third: create a device and a trainer, take steps, save its state and weights, go on from the state,
+/// load the weights into a model, predict, destroy.
+std::optional<ScenarioResults> run_train_scenario(Observer& observer,
+                                                  const splat_device_desc& device);
+
 }  // namespace splat::test

@@ -1,0 +1,162 @@
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "api/scenario_calls.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kSide = 16;
+constexpr std::size_t kImage = kSide * kSide;
+constexpr std::size_t kObjects = 2;
+constexpr std::size_t kTargets = 4;
+constexpr std::size_t kBias = 24;  ///< of the network's last layer
+
+/// Two objects with two targets each, all seen from where the first picture was taken.
+struct Batch {
+    Batch() {
+        splat_camera camera{};
+        camera.width = camera.height = kSide;
+        camera.fx = camera.fy = 16;
+        camera.cx = camera.cy = 8;
+        for (int k = 0; k < 16; ++k) camera.world_to_camera[k] = k % 5 == 0 ? 1 : 0;
+        cameras.assign(kTargets, camera);
+        for (std::size_t k = 0; k < kObjects * 16; ++k) poses.push_back(k % 16 % 5 == 0 ? 1 : 0);
+        for (std::size_t k = 0; k < kObjects * 4; ++k) quaternions.push_back(k % 4 == 0 ? 1 : 0);
+    }
+
+    [[nodiscard]] splat_trainer_batch batch() const {
+        auto batch = sized<splat_trainer_batch>();
+        batch.images = images.data();
+        batch.view_to_world = poses.data();
+        batch.quaternions = quaternions.data();
+        batch.targets = targets.data();
+        batch.cameras = cameras.data();
+        return batch;
+    }
+
+    std::vector<float> images = std::vector<float>(kObjects * 3 * kImage, 0.5F);
+    std::vector<float> targets = std::vector<float>(kTargets * 3 * kImage, 0.25F);
+    std::vector<float> poses, quaternions;
+    std::vector<splat_camera> cameras;
+};
+
+class TrainScenario : ScenarioCalls {
+  public:
+    explicit TrainScenario(Observer& observer) : ScenarioCalls(observer) {}
+    TrainScenario(const TrainScenario&) = delete;
+    TrainScenario& operator=(const TrainScenario&) = delete;
+
+    ~TrainScenario() {
+        for (const splat_weights weights : {stored_, loaded_})
+            if (weights != nullptr)
+                destroy("splat_weights_destroy", splat_weights_destroy, weights);
+        // What was made of the device outlives it, and the trainer's model the trainer.
+        destroy("splat_device_destroy", splat_device_destroy, device_);
+        destroy("splat_trainer_destroy", splat_trainer_destroy, trainer_);
+        for (const splat_model model : {trained_, fresh_})
+            destroy("splat_model_destroy", splat_model_destroy, model);
+        for (const std::string& path : {state_, weights_}) fs::remove(path);
+    }
+
+    bool run(const splat_device_desc& desc) {
+        return create("splat_device_create", device_,
+                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
+               make_trainer() && step() && save() && step() && go_on() && predict();
+    }
+
+    ScenarioResults results;
+
+  private:
+    static std::string file(const char* name) {
+        return (fs::temp_directory_path() / (name + std::to_string(::getpid()) + ".safetensors"))
+            .string();
+    }
+
+    bool read(splat_model model, const char* name, std::size_t count) {
+        const std::vector<float> pattern(count, -77.0F);
+        std::vector<float> values = pattern;
+        const bool done = call(
+            "splat_model_read",
+            [&] { return splat_model_read(model, name, values.data(), count * sizeof(float)); },
+            [&] { return same_bits(values, pattern); });
+        results.tensors.push_back(std::move(values));
+        return done;
+    }
+
+    bool make_trainer() {
+        const splat_trainer_desc desc = trainer_desc();
+        return create(
+                   "splat_trainer_create", trainer_,
+                   [&](splat_trainer* out) { return splat_trainer_create(device_, &desc, out); }) &&
+               create("splat_trainer_model", trained_,
+                      [&](splat_model* out) { return splat_trainer_model(trainer_, out); }) &&
+               call("splat_model_init", [&] { return splat_model_init(trained_, 3); });
+    }
+
+    /// One that fails updates nothing, so that the repeated one gives the same weights.
+    bool step() {
+        const splat_trainer_batch batch = batch_.batch();
+        auto info = sized<splat_trainer_info>();
+        const auto before = info;
+        return call(
+                   "splat_trainer_step",
+                   [&] { return splat_trainer_step(trainer_, &batch, &info); },
+                   [&] { return std::memcmp(&info, &before, sizeof info) == 0; }) &&
+               read(trained_, "network_with_offset.out.bias", kBias);
+    }
+
+    bool save() {
+        return call("splat_trainer_save",
+                    [&] { return splat_trainer_save(trainer_, state_.c_str()); }) &&
+               create("splat_trainer_store", stored_,
+                      [&](splat_weights* out) { return splat_trainer_store(trainer_, out); }) &&
+               call("splat_weights_save",
+                    [&] { return splat_weights_save(stored_, weights_.c_str(), 0); });
+    }
+
+    bool go_on() {
+        return call("splat_trainer_resume",
+                    [&] { return splat_trainer_resume(trainer_, state_.c_str()); }) &&
+               step();
+    }
+
+    bool predict() {
+        splat_model_desc desc = model_desc();
+        desc.objects = kObjects;
+        auto input = sized<splat_model_input>();
+        input.images = batch_.images.data();
+        return create(
+                   "splat_weights_load", loaded_,
+                   [&](splat_weights* out) { return splat_weights_load(weights_.c_str(), out); }) &&
+               create("splat_model_create", fresh_,
+                      [&](splat_model* out) { return splat_model_create(device_, &desc, out); }) &&
+               call("splat_model_load", [&] { return splat_model_load(fresh_, loaded_, 0); }) &&
+               call("splat_model_forward", [&] { return splat_model_forward(fresh_, &input); }) &&
+               read(fresh_, "means", kObjects * kImage * 3);
+    }
+
+    const Batch batch_;
+    const std::string state_ = file("splat_life_state_");
+    const std::string weights_ = file("splat_life_weights_");
+    splat_device device_ = nullptr;
+    splat_trainer trainer_ = nullptr;
+    splat_model trained_ = nullptr;
+    splat_model fresh_ = nullptr;
+    splat_weights stored_ = nullptr;
+    splat_weights loaded_ = nullptr;
+};
+
+}  // namespace
+
+std::optional<ScenarioResults> run_train_scenario(Observer& observer,
+                                                  const splat_device_desc& device) {
+    TrainScenario scenario(observer);
+    if (!scenario.run(device)) return std::nullopt;
+    return std::move(scenario.results);
+}
+
+}  // namespace splat::test
