@@ -7,7 +7,7 @@
 #include <set>
 
 #include "api/host_memory.h"
-#include "api/scenario.h"
+#include "api/scenario/scenario.h"
 #include "core/fault.h"
 #include "vk/instance.h"
 

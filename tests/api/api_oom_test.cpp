@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "api/host_memory.h"
-#include "api/scenario.h"
+#include "api/scenario/scenario.h"
 #include "vk/context.h"
 
 namespace splat::test {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "api/scenario.h"
+#include "api/scenario/scenario.h"
 
 namespace splat::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "api/scenario.h"
+#include "api/scenario/scenario.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {

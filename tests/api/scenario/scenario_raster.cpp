@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "api/raster_calls.h"
-#include "api/scenario_calls.h"
+#include "api/scenario/scenario_calls.h"
 
 namespace splat::test {
 namespace {

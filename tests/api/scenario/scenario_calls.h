@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "api/scenario.h"
+#include "api/scenario/scenario.h"
 
 namespace splat::test {
 

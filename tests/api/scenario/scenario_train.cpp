@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "api/scenario_calls.h"
+#include "api/scenario/scenario_calls.h"
 
 namespace splat::test {
 namespace {

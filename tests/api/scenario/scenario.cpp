@@ -1,6 +1,6 @@
 #include <map>
 
-#include "api/scenario_calls.h"
+#include "api/scenario/scenario_calls.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
