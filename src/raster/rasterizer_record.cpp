@@ -21,7 +21,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
     const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
     const auto items = static_cast<std::uint32_t>(desc_.items());
-    const RadixSortDesc by_depth = {.capacity = items, .positions = true};
+    const RadixSortDesc by_depth = {.capacity = items, .positions = true, .no_keys = true};
     const RadixSortDesc by_tile = {.capacity = space_.capacity,
                                    .key_bits = tile_key_bits(desc_, window),
                                    .second = desc_.backward};
@@ -33,6 +33,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           .seconds = {space_.unused[0].range(), space_.unused[1].range()},
                           .table = space_.item_table.range(),
                           .totals = space_.totals.range(),
+                          .range = space_.key_range.range(),
                           .entries = space_.item_count.range(),
                           .kept = space_.sorted.range(),
                           .scratch = space_.scratch.range()}));
@@ -57,6 +58,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
                           .table = space_.pairs.table.range(),
                           .totals = space_.totals.range(),
+                          .range = space_.key_range.range(),
                           .entries = space_.pair_count.range(),
                           .kept = space_.kept_pairs.range(),
                           .scratch = space_.scratch.range()}));

@@ -31,6 +31,15 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     return params;
 }
 
+/// Large footprints that one invocation may have to do. On CPU devices, where groups that do nothing
+/// cost most, up to 16, as long as they walk no more tiles in all than one may.
+std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
+                          const Window& window) {
+    if (recorder.kernels() != vk::Kernels::kCpu) return 1;
+    const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * window.rows();
+    return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 16);
+}
+
 /// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
@@ -111,6 +120,11 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .groups = groups,
         .work = {.flops = 200 * items, .bytes = 28 * items + 12.0 * bin.capacity},
     }));
+    const std::uint64_t share = large_share(recorder, desc, bin.window);
+    const vk::Groups large_groups =
+        ops::groups_for(recorder.device(), ceil_div(desc.items(), share), group);
+    params.groups_x = large_groups[0];
+    params.stride = group * large_groups[0] * large_groups[1];
     return recorder.dispatch({
         .op = "tile_bin",
         .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
@@ -121,7 +135,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
                      vk::read(views.footprints), vk::write(views.counts), vk::write(views.keys),
                      vk::write(views.items), vk::write(views.slots)},
-        .groups = groups,
+        .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });
 }
