@@ -12,6 +12,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .normals = space_.normals.range(),
             .slots = space_.pairs.slots[side].range(),
             .ranges = space_.ranges.range(),
+            .order = space_.order.range(),
             .background = space_.background.range(),
             .image = space_.image.range(),
             .state = space_.state.range(),
@@ -65,6 +66,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
                           space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
+    SPLAT_TRY(tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
     SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
     return record_normals(recorder, window);
 }
@@ -90,6 +92,8 @@ Status Rasterizer::record_forward() {
         } else {
             SPLAT_TRY(recorder.fill(space_.ranges.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
+            SPLAT_TRY(
+                tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
             SPLAT_TRY(record_normals(recorder, window));
         }

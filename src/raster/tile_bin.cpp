@@ -11,6 +11,7 @@ namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kBinGroup = 64;
+constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -155,6 +156,28 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
         .accesses = {vk::read(keys), vk::read(sorted), vk::write(ranges), vk::read_write(stats)},
         .groups = groups,
         .work = {.flops = 100.0 * params.tiles, .bytes = 200.0 * params.tiles},
+    });
+}
+
+bool tile_order_used(const RasterDesc& desc, const Window& window) {
+    return tiles_of(desc, window) <= kMaxOrderedTiles;
+}
+
+Status tile_order(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                  const vk::BufferView& ranges, const vk::BufferView& order) {
+    if (recorder.kernels() != vk::Kernels::kCpu || !tile_order_used(desc, window)) return {};
+    params::TileBinParams params = params_of(recorder, desc, window);
+    const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, 8);
+    params.groups_x = groups[0];
+    const double tiles = params.tiles;
+    return recorder.dispatch({
+        .op = "tile_ranges",
+        .shader = "tile_order_cpu",
+        .constants = {{ops::kWorkgroupSizeId, 8}},
+        .push = params,
+        .accesses = {vk::read(ranges), vk::write(order)},
+        .groups = groups,
+        .work = {.flops = 10 * tiles * tiles, .bytes = 12 * tiles},
     });
 }
 

@@ -70,6 +70,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&pair_count, "pair count", 16},
                            {&kept_pairs, "pair count", 16},
                            {&ranges, "tile ranges", 8 * tiles},
+                           {&order, "tile order", 4 * tiles},
                            {&image, "image", 16 * desc.pixels()},
                            {&state, "pixel state", 8 * desc.pixels()},
                            {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
