@@ -26,6 +26,7 @@ layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_dept
 layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
 layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
+UINTS(11, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "spread_tile.glsl"

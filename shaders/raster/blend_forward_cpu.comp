@@ -29,6 +29,7 @@ QUADS(4, background);
 layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
 layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
+UINTS(8, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "spread_tile.glsl"

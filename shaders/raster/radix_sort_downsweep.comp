@@ -1,10 +1,11 @@
 #version 460
 // Moves every entry to its place: the entries of smaller digits, then those of the same digit in
 // lanes before, then those before it in its own lane. Chunks as in radix_sort_upsweep.comp.
-// The first pass leaves out keys 0xFFFFFFFF; the number of entries that stay goes to `kept`.
-// Bindings: keys, values, seconds, entries, table, totals; keys_out, values_out, seconds_out, kept.
-// Specialisation: 10 = bits of a digit, 11 = values are the entries' positions, 12 = each entry has
-// a second value, 13 = first pass.
+// The first pass leaves out keys 0xFFFFFFFF; the number of entries that stay goes to `kept`. A pass
+// with nothing left to sort by copies.
+// Bindings: keys, values, seconds, entries, table, totals; keys_out, values_out, seconds_out, kept;
+// range. Specialisation: 10 = most bits of a digit, 11 = values are the entries' positions, 12 = each
+// entry has a second value, 13 = first pass, 14 = keys are not wanted, 15 = digits by the range.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -16,6 +17,8 @@ layout(constant_id = 10) const uint kBits = 4;
 layout(constant_id = 11) const bool kPositions = false;
 layout(constant_id = 12) const bool kSecond = false;
 layout(constant_id = 13) const bool kFirst = false;
+layout(constant_id = 14) const bool kNoKeys = false;
+layout(constant_id = 15) const bool kRanged = false;
 UINT_QUADS(0, keys);
 UINT_QUADS(1, values);
 UINT_QUADS(2, seconds);
@@ -26,18 +29,31 @@ layout(set = 0, binding = 6, std430) writeonly buffer KeysOut { uint keys_out[];
 layout(set = 0, binding = 7, std430) writeonly buffer ValuesOut { uint values_out[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
 layout(set = 0, binding = 9, std430) writeonly buffer Kept { uint kept[]; };
+UINTS(10, range);
 layout(push_constant) uniform Push { RadixSortParams params; };
 
-const uint kBins = 1u << kBits;
-shared uint column[kBins * gl_WorkGroupSize.x];
-shared uint bases[kBins];
+#include "radix_digit.glsl"
+
+shared uint column[gl_WorkGroupSize.x << kBits];
+shared uint bases[1u << kBits];
 shared uint part_sums[gl_WorkGroupSize.x];
+
+void move(uint place, uint key, uint value, uint second) {
+    if (!kNoKeys) keys_out[place] = key;
+    values_out[place] = value;
+    if (kSecond) seconds_out[place] = second;
+}
 
 void main() {
     const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x;
     const uint lane = gl_WorkGroupID.x * width + l;
-    const uint share = (kBins + width - 1) / width;
-    const uint first_bin = min(l * share, kBins), last_bin = min(first_bin + share, kBins);
+    const uint count = min(LD1(entries, 0), params.capacity), lanes = lanes_for(count);
+    Digit digit = Digit(0, params.shift, kBits);
+    if (kRanged) digit = ranged_digit(LD1(range, 0), LD1(range, 1), kBits);
+    const bool stay = digit.bits == 0;
+    const uint bins = 1u << digit.bits;
+    const uint share = (bins + width - 1) / width;
+    const uint first_bin = min(l * share, bins), last_bin = min(first_bin + share, bins);
     uint sum = 0;
     for (uint bin = first_bin; bin < last_bin; ++bin) sum += LD1(totals, bin);
     part_sums[l] = sum;
@@ -50,23 +66,27 @@ void main() {
     }
     if (gl_WorkGroupID.x == 0 && l == width - 1) kept[0] = base;
     barrier();
-    for (uint bin = 0; bin < kBins; ++bin)
-        column[bin * width + l] = bases[bin] + LD1(table, lane * kBins + bin);
+    for (uint bin = 0; bin < (lane < lanes && !stay ? bins : 0); ++bin)
+        column[bin * width + l] = bases[bin] + LD1(table, lane * bins + bin);
 
-    const uint count = min(LD1(entries, 0), params.capacity), shift = params.shift;
-    const uvec2 quads = lane_quads(lane, count, params.lanes);
-    for (uint i = quads.x; i < quads.y; ++i) {
+    const uvec2 quads = lane_quads(lane, count, lanes);
+    for (uint i = stay ? quads.x : quads.y; i < quads.y; ++i) {
+        const uvec4 key = LDU4(keys, i);
+        const uvec4 value = LDU4(values, i);
+        const uvec4 second = kSecond ? LDU4(seconds, i) : uvec4(0);
+        [[unroll]] for (uint e = 0; e < 4; ++e)
+            if (4 * i + e < count) move(4 * i + e, key[e], value[e], second[e]);
+    }
+    for (uint i = stay ? quads.y : quads.x; i < quads.y; ++i) {
         const uvec4 key = LDU4(keys, i);
         const uvec4 value = kPositions ? 4 * i + uvec4(0, 1, 2, 3) : LDU4(values, i);
         const uvec4 second = kSecond ? LDU4(seconds, i) : uvec4(0);
         [[unroll]] for (uint e = 0; e < 4; ++e) {
             if (4 * i + e < count && (!kFirst || key[e] != 0xFFFFFFFFu)) {
-                const uint at = ((key[e] >> shift) & (kBins - 1)) * width + l;
+                const uint at = digit_of(key[e], digit) * width + l;
                 const uint place = column[at];
                 column[at] = place + 1;
-                keys_out[place] = key[e];
-                values_out[place] = value[e];
-                if (kSecond) seconds_out[place] = second[e];
+                move(place, key[e], value[e], second[e]);
             }
         }
     }

@@ -18,7 +18,7 @@ UINTS(1, begins);
 UINTS(2, slot_begins);
 UINTS(3, sorted);
 UINTS(4, pair_count);
-UINTS(5, footprints);
+UINT_QUADS(5, footprints);
 layout(set = 0, binding = 6, std430) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Items { uint items[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Slots { uint slots[]; };
@@ -32,31 +32,28 @@ void main() {
     const uint at = invocation_index(params.groups_x);
     if (at >= LD1(sorted, 0) || LD1(pair_count, 0) == 0) return;
     const uint item = LD1(order, at);
-    const uvec3 packed = uvec3(LD1(footprints, 4 * item), LD1(footprints, 4 * item + 1),
-                               LD1(footprints, 4 * item + 2));
+    const uvec4 packed = LDU4(footprints, item);
     if (packed.x == kNotPacked) {
         large[atomicAdd(stats[kStatLarge], 1u)] = at;
         return;
     }
     const uint begin = LD1(begins, at);
-    const uint count = LD1(footprints, 4 * item + 3);
     const uint slot = kSlots ? LD1(slot_begins, item) : 0;
     const uint tiles_x = (params.width + 15) >> 4;
     const uint window = item / params.gaussians * (params.row_end - params.row_begin);
     const uint corner = (window + (packed.x >> 16) - params.row_begin) * tiles_x + (packed.x & 0xFFFFu);
     uint row = 0, column = 0;
     uvec2 rest = packed.yz;  // from the current row on
-    for (uint pair = 0; pair < count; ++pair) {
-        // Rows may be empty, up to kPackedRows - 1 of them in a row.
-        [[unroll]] for (uint skipped = 0; skipped < 8; ++skipped) {
-            const bool done = column >= (rest.x & 15u);
-            column = done ? 0 : column;
-            row += done ? 1 : 0;
-            rest = done ? uvec2(rest.x >> 8 | rest.y << 24, rest.y >> 8) : rest;
+    for (uint pair = 0; pair < packed.w;) {
+        const bool done = column >= (rest.x & 15u);  // a turn of its own: rows may be empty
+        if (!done) {
+            keys[begin + pair] = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
+            items[begin + pair] = item;
+            if (kSlots) slots[begin + pair] = slot + pair;
         }
-        keys[begin + pair] = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
-        items[begin + pair] = item;
-        if (kSlots) slots[begin + pair] = slot + pair;
-        ++column;
+        pair += done ? 0 : 1;
+        column = done ? 0 : column + 1;
+        row += done ? 1 : 0;
+        rest = done ? uvec2(rest.x >> 8 | rest.y << 24, rest.y >> 8) : rest;
     }
 }

@@ -1,6 +1,7 @@
 #version 460
 // As tile_bin_emit.comp for the footprints that are not packed; they are worked out again. One
-// invocation does one footprint, as its loops may not be longer (src/ops/launch.h). Should it find
+// invocation does every stride-th of them, as many as its loops may take (src/ops/launch.h); mostly
+// there are none, and each group that does nothing costs time. Should it find
 // fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, keys, items, slots.
 // Specialisation: 10 = slots wanted.
@@ -55,6 +56,6 @@ void emit(uint at) {
 }
 
 void main() {
-    const uint i = invocation_index(params.groups_x);
-    if (i < LD1(stats, kStatLarge)) emit(LD1(large, i));
+    const uint count = LD1(stats, kStatLarge);
+    for (uint i = invocation_index(params.groups_x); i < count; i += params.stride) emit(LD1(large, i));
 }

@@ -5,6 +5,7 @@
 
 #include "ops/launch.h"
 #include "params/blend_params.h"
+#include "raster/tile_bin.h"
 #include "raster_constants.h"
 
 namespace splat::raster {
@@ -30,7 +31,10 @@ params::BlendParams params_of(const RasterDesc& desc, const Window& window, std:
     params.row_begin = window.row_begin;
     params.rows = window.rows();
     params.views = desc.views;
-    params.spread = spread_of(std::uint64_t{desc.tiles_x()} * parts * window.rows() * desc.views);
+    params.spread =
+        tile_order_used(desc, window)
+            ? 0
+            : spread_of(std::uint64_t{desc.tiles_x()} * parts * window.rows() * desc.views);
     // 3dgs stops when T would be < the limit, gsplat when it would be <=.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
@@ -53,14 +57,17 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         constants.push_back({11, desc.skips.early_out ? 0U : 1U});
         constants.push_back({12, desc.skips.blocks ? 0U : 1U});
     }
+    std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.items),
+                                        vk::read(views.normals),    vk::read(views.ranges),
+                                        vk::read(views.background), vk::write(views.image),
+                                        vk::write(views.state),     vk::write(views.extra)};
+    if (cpu) accesses.push_back(vk::read(views.order));
     return recorder.dispatch({
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
         .push = params_of(desc, window, parts),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.normals),
-                     vk::read(views.ranges), vk::read(views.background), vk::write(views.image),
-                     vk::write(views.state), vk::write(views.extra)},
+        .accesses = accesses,
         .groups = {desc.tiles_x() * parts, window.rows(), desc.views},
         .work = {.flops = 20 * pairs * kTilePixels,
                  .bytes = 56 * pairs + 24 * static_cast<double>(desc.pixels())},
@@ -79,16 +86,21 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
                                                {10, desc.grad_depth ? 1U : 0U},
                                                {11, desc.export_gradients ? 1U : 0U}};
-    if (cpu) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
+    std::vector<vk::Access> accesses = {
+        vk::read(views.splats), vk::read(views.items),      vk::read(views.slots),
+        vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
+        vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
+        vk::write(records.b),   vk::write(records.c)};
+    if (cpu) {
+        constants.push_back({12, desc.skips.early_out ? 0U : 1U});
+        accesses.push_back(vk::read(views.order));
+    }
     return recorder.dispatch({
         .op = "blend_backward",
         .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
         .push = params_of(desc, window, 1),
-        .accesses = {vk::read(views.splats), vk::read(views.items), vk::read(views.slots),
-                     vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
-                     vk::read(grad_image), vk::read(grad_depth), vk::write(records.a),
-                     vk::write(records.b), vk::write(records.c)},
+        .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = {.flops = 40 * pairs * kTilePixels,
                  .bytes = 104 * pairs + 24 * static_cast<double>(desc.pixels())},

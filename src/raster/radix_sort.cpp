@@ -11,33 +11,138 @@ namespace splat::raster {
 namespace {
 
 /// Shape of the sort on a device. A digit's counters, one column per lane or on GPUs per subgroup,
-/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and 8 bits; a lane's chunk
-/// is longer than its 256 counters, or they would take most of the time.
+/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to 9 bits: depths
+/// within a factor of 65536 take three passes. A lane's chunk is longer than its 512 counters, or they
+/// would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
     std::uint32_t passes;
     std::uint32_t lanes;  ///< or workgroups, with the kernels for GPUs
+    std::uint32_t least;  ///< of them for few entries
+    std::uint32_t chunk;  ///< entries for each of them
     std::uint32_t groups;
+    bool ranged;  ///< keys of all bits: digits of the bits by which they differ
 };
 
 Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const vk::Kernels kernels = recorder.kernels();
     const bool plain = kernels == vk::Kernels::kPlain;
     const bool gpu = kernels == vk::Kernels::kGpu;
-    const std::uint32_t most_bits = plain ? 4 : 8;
+    const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
     const std::uint32_t bits = std::max(desc.key_bits, 1U);
     Plan plan{};
     plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
     plan.passes = (bits + most_bits - 1) / most_bits;
-    plan.digit_bits = (bits + plan.passes - 1) / plan.passes;
-    const std::uint32_t chunk = gpu ? 4096 : plain ? 128 : 1024;
-    const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / chunk, 1U));
+    plan.ranged = !gpu && bits == 32;
+    plan.digit_bits = plan.ranged ? most_bits : (bits + plan.passes - 1) / plan.passes;
+    plan.chunk = gpu ? 4096 : plain ? 128 : 1024;
+    const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / plan.chunk, 1U));
     const auto least =  // chunks within the turns that a loop may take
         std::bit_ceil(static_cast<std::uint32_t>(ceil_div(desc.capacity, ops::kMaxTurns)));
-    plan.lanes = std::max(std::clamp(wanted, gpu ? 1U : 32U, gpu || plain ? 4096U : 256U), least);
+    plan.lanes = std::max(std::clamp(wanted,
+                                     gpu     ? 1U
+                                     : plain ? 32U
+                                             : 16U,
+                                     gpu || plain ? 4096U : 256U),
+                          least);
+    plan.least = gpu ? plan.lanes : std::max(gpu || plain ? 32U : 16U, least);
     plan.groups = gpu ? plan.lanes : plan.lanes / plan.group;
     return plan;
+}
+
+params::RadixSortParams params_of(const Plan& plan, const RadixSortDesc& desc, std::uint32_t pass) {
+    params::RadixSortParams params{};
+    params.capacity = desc.capacity;
+    params.lanes = plan.lanes;
+    params.least = plan.least;
+    params.chunk = plan.chunk;
+    params.pass = pass;
+    params.shift = pass * plan.digit_bits;
+    return params;
+}
+
+Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
+                 const RadixSortViews& views) {
+    SPLAT_TRY(recorder.fill(views.range, 0xFFFFFFFFU));
+    return recorder.dispatch({
+        .op = "radix_sort",
+        .shader = ops::pick(recorder.kernels(), "radix_sort_range", "radix_sort_range_cpu",
+                            "radix_sort_range"),
+        .constants = {{ops::kWorkgroupSizeId, plan.group}},
+        .push = params_of(plan, desc, 0),
+        .accesses = {vk::read(views.keys[0]), vk::read(views.entries), vk::read_write(views.range)},
+        .groups = {plan.groups, 1, 1},
+        .work = {.flops = double{2} * desc.capacity, .bytes = double{4} * desc.capacity},
+    });
+}
+
+/// Sort by one digit: count, sum, move.
+Status sort_pass(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
+                 const RadixSortViews& views, std::uint32_t pass) {
+    const vk::Kernels kernels = recorder.kernels();
+    const double entries = desc.capacity;
+    const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
+    const params::RadixSortParams params = params_of(plan, desc, pass);
+    const std::uint32_t in = pass % 2;
+    const bool positions = desc.positions && pass == 0;
+    const bool no_keys = desc.no_keys && pass + 1 == plan.passes;
+    const vk::SpecConstant group = {ops::kWorkgroupSizeId, plan.group};
+    const vk::SpecConstant digit = {10, plan.digit_bits};
+    const vk::SpecConstant first = {13, pass == 0 ? 1U : 0U};
+    const vk::SpecConstant ranged = {15, plan.ranged ? 1U : 0U};
+    const vk::BufferView& count = pass == 0 ? views.entries : views.kept;
+    std::vector<vk::SpecConstant> up = {group, digit, first};
+    std::vector<vk::SpecConstant> down = {
+        group, digit, {11, positions ? 1U : 0U}, {12, desc.second ? 1U : 0U}, first};
+    std::vector<vk::Access> counted = {vk::read(views.keys[in]), vk::read(count),
+                                       vk::write(views.table)};
+    std::vector<vk::Access> moved = {vk::read(views.keys[in]),
+                                     vk::read(positions ? views.keys[in] : views.values[in]),
+                                     vk::read(views.seconds[in]),
+                                     vk::read(count),
+                                     vk::read(views.table),
+                                     vk::read(views.totals),
+                                     vk::write(views.keys[1 - in]),
+                                     vk::write(views.values[1 - in]),
+                                     vk::write(views.seconds[1 - in]),
+                                     vk::write(pass == 0 ? views.kept : views.scratch)};
+    if (kernels != vk::Kernels::kGpu) {
+        up.push_back(ranged);
+        down.insert(down.end(), {{14, no_keys ? 1U : 0U}, ranged});
+        counted.push_back(vk::read(views.range));
+        moved.push_back(vk::read(views.range));
+    }
+    SPLAT_TRY(recorder.dispatch({
+        .op = "radix_sort",
+        .shader = ops::pick(kernels, "radix_sort_upsweep", "radix_sort_upsweep_cpu",
+                            "radix_sort_upsweep_gpu"),
+        .constants = up,
+        .push = params,
+        .accesses = counted,
+        .groups = {plan.groups, 1, 1},
+        .work = {.flops = entries, .bytes = 4 * entries + table},
+    }));
+    SPLAT_TRY(recorder.dispatch({
+        .op = "radix_sort",
+        .shader = "radix_sort_spine",
+        .constants = {group, digit, ranged},
+        .push = params,
+        .accesses = {vk::read_write(views.table), vk::write(views.totals), vk::read(count),
+                     vk::read(views.range)},
+        .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
+        .work = {.flops = table / 4, .bytes = 2 * table},
+    }));
+    return recorder.dispatch({
+        .op = "radix_sort",
+        .shader = ops::pick(kernels, "radix_sort_downsweep", "radix_sort_downsweep_cpu",
+                            "radix_sort_downsweep_gpu"),
+        .constants = down,
+        .push = params,
+        .accesses = moved,
+        .groups = {plan.groups, 1, 1},
+        .work = {.flops = entries, .bytes = (desc.second ? 24 : 16) * entries + table},
+    });
 }
 
 }  // namespace
@@ -53,53 +158,9 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
     const Plan plan = plan_for(recorder, desc);
-    const vk::Kernels kernels = recorder.kernels();
-    const double entries = desc.capacity;
-    const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
-    for (std::uint32_t pass = 0; pass < plan.passes; ++pass) {
-        const params::RadixSortParams params{desc.capacity, plan.lanes, pass * plan.digit_bits};
-        const std::uint32_t in = pass % 2;
-        const bool positions = desc.positions && pass == 0;
-        const vk::SpecConstant group = {ops::kWorkgroupSizeId, plan.group};
-        const vk::SpecConstant digit = {10, plan.digit_bits};
-        const vk::SpecConstant first = {13, pass == 0 ? 1U : 0U};
-        const vk::BufferView& count = pass == 0 ? views.entries : views.kept;
-        SPLAT_TRY(recorder.dispatch({
-            .op = "radix_sort",
-            .shader = ops::pick(kernels, "radix_sort_upsweep", "radix_sort_upsweep_cpu",
-                                "radix_sort_upsweep_gpu"),
-            .constants = {group, digit, first},
-            .push = params,
-            .accesses = {vk::read(views.keys[in]), vk::read(count), vk::write(views.table)},
-            .groups = {plan.groups, 1, 1},
-            .work = {.flops = entries, .bytes = 4 * entries + table},
-        }));
-        SPLAT_TRY(recorder.dispatch({
-            .op = "radix_sort",
-            .shader = "radix_sort_spine",
-            .constants = {group, digit},
-            .push = params,
-            .accesses = {vk::read_write(views.table), vk::write(views.totals)},
-            .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
-            .work = {.flops = table / 4, .bytes = 2 * table},
-        }));
-        SPLAT_TRY(recorder.dispatch({
-            .op = "radix_sort",
-            .shader = ops::pick(kernels, "radix_sort_downsweep", "radix_sort_downsweep_cpu",
-                                "radix_sort_downsweep_gpu"),
-            .constants =
-                {group, digit, {11, positions ? 1U : 0U}, {12, desc.second ? 1U : 0U}, first},
-            .push = params,
-            .accesses = {vk::read(views.keys[in]),
-                         vk::read(positions ? views.keys[in] : views.values[in]),
-                         vk::read(views.seconds[in]), vk::read(count), vk::read(views.table),
-                         vk::read(views.totals), vk::write(views.keys[1 - in]),
-                         vk::write(views.values[1 - in]), vk::write(views.seconds[1 - in]),
-                         vk::write(pass == 0 ? views.kept : views.scratch)},
-            .groups = {plan.groups, 1, 1},
-            .work = {.flops = entries, .bytes = (desc.second ? 24 : 16) * entries + table},
-        }));
-    }
+    if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, views));
+    for (std::uint32_t pass = 0; pass < plan.passes; ++pass)
+        SPLAT_TRY(sort_pass(recorder, plan, desc, views, pass));
     return {};
 }
 

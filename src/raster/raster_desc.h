@@ -56,6 +56,10 @@ struct RasterDesc {
     [[nodiscard]] std::uint32_t flags() const;  ///< of params/project_params.h
 };
 
+/// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass
+/// those of all views. Each may take three turns of the 65535 that lavapipe's loops have.
+inline constexpr std::uint64_t kMaxWindowTiles = 20000;
+
 /// Rows of tiles that one pass covers, all views.
 struct Window {
     std::uint32_t row_begin = 0;

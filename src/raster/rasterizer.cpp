@@ -8,10 +8,6 @@
 namespace splat::raster {
 namespace {
 
-/// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass
-/// those of all views. Each may take three turns of the 65535 that lavapipe's loops have.
-constexpr std::uint64_t kMaxWindowTiles = 20000;
-
 /// Views whose pose gradients one invocation can sum there, at 23 turns each.
 constexpr std::uint32_t kMaxPoseViews = 1900;
 

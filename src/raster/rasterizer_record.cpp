@@ -12,6 +12,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .normals = space_.normals.range(),
             .slots = space_.pairs.slots[side].range(),
             .ranges = space_.ranges.range(),
+            .order = space_.order.range(),
             .background = space_.background.range(),
             .image = space_.image.range(),
             .state = space_.state.range(),
@@ -21,7 +22,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
     const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
     const auto items = static_cast<std::uint32_t>(desc_.items());
-    const RadixSortDesc by_depth = {.capacity = items, .positions = true};
+    const RadixSortDesc by_depth = {.capacity = items, .positions = true, .no_keys = true};
     const RadixSortDesc by_tile = {.capacity = space_.capacity,
                                    .key_bits = tile_key_bits(desc_, window),
                                    .second = desc_.backward};
@@ -33,6 +34,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           .seconds = {space_.unused[0].range(), space_.unused[1].range()},
                           .table = space_.item_table.range(),
                           .totals = space_.totals.range(),
+                          .range = space_.key_range.range(),
                           .entries = space_.item_count.range(),
                           .kept = space_.sorted.range(),
                           .scratch = space_.scratch.range()}));
@@ -57,12 +59,14 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                           .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
                           .table = space_.pairs.table.range(),
                           .totals = space_.totals.range(),
+                          .range = space_.key_range.range(),
                           .entries = space_.pair_count.range(),
                           .kept = space_.kept_pairs.range(),
                           .scratch = space_.scratch.range()}));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
                           space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
+    SPLAT_TRY(tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
     SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
     return record_normals(recorder, window);
 }
@@ -88,6 +92,8 @@ Status Rasterizer::record_forward() {
         } else {
             SPLAT_TRY(recorder.fill(space_.ranges.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
+            SPLAT_TRY(
+                tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
             SPLAT_TRY(record_normals(recorder, window));
         }

@@ -11,6 +11,7 @@ namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kBinGroup = 64;
+constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -29,6 +30,15 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     params.tiles = tiles_of(desc, window);
     params.flags = desc.flags();
     return params;
+}
+
+/// Large footprints that one invocation may have to do. On CPU devices, where groups that do nothing
+/// cost most, up to 16, as long as they walk no more tiles in all than one may.
+std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
+                          const Window& window) {
+    if (recorder.kernels() != vk::Kernels::kCpu) return 1;
+    const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * window.rows();
+    return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 16);
 }
 
 /// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index.
@@ -111,6 +121,11 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .groups = groups,
         .work = {.flops = 200 * items, .bytes = 28 * items + 12.0 * bin.capacity},
     }));
+    const std::uint64_t share = large_share(recorder, desc, bin.window);
+    const vk::Groups large_groups =
+        ops::groups_for(recorder.device(), ceil_div(desc.items(), share), group);
+    params.groups_x = large_groups[0];
+    params.stride = group * large_groups[0] * large_groups[1];
     return recorder.dispatch({
         .op = "tile_bin",
         .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
@@ -121,7 +136,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
                      vk::read(views.footprints), vk::write(views.counts), vk::write(views.keys),
                      vk::write(views.items), vk::write(views.slots)},
-        .groups = groups,
+        .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });
 }
@@ -141,6 +156,28 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
         .accesses = {vk::read(keys), vk::read(sorted), vk::write(ranges), vk::read_write(stats)},
         .groups = groups,
         .work = {.flops = 100.0 * params.tiles, .bytes = 200.0 * params.tiles},
+    });
+}
+
+bool tile_order_used(const RasterDesc& desc, const Window& window) {
+    return tiles_of(desc, window) <= kMaxOrderedTiles;
+}
+
+Status tile_order(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                  const vk::BufferView& ranges, const vk::BufferView& order) {
+    if (recorder.kernels() != vk::Kernels::kCpu || !tile_order_used(desc, window)) return {};
+    params::TileBinParams params = params_of(recorder, desc, window);
+    const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, 8);
+    params.groups_x = groups[0];
+    const double tiles = params.tiles;
+    return recorder.dispatch({
+        .op = "tile_ranges",
+        .shader = "tile_order_cpu",
+        .constants = {{ops::kWorkgroupSizeId, 8}},
+        .push = params,
+        .accesses = {vk::read(ranges), vk::write(order)},
+        .groups = groups,
+        .work = {.flops = 10 * tiles * tiles, .bytes = 12 * tiles},
     });
 }
 

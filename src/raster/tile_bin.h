@@ -48,4 +48,13 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
                    const vk::BufferView& keys, const vk::BufferView& sorted,
                    const vk::BufferView& ranges, const vk::BufferView& stats);
 
+/// Whether the blending kernels for CPU devices take their tiles in the order of tile_order: of few
+/// tiles one may outweigh many, and ranking takes a time that grows with their square.
+bool tile_order_used(const RasterDesc& desc, const Window& window);
+
+/// order [tiles] uint32: tiles so that runs of workgroups take about equally long; CPU devices only,
+/// nothing where it is not used. No result depends on it.
+Status tile_order(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
+                  const vk::BufferView& ranges, const vk::BufferView& order);
+
 }  // namespace splat::raster

@@ -26,8 +26,10 @@ class Workspace {
 
     vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
     vk::Buffer item_keys[2], item_order[2], item_table;
-    vk::Buffer totals, item_count, sorted, scratch, unused[2], sums, stats, pair_count, kept_pairs;
-    vk::Buffer ranges, image, state, extra, normals, normal_image, exported, pose_partial, pose;
+    vk::Buffer totals, key_range, item_count, sorted, scratch, unused[2], sums, stats, pair_count,
+        kept_pairs;
+    vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
+        pose;
     struct Pairs {
         vk::Buffer keys[2], items[2], slots[2], table;
         vk::Buffer record_a, record_b, record_c;

@@ -32,7 +32,8 @@ Words make_keys(Keys kind, std::size_t count, std::uint32_t bits) {
     if (kind == Keys::kSorted) std::sort(keys.begin(), keys.end());
     if (kind == Keys::kReversed) std::sort(keys.rbegin(), keys.rend());
     for (std::uint32_t& key : keys) {
-        if (kind == Keys::kFew) key = static_cast<std::uint32_t>(range - 1 - key % 3) & (kLeftOut - 1);
+        if (kind == Keys::kFew)
+            key = static_cast<std::uint32_t>(range - 1 - key % 3) & (kLeftOut - 1);
         if (kind == Keys::kLeftOutSome && rng.below(3) == 0) key = kLeftOut;
         if (kind == Keys::kLeftOutAll) key = kLeftOut;
     }
@@ -64,10 +65,11 @@ class RadixSort : public KernelsTest {
   protected:
     /// The first `entries` of the keys, in arrays for all of them: with their positions, or with
     /// two values each, that are turned back into positions.
-    Sorted sort(const Words& keys, std::size_t entries, std::uint32_t bits, bool two_values) {
+    Sorted sort(const Words& keys, std::size_t entries, std::uint32_t bits, bool two_values,
+                bool no_keys = false) {
         const raster::RadixSortDesc desc = {
             static_cast<std::uint32_t>(std::max<std::size_t>(keys.size(), 1)), bits, !two_values,
-            two_values};
+            two_values, no_keys};
         vk::Recorder recorder(context());
         std::array<vk::Buffer, 2> sides = {device_buffer(context(), desc.capacity),
                                            device_buffer(context(), desc.capacity)};
@@ -88,7 +90,8 @@ class RadixSort : public KernelsTest {
         }
         const vk::Buffer table =
             device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
-        const vk::Buffer totals = device_buffer(context(), 256);
+        const vk::Buffer totals = device_buffer(context(), raster::kRadixBins);
+        const vk::Buffer range = device_buffer(context(), 2);
         const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
         const vk::Buffer kept = device_buffer(context(), 1);
         const vk::Buffer scratch = device_buffer(context(), 1);
@@ -98,6 +101,7 @@ class RadixSort : public KernelsTest {
                                       {seconds[0].range(), seconds[1].range()},
                                       table.range(),
                                       totals.range(),
+                                      range.range(),
                                       count.range(),
                                       kept.range(),
                                       scratch.range()}));
@@ -145,8 +149,8 @@ class RadixSort : public KernelsTest {
         for (const Keys kind : kAllKeys)
             expect_sorted(make_keys(kind, count, bits), count, bits,
                           std::to_string(count) + " keys of kind " +
-                              std::to_string(static_cast<int>(kind)) + ", " +
-                              std::to_string(bits) + " bits");
+                              std::to_string(static_cast<int>(kind)) + ", " + std::to_string(bits) +
+                              " bits");
     }
 };
 SPLAT_INSTANTIATE_KERNELS(RadixSort);
@@ -174,6 +178,27 @@ TEST_P(RadixSort, CarriesTwoValues) {
                 expect_sorted_with_values(make_keys(kind, count, bits), count, bits);
                 expect_sorted_with_values(make_keys(kind, count, bits), count - 1, bits);
             }
+}
+
+/// Digits are of the bits by which keys differ: those of keys that lie close together, anywhere.
+TEST_P(RadixSort, TakesKeysOfAnyRange) {
+    for (const std::uint32_t bits : {0U, 1U, 3U, 7U, 8U, 24U, 25U, 31U})
+        for (const std::uint32_t low : {0U, 0x3F7FFFF0U, 0x7FFFFFFFU}) {
+            Words keys = make_keys(Keys::kRandom, 2500, bits);
+            for (std::size_t i = 0; i < keys.size(); ++i) {
+                keys[i] = i == 1700 ? low : std::min(low + keys[i], kLeftOut - 1);
+                if (i % 5 == 2) keys[i] = kLeftOut;
+            }
+            expect_sorted(keys, keys.size(), 32,
+                          std::to_string(bits) + " bits from " + std::to_string(low));
+        }
+}
+
+/// What is left of a sort that nobody reads the keys of.
+TEST_P(RadixSort, GivesTheOrderWithoutKeys) {
+    const Words keys = make_keys(Keys::kLeftOutSome, 5000, 32);
+    const Sorted got = sort(keys, keys.size(), 32, false, true);
+    EXPECT_TRUE(got.values == expected_of(keys, keys.size()).values);
 }
 
 class RadixSortFull : public RadixSort {};

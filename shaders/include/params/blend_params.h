@@ -15,7 +15,7 @@ struct BlendParams {
     uint rows;       // tile rows of the window
     float stop_below;  // a pixel stops before its transmittance would fall below this
     uint views;
-    uint spread;  // see spread_tile.glsl
+    uint spread;  // see spread_tile.glsl; 0: tiles in order
     uint straight_through;  // backward: 1 passes the gradient through the clamp of alpha
 };
 

@@ -10,7 +10,10 @@ using uint = std::uint32_t;
 struct RadixSortParams {
     uint capacity;  // entries that the arrays hold
     uint lanes;     // columns of the histogram; each lane sorts a contiguous chunk of the entries
-    uint shift;     // of the digit in the key
+    uint least;     // lanes that take part however few entries there are
+    uint chunk;     // entries that each further lane is for
+    uint pass;
+    uint shift;  // of the digit in the key; with a range of keys it depends on that
 };
 
 #ifdef __cplusplus

@@ -31,6 +31,7 @@ struct TileBinParams {
     uint tiles;  // of the window, all views
     uint flags;  // of ProjectParams
     uint groups_x;
+    uint stride;  // invocations that share the large footprints
 };
 
 #undef SPLAT_STAT

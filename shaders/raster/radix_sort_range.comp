@@ -1,0 +1,35 @@
+#version 460
+// Least key, and least complement of a key, of those that are not 0xFFFFFFFF; range [2] holds ~0 before.
+// One invocation does a contiguous chunk. Integer minima do not depend on their order.
+// Bindings: keys (read 4 at a time), entries (their number); range.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "load.glsl"
+#include "params/radix_sort_params.h"
+#include "lane_quads.glsl"
+
+layout(local_size_x_id = 0) in;
+UINT_QUADS(0, keys);
+UINTS(1, entries);
+layout(set = 0, binding = 2, std430) buffer Range { uint range[]; };  // accumulates
+layout(push_constant) uniform Push { RadixSortParams params; };
+
+#include "radix_digit.glsl"
+
+void main() {
+    const uint count = min(LD1(entries, 0), params.capacity);
+    const uvec2 quads = lane_quads(gl_GlobalInvocationID.x, count, lanes_for(count));
+    uint least = ~0u, least_inverse = ~0u;
+    for (uint i = quads.x; i < quads.y; ++i) {
+        const uvec4 key = LDU4(keys, i);
+        [[unroll]] for (uint e = 0; e < 4; ++e) {
+            const bool stays = 4 * i + e < count && key[e] != ~0u;
+            least = min(least, stays ? key[e] : ~0u);
+            least_inverse = min(least_inverse, stays ? ~key[e] : ~0u);
+        }
+    }
+    if (quads.x < quads.y) {
+        atomicMin(range[0], least);
+        atomicMin(range[1], least_inverse);
+    }
+}

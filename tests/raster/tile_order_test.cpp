@@ -1,0 +1,103 @@
+// The order in which the blending kernels for CPU devices take the tiles.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "ops/op_harness.h"
+#include "raster/tile_bin.h"
+#include "support/expect_status.h"
+#include "support/gpu_buffers.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using Words = std::vector<std::uint32_t>;
+
+raster::RasterDesc desc_of(std::uint32_t tiles) {
+    raster::RasterDesc desc;
+    desc.gaussians = 1;
+    desc.width = 16 * tiles;
+    desc.height = 16;
+    return desc;
+}
+
+class TileOrder : public testing::Test {
+  protected:
+    void SetUp() override {
+        const std::vector<vk::Kernels> kernels = kernels_to_test();
+        if (std::find(kernels.begin(), kernels.end(), vk::Kernels::kCpu) == kernels.end())
+            GTEST_SKIP() << "this device does not run the kernels for CPUs";
+        context_ = shared_context(vk::Kernels::kCpu);
+        ASSERT_NE(context_, nullptr);
+    }
+
+    Words order_of(const Words& lengths) {
+        Words ranges;
+        std::uint32_t first = 0;
+        for (const std::uint32_t length : lengths) {
+            ranges.insert(ranges.end(), {first, first + length});
+            first += length;
+        }
+        const auto tiles = static_cast<std::uint32_t>(lengths.size());
+        const vk::Buffer from = upload(*context_, ranges);
+        const vk::Buffer order = device_buffer(*context_, std::max(tiles, 4U));
+        vk::Recorder recorder(*context_);
+        EXPECT_OK(
+            raster::tile_order(recorder, desc_of(tiles), {0, 1}, from.range(), order.range()));
+        auto list = recorder.finish();
+        EXPECT_OK(list.status());
+        if (!list.ok()) return {};
+        EXPECT_OK(context_->run(list.value()));
+        return download_words(*context_, order.range(), tiles);
+    }
+
+    vk::Context* context_ = nullptr;
+};
+
+TEST_F(TileOrder, DealsRanksBackAndForth) {
+    // Ranks 0 to 7 by turns: halves {0, 3, 4, 7} and {1, 2, 5, 6}, and each likewise.
+    EXPECT_EQ(order_of({80, 70, 60, 50, 40, 30, 20, 10}), (Words{0, 7, 3, 4, 1, 6, 2, 5}));
+    EXPECT_EQ(order_of({10, 20, 30, 40, 50, 60, 70, 80}), (Words{7, 0, 4, 3, 6, 1, 5, 2}));
+    EXPECT_EQ(order_of({5, 5, 5, 5}), (Words{0, 3, 1, 2})) << "ties by index";
+    EXPECT_EQ(order_of({7}), (Words{0}));
+}
+
+TEST_F(TileOrder, HasEachTileOnceAndRunsOfEqualLength) {
+    for (const std::size_t tiles : {2, 9, 64, 135, 512}) {
+        SCOPED_TRACE(tiles);
+        Rng rng(tiles);
+        Words lengths(tiles);
+        for (std::uint32_t& length : lengths)
+            length = rng.below(3) == 0 ? 0 : static_cast<std::uint32_t>(rng.below(1000));
+        lengths[tiles / 2] = 5000;
+        const Words order = order_of(lengths);
+        Words sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        Words all(tiles);
+        std::iota(all.begin(), all.end(), 0U);
+        ASSERT_EQ(sorted, all);
+        std::uint64_t sums[2] = {0, 0};
+        for (std::size_t i = 0; i < tiles; ++i) sums[2 * i >= tiles ? 1 : 0] += lengths[order[i]];
+        const std::uint64_t greater = std::max(sums[0], sums[1]);
+        const std::uint64_t smaller = std::min(sums[0], sums[1]);
+        // Back and forth, what one half has more of is at most the longest list; where the tiles are no
+        // power of two, the border may lie one tile off.
+        EXPECT_LE(greater - smaller, 5000U + 1000U);
+    }
+}
+
+TEST_F(TileOrder, IsNotUsedForManyTiles) {
+    EXPECT_TRUE(raster::tile_order_used(desc_of(512), {0, 1}));
+    EXPECT_FALSE(raster::tile_order_used(desc_of(513), {0, 1}));
+    vk::Recorder recorder(*context_);
+    const vk::Buffer none = device_buffer(*context_, 4);
+    EXPECT_OK(raster::tile_order(recorder, desc_of(513), {0, 1}, none.range(), none.range()));
+    auto list = recorder.finish();
+    ASSERT_OK(list.status());
+    EXPECT_OK(context_->run(list.value()));
+}
+
+}  // namespace
+}  // namespace splat::test
