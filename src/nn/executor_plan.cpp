@@ -272,11 +272,32 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     return {};
 }
 
+/// Where a gradient is that of the output, take the output's tensor, which nobody reads afterwards, or
+/// add it to the sum that is there.
+bool ExecutorPlan::pass_gradient(Call& call, std::size_t input) {
+    const Node& n = graph_.nodes()[call.node];
+    const ValueId root = graph_.root(n.inputs[input]);
+    if ((n.plan.passes >> input & 1) == 0 || graph_.value(root).kind == ValueKind::kParameter)
+        return false;
+    const std::size_t grad = call.grad_outputs[0];
+    if (grads_[root] == kNone) {
+        if (call.passed) return false;
+        call.passed = true;
+        grads_[root] = grad;
+    } else {
+        call.sums.emplace_back(grad, grads_[root]);
+    }
+    touch(grads_[root]);
+    call.grad_inputs.push_back(kNone);
+    return true;
+}
+
 Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     const ValueId id = graph_.nodes()[call.node].inputs[input];
     const ValueId root = graph_.root(id);
     const Value& value = graph_.value(root);
     SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
+    if (pass_gradient(call, input)) return {};
     const bool first = grads_[root] == kNone;
     if (first) {
         grads_[root] = tensor(value.name, bytes, clock_);
@@ -294,6 +315,15 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     }
     const std::size_t part = tensor(value.name, bytes, clock_);
     call.grad_inputs.push_back(part);
+    const bool given =
+        std::any_of(desc_.grad_outputs.begin(), desc_.grad_outputs.end(), [&](ValueId output) {
+            return graph_.root(output) == root;
+        });  // the caller's is written there
+    if (input == 0 && graph_.nodes()[call.node].plan.adds && !given) {
+        call.addend = grads_[root];
+        grads_[root] = part;
+        return {};
+    }
     call.sums.emplace_back(part, grads_[root]);
     return {};
 }
@@ -362,6 +392,7 @@ OpViews ExecutorPlan::backward_views(const Call& call) const {
     OpViews v = views(call);
     const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_backward[call.node];
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;
+    if (call.addend != kNone) v.addend = tensors_[call.addend].view;
     for (std::size_t i = 0; i < node.outputs.size(); ++i)
         v.grad_outputs.push_back(
             shaped(tensors_[call.grad_outputs[i]].view, graph_.value(node.outputs[i]).shape));

@@ -21,6 +21,8 @@ class ExecutorPlan {
         std::vector<std::size_t> grad_inputs;  ///< tensor, or kNone where not wanted
         /// Contributions to gradients that others have written: {contribution, sum}.
         std::vector<std::pair<std::size_t, std::size_t>> sums;
+        bool passed = false;         ///< an input has the gradient of the output for its own
+        std::size_t addend = kNone;  ///< what grad_inputs[0] is added to
         std::size_t workspace = kNone;
         std::size_t prepared = kNone;  ///< prepared in this call
     };
@@ -76,6 +78,7 @@ class ExecutorPlan {
     Status plan_backward();
     Status plan_backward_node(std::size_t node);
     Status plan_grad_input(Call& call, std::size_t input);
+    bool pass_gradient(Call& call, std::size_t input);
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
     OpViews views(const Call& call) const;
