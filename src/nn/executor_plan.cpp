@@ -116,6 +116,19 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
+/// Kept, the forward pass's first, as long as there is room.
+void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept) {
+    const Node& n = graph_.nodes()[call.node];
+    const std::size_t prepared = tensor(n.row->name, bytes, clock_);
+    if (!keeps_prepared(n) || kept_bytes_ + bytes > desc_.kept_bytes) {
+        call.prepared = prepared;
+        return;
+    }
+    keep(prepared);
+    kept = prepared;
+    kept_bytes_ += bytes;
+}
+
 Status ExecutorPlan::plan_inputs() {
     for (std::size_t i = 0; i < graph_.values().size(); ++i) {
         const auto id = static_cast<ValueId>(i);
@@ -151,15 +164,8 @@ Status ExecutorPlan::plan_forward() {
                 tensor(n.row->saved[i], vk::quad_bytes(n.plan.saved[i].elements()), clock_));
         if (n.plan.forward_workspace > 0)
             call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
-        if (n.plan.forward_prepared > 0) {
-            std::size_t prepared = tensor(n.row->name, n.plan.forward_prepared, clock_);
-            if (keeps_prepared(n)) {
-                keep(prepared);
-                kept_forward[node] = prepared;
-            } else {
-                call.prepared = prepared;
-            }
-        }
+        if (n.plan.forward_prepared > 0)
+            plan_prepared(call, n.plan.forward_prepared, kept_forward[node]);
         forward.push_back(std::move(call));
     }
     return {};
@@ -259,15 +265,8 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     for (const std::size_t saved : saved_[node]) touch(saved);
     if (n.plan.backward_workspace > 0)
         call.workspace = tensor(n.row->name, n.plan.backward_workspace, clock_);
-    if (n.plan.backward_prepared > 0 && activation) {
-        const std::size_t prepared = tensor(n.row->name, n.plan.backward_prepared, clock_);
-        if (keeps_prepared(n)) {
-            keep(prepared);
-            kept_backward[node] = prepared;
-        } else {
-            call.prepared = prepared;
-        }
-    }
+    if (n.plan.backward_prepared > 0 && activation)
+        plan_prepared(call, n.plan.backward_prepared, kept_backward[node]);
     backward.push_back(std::move(call));
     return {};
 }

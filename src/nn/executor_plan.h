@@ -81,6 +81,7 @@ class ExecutorPlan {
     bool pass_gradient(Call& call, std::size_t input);
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
+    void plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept);
     OpViews views(const Call& call) const;
 
     const vk::Recorder& recorder_;
@@ -88,6 +89,7 @@ class ExecutorPlan {
     const Parameters& parameters_;
     const ExecutorDesc& desc_;
     std::uint32_t clock_ = 0;
+    std::uint64_t kept_bytes_ = 0;  ///< of prepared parameters so far
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
     std::vector<bool> reached_;  ///< by root value: some grad_output depends on it
