@@ -67,8 +67,9 @@ Status taps_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const
     const LinearDesc product = product_of(desc);
     const std::uint64_t elements = rows_of(desc) * desc.in_channels;
     const BufferView matrix = prepared.part(0, matrix_bytes(desc));
-    SPLAT_TRY(rearrange(recorder, "conv2d_pack_weight", "conv2d_taps_weight", "conv2d_taps_weight",
-                        conv2d_params(desc), elements, {vk::read(weight), vk::write(matrix)}));
+    SPLAT_TRY(rearrange(recorder, "conv2d_pack_weight", "conv2d_taps_forward_weight",
+                        "conv2d_taps_forward_weight", conv2d_params(desc), elements,
+                        {vk::read(weight), vk::write(matrix)}));
     return linear_pack_weight(
         recorder, product, matrix,
         prepared.part(matrix.bytes, linear_packed_bytes(recorder, product, transposed)),
@@ -85,7 +86,8 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
     SPLAT_TRY(linear_forward(recorder, product, x, packed, packed, products));
     params::Conv2dParams params = conv2d_params(desc);
     params.has_residual = residual.block != nullptr ? 1 : 0;
-    return rearrange(recorder, "conv2d_forward", "conv2d_taps_sum", "conv2d_taps_sum_cpu", params,
+    return rearrange(recorder, "conv2d_forward", "conv2d_taps_forward_sum",
+                     "conv2d_taps_forward_sum_cpu", params,
                      ceil_div(desc.out_channels, 4) * conv2d_pixels(desc),
                      {vk::read(products), vk::read(bias),
                       vk::read(params.has_residual != 0 ? residual : products), vk::write(y)});
@@ -93,8 +95,8 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
 
 Status taps_spread(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& grad_y,
                    const BufferView& workspace) {
-    return rearrange(recorder, "conv2d_backward_begin", "conv2d_taps_spread",
-                     "conv2d_taps_spread_cpu", conv2d_params(desc),
+    return rearrange(recorder, "conv2d_backward_begin", "conv2d_taps_backward_spread",
+                     "conv2d_taps_backward_spread_cpu", conv2d_params(desc),
                      rows_of(desc) / 4 * conv2d_pixels(desc),
                      {vk::read(grad_y), vk::write(workspace.part(0, taps_bytes(desc)))});
 }
