@@ -3,7 +3,8 @@
 // One invocation computes one tile of 4 channels. Workgroups: tiles, quads of channels.
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: 0 workgroup size, 10 kTile.
+// Specialisation: 0 workgroup size, 10 kTile, 11 whether there is a residual (lavapipe would load it under a
+// condition, too), 12 whether tiles cover the image exactly.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -12,6 +13,8 @@
 #include "winograd.glsl"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 11) const uint kResidual = 1;
+layout(constant_id = 12) const uint kExact = 0;
 QUADS(0, product);
 QUADS(1, bias);
 QUADS(2, residual);
@@ -40,12 +43,12 @@ void main() {
     const uint base = ((quad * dims.n + tile.image) * dims.height + uint(tile.row)) * dims.width + uint(tile.column);
     [[unroll]] for (uint j = 0; j < kTile; ++j) {
         apply_at(ROW_OF(values, j));
-        if (uint(tile.row) + j >= dims.height) continue;
+        if (kExact == 0 && uint(tile.row) + j >= dims.height) continue;
         [[unroll]] for (uint i = 0; i < kTile; ++i) {
-            if (uint(tile.column) + i >= dims.width) continue;
+            if (kExact == 0 && uint(tile.column) + i >= dims.width) continue;
             const uint at = base + j * dims.width + i;
             vec4 value = values[j * kRow + i] + shift;
-            if (dims.has_residual != 0) value += LD4(residual, at);
+            if (kResidual != 0) value += LD4(residual, at);
             ST4(y, at, value * dims.scale);
         }
     }

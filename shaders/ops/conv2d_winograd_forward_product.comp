@@ -37,27 +37,24 @@ void main() {
         rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
     uint at = (place * octets * dims.stride + column) * 2;
 
-    for (uint octet = 0; octet < octets; ++octet) {
-        vec4 v[2 * kColumns];
-        [[unroll]] for (uint u = 0; u < 2; ++u)
-            [[unroll]] for (uint a = 0; a < kColumns; ++a)
-                v[u * kColumns + a] = LD4(transformed, at + 2 * a * gl_WorkGroupSize.x + u);
+    // One quad of channels per turn: two unroll to more code than the instruction cache of a Zen 3 core holds, a sixth
+    // slower.
+    for (uint quad = 0; quad < 2 * octets; ++quad) {
+        vec4 v[kColumns];
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) v[a] = LD4(transformed, at + 2 * a * gl_WorkGroupSize.x);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-            vec4 w[2];
-            [[unroll]] for (uint u = 0; u < 2; ++u) w[u] = LD4(weight, rows[b] + octet * 16 + u * 8);
-            [[unroll]] for (uint m = 0; m < 8; ++m)
-                [[unroll]] for (uint u = 0; u < 2; ++u) {
-                    const float w0 = subgroupShuffle(w[u].x, m);
-                    const float w1 = subgroupShuffle(w[u].y, m);
-                    const float w2 = subgroupShuffle(w[u].z, m);
-                    const float w3 = subgroupShuffle(w[u].w, m);
-                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
-                        const vec4 k = v[u * kColumns + a];
-                        sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
-                    }
-                }
+            const vec4 w = LD4(weight, rows[b] + quad * 8);
+            [[unroll]] for (uint m = 0; m < 8; ++m) {
+                const float w0 = subgroupShuffle(w.x, m);
+                const float w1 = subgroupShuffle(w.y, m);
+                const float w2 = subgroupShuffle(w.z, m);
+                const float w3 = subgroupShuffle(w.w, m);
+                [[unroll]] for (uint a = 0; a < kColumns; ++a)
+                    sums[(b * 8 + m) * kColumns + a] +=
+                        (w0 * v[a].x + w1 * v[a].y) + (w2 * v[a].z + w3 * v[a].w);
+            }
         }
-        at += 2 * dims.stride;
+        at += (quad & 1u) == 0 ? 1 : 2 * dims.stride - 1;
     }
 
     [[unroll]] for (uint b = 0; b < kBlocks; ++b) {

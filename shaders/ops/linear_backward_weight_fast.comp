@@ -46,12 +46,13 @@ void main() {
         for (uint r = first; r < last; r += kDepth) {
             vec4 v[kDepth];
             vec4 g[kDepth];
+            // First one operand, then the other: lanes are a power of two of bytes apart, so that the lines of both
+            // together would not fit one set of the cache.
             [[unroll]] for (uint u = 0; u < kDepth; ++u) {
-                const uint row = min(r + u, last - 1);
-                const vec4 value = LD4(x, x_at + row);
+                const vec4 value = LD4(x, x_at + min(r + u, last - 1));
                 v[u] = r + u < last ? value : vec4(0);
-                g[u] = LD4(grad_y, grad_at + row);
             }
+            [[unroll]] for (uint u = 0; u < kDepth; ++u) g[u] = LD4(grad_y, grad_at + min(r + u, last - 1));
             [[unroll]] for (uint m = 0; m < 8; ++m)
                 [[unroll]] for (uint c = 0; c < 4; ++c)
                     sums[4 * m + c] += (subgroupShuffle(g[0][c], m) * v[0] + subgroupShuffle(g[1][c], m) * v[1]) +

@@ -4,10 +4,11 @@
 // block of 8 output features, from where constant shuffles broadcast them. Four products are summed before they touch
 // the accumulator: faster, and the error of a sum of K/4 terms.
 // One invocation computes kColumns rows of x by 8 * kBlocks output features; subgroups of 8 lanes
-// or more.
+// or more. Workgroups: output features (next to each other in time, so that the rows stay in the cache), rows (y, z).
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
 // residual and y quads [out/4][rows].
-// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
+// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks, 12 whether there is a residual
+// (lavapipe would load it under a condition, too).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -18,6 +19,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kColumns = 8;
 layout(constant_id = 11) const uint kBlocks = 2;
+layout(constant_id = 12) const uint kResidual = 1;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);
@@ -25,14 +27,17 @@ QUADS(3, residual);
 layout(set = 0, binding = 4, std430) writeonly buffer Y { vec4 y[]; };
 layout(push_constant) uniform Push { LinearParams dims; };
 
-const uint kDepth = 2;  // quads of k per loop turn
+// Quads of k per loop turn: 2 of 8 columns unroll to more code than the instruction cache of a Zen 3 core
+// holds, a fifth slower.
+const uint kDepth = kColumns >= 8 ? 1 : 2;
 
 void main() {
     const uint quads = (dims.in_features + 3) / 4;
-    const uint padded_quads = (quads + kDepth - 1) / kDepth * kDepth;
+    const uint padded_quads = (quads + 1) / 2 * 2;  // of a packed weight
     const uint out_quads = (dims.out_features + 3) / 4;
-    const uint first_row = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
-    const uint first_block = gl_WorkGroupID.y * kBlocks;
+    const uint row_group = gl_WorkGroupID.z * dims.groups_x + gl_WorkGroupID.y;
+    const uint first_row = row_group * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
+    const uint first_block = gl_WorkGroupID.x * kBlocks;
     const uint lane = gl_SubgroupInvocationID & 7u;
 
     float sums[kBlocks * 8 * kColumns];  // [block][feature of 8][column]
@@ -42,7 +47,7 @@ void main() {
     [[unroll]] for (uint a = 0; a < kColumns; ++a)
         row[a] = min(first_row + a * gl_WorkGroupSize.x, dims.rows - 1);
 
-    for (uint q = 0; q < padded_quads; q += kDepth) {
+    for (uint q = 0; q < quads; q += kDepth) {
         vec4 v[kDepth * kColumns];
         [[unroll]] for (uint u = 0; u < kDepth; ++u)
             [[unroll]] for (uint a = 0; a < kColumns; ++a)  // the weights of a quad too many are zero
@@ -77,7 +82,7 @@ void main() {
             const uint at = half_block * 4 * kColumns + a;
             if (r >= dims.rows) continue;
             vec4 value = vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
-            if (dims.has_residual != 0) value += LD4(residual, quad * dims.rows + r);
+            if (kResidual != 0) value += LD4(residual, quad * dims.rows + r);
             y[quad * dims.rows + r] = value * dims.scale;
         }
     }

@@ -14,6 +14,8 @@ using vk::Kernels;
 
 constexpr std::uint32_t kWinogradColumnsId = 11;
 constexpr std::uint32_t kWinogradBlocksId = 12;
+constexpr std::uint32_t kResidualId = 11;
+constexpr std::uint32_t kExactId = 12;
 
 /// V and M of one slice, one behind the other.
 struct Workspace {
@@ -82,12 +84,14 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
                           workspace.part(input_bytes, slices.bytes(desc, desc.out_channels))};
     const auto quads = static_cast<std::uint32_t>(ceil_div(desc.out_channels, 4));
     const vk::Work work = conv2d_work(desc);
+    const auto tile = static_cast<std::uint32_t>(desc.winograd);
+    const bool exact = desc.height % tile == 0 && desc.width % tile == 0;
+    const bool has_residual = residual.block != nullptr;
     for (std::uint32_t first = 0; first < slices.all; first += slices.tiles) {
         params::Conv2dWinogradParams params = winograd_params(desc);
         params.first_tile = first;
         params.tiles = std::min(slices.tiles, slices.all - first);
         params.stride = slices.tiles;
-        params.has_residual = residual.block != nullptr ? 1 : 0;
         SPLAT_TRY(winograd_input(recorder, labels.input, desc, slices, params, x, space.input));
         const double share = static_cast<double>(params.tiles) / slices.all;
         SPLAT_TRY(recorder.dispatch({
@@ -109,10 +113,13 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
             .op = labels.output,
             .shader = winograd_shader(recorder, "conv2d_winograd_forward_output",
                                       "conv2d_winograd_forward_output_cpu"),
-            .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+            .constants = {{kWorkgroupSizeId, slices.lanes},
+                          winograd_tile(desc),
+                          {kResidualId, has_residual ? 1U : 0U},
+                          {kExactId, exact ? 1U : 0U}},
             .push = params,
             .accesses = {vk::read(space.product), vk::read(bias),
-                         vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
+                         vk::read(has_residual ? residual : x), vk::write(y)},
             .groups = {slices.groups(params.tiles), quads, 1},
             .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(space.product.bytes)},
         }));

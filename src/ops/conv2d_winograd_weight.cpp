@@ -10,8 +10,9 @@ namespace {
 
 using vk::BufferView;
 
-/// conv2d_winograd_backward_weight_product.comp: channels of a tile, both ways.
+/// conv2d_winograd_backward_weight_product.comp: 32 q input by 32 / q output channels, q = 1 or 2.
 constexpr std::uint32_t kWeightTile = 32;
+constexpr std::uint32_t kQuadsId = 11;
 constexpr std::uint32_t kAccumulateId = 11;
 constexpr std::uint32_t kWholeId = 12;
 
@@ -19,6 +20,11 @@ constexpr std::uint32_t kWholeId = 12;
 /// grad_weight, and memory.
 constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostProducts = 8;
+
+/// Two quads of input channels per lane, unless half of the last tile would be empty.
+std::uint32_t quads_per_lane(std::uint32_t in_channels) {
+    return (in_channels - 1) % (2 * kWeightTile) >= kWeightTile ? 2 : 1;
+}
 
 /// V, D and the products of one round of slices, one behind the other.
 struct Round {
@@ -66,16 +72,17 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
     }));
     const vk::Work work = conv2d_work(desc);
     const double share = static_cast<double>(params.tiles) / slices.all;
+    const std::uint32_t quads = quads_per_lane(desc.in_channels);
     return recorder.dispatch({
         .op = "conv2d_backward_weight",
         .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_product",
                                   "conv2d_winograd_backward_weight_product_cpu"),
-        .constants = {{kWorkgroupSizeId, slices.lanes}},
+        .constants = {{kWorkgroupSizeId, slices.lanes}, {kQuadsId, quads}},
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
-        .groups = {static_cast<std::uint32_t>(
-                       ceil_div(desc.in_channels, std::uint64_t{kWeightTile} * (slices.lanes / 8))),
-                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile)),
+        .groups = {static_cast<std::uint32_t>(ceil_div(
+                       desc.in_channels, std::uint64_t{kWeightTile} * quads * (slices.lanes / 8))),
+                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile / quads)),
                    winograd_places(desc)},
         .work = {.flops = work.flops * share, .bytes = work.bytes * share},
     });

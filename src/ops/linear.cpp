@@ -20,6 +20,7 @@ struct Tile {
 };
 constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
+constexpr std::uint32_t kResidualId = 12;
 
 Tile tile_for(std::uint32_t rows) {
     return rows >= 64 ? Tile{8, 2} : Tile{1, 2};
@@ -49,15 +50,18 @@ constexpr std::uint32_t kTile = 32;
 
 /// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
 /// enough to give every core or multiprocessor work, but none of less than a few blocks of 64 rows.
+/// On CPU devices slices of 1024 rows, up to 16, stay in the cache while all tiles read them: a tenth faster.
 std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const bool plain = recorder.kernels() == Kernels::kPlain;
     const std::uint64_t least = ceil_div(desc.rows, plain ? kMaxTurns : 4 * kMaxTurns);
     if (plain) return static_cast<std::uint32_t>(least);
     const std::uint64_t tiles =
         ceil_div(desc.in_features, kTile) * ceil_div(desc.out_features, kTile);
-    const std::uint64_t busy = recorder.kernels() == Kernels::kCpu ? 16 : 512;
+    const bool cpu = recorder.kernels() == Kernels::kCpu;
     const std::uint64_t most = ceil_div(desc.rows, 256);
-    return static_cast<std::uint32_t>(std::max(least, std::min(ceil_div(busy, tiles), most)));
+    const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 512, tiles), most);
+    const std::uint64_t cached = cpu ? std::min<std::uint64_t>(desc.rows / 1024, 16) : 0;
+    return static_cast<std::uint32_t>(std::max({least, busy, cached}));
 }
 
 /// The fast product; backward_input is the same with the roles of in and out exchanged.
@@ -69,20 +73,25 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
     // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    const std::uint64_t row_groups = ceil_div(desc.rows, std::uint64_t{size} * tile.columns);
+    const std::uint64_t layers = ceil_div(row_groups, recorder.device().limits.max_groups[1]);
     const vk::Groups groups{
-        static_cast<std::uint32_t>(ceil_div(desc.rows, std::uint64_t{size} * tile.columns)),
-        static_cast<std::uint32_t>(ceil_div(desc.out_features, 8 * tile.blocks)), 1};
+        static_cast<std::uint32_t>(ceil_div(desc.out_features, 8 * tile.blocks)),
+        static_cast<std::uint32_t>(ceil_div(row_groups, layers)),
+        static_cast<std::uint32_t>(layers)};
     params::LinearParams params = params_of(desc);
-    params.has_residual = residual.block != nullptr ? 1 : 0;
+    params.groups_x = groups[1];
+    const bool has_residual = residual.block != nullptr;
     return recorder.dispatch({
         .op = op,
         .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
-                      {kBlocksId, tile.blocks}},
+                      {kBlocksId, tile.blocks},
+                      {kResidualId, has_residual ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
-                     vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
+                     vk::read(has_residual ? residual : x), vk::write(y)},
         .groups = groups,
         .work = product_work(desc),
     });

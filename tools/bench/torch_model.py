@@ -4,7 +4,10 @@
 Random weights, no embedding, no dropout; the head that makes Gaussians is part of a pass. Protocol: one
 line "ready {json}" on standard output; then for each line of standard input one of milliseconds,
 "forward" for a pass without gradients, "step" for one with, whose backward pass adds the gradients of the
-sum of all outputs to those of the parameters; "quit" ends. With --check FILE it compares outputs and
+sum of all outputs to those of the parameters; "quit" ends. With --exchange FOLDER the network has the
+weights and images of weights.safetensors and images.f32 in there, and "outputs" writes float32.f64 and
+float64.f64: the raw output, then means, opacities, scales, rotations and spherical harmonics, computed in
+either precision and written as float64. With --check FILE it compares outputs and
 gradients with a file of golden/net instead.
 
 Source  Szymanowicz et al. 2024, arXiv:2312.13150; the U-Net is DDPM++ of Karras et al. 2022,
@@ -37,6 +40,10 @@ def parse():
     add("--passes", type=int, default=0, help="time so many of each kind, print their minima, and end")
     add("--isa", choices=["default", "avx2"], default="default")
     add("--layout", choices=["contiguous", "channels_last"], default="contiguous")
+    add("--fov", type=float, default=51.98948897809546, help="degrees")
+    add("--znear", type=float, default=0.8)
+    add("--zfar", type=float, default=1.8)
+    add("--exchange", metavar="FOLDER", help="with weights and images; outputs go there")
     add("--check", metavar="FILE", help=".npz of golden/net without embedding")
     return parser.parse_args()
 
@@ -232,13 +239,13 @@ class Predictor(nn.Module):
 
 
 class Settings:
-    """The options with the geometry of the cars model, or those of a golden file."""
+    """The options, or those of a golden file."""
 
     def __init__(self, options, golden=None):
         numbers = lambda text: [int(n) for n in text.split(",") if n]
         self.__dict__.update(vars(options))
         self.channel_mult, self.attention = numbers(options.channel_mult), numbers(options.attention)
-        self.znear, self.zfar, self.fov, self.alpha = 0.8, 1.8, 51.98948897809546, 1.0
+        self.alpha = 1.0
         if golden is None:
             return
         cfg = [int(n) for n in golden["cfg"]]
@@ -291,6 +298,21 @@ def loaded(library):
         return library in maps.read()
 
 
+def read_floats(data):
+    return torch.frombuffer(bytearray(data), dtype=torch.float32)
+
+
+def load(model, path):
+    """The parameters of a .safetensors file of float32, by their names."""
+    with open(path, "rb") as file:
+        entries = json.loads(file.read(int.from_bytes(file.read(8), "little")))
+        data = file.read()
+    for name, parameter in model.named_parameters():
+        begin, end = entries[name]["data_offsets"]
+        with torch.no_grad():
+            parameter.copy_(read_floats(data[begin:end]).view(entries[name]["shape"]))
+
+
 class Passes:
     def __init__(self):
         self.settings = Settings(OPTIONS)
@@ -298,6 +320,10 @@ class Passes:
         n, r = OPTIONS.batch, OPTIONS.resolution
         self.input = [torch.rand(n, OPTIONS.channels, r, r), torch.eye(4).repeat(n, 1, 1),
                       torch.tensor([1., 0, 0, 0]).repeat(n, 1)]
+        if OPTIONS.exchange:
+            load(self.model, os.path.join(OPTIONS.exchange, "weights.safetensors"))
+            with open(os.path.join(OPTIONS.exchange, "images.f32"), "rb") as file:
+                self.input[0] = read_floats(file.read()).view(n, OPTIONS.channels, r, r)
         if OPTIONS.layout == "channels_last":
             self.model = self.model.to(memory_format=torch.channels_last)
             self.input[0] = self.input[0].contiguous(memory_format=torch.channels_last)
@@ -309,6 +335,18 @@ class Passes:
     def step(self):
         outputs = self.model(*self.input)
         torch.autograd.backward(list(outputs.values()), [torch.ones_like(v) for v in outputs.values()])
+
+    def outputs(self):
+        for name, dtype in ("float32", torch.float32), ("float64", torch.float64):
+            model, values = self.model.to(dtype), [value.to(dtype) for value in self.input]
+            with torch.no_grad():
+                made = model(*values)
+                sh = [made[k] for k in ("features_dc", "features_rest") if k in made]
+                parts = [model.network_with_offset(values[0]), made["xyz"], made["opacity"],
+                         made["scaling"], made["rotation"], torch.cat(sh, dim=2)]
+            with open(os.path.join(OPTIONS.exchange, name + ".f64"), "wb") as file:
+                for part in parts:
+                    file.write(part.contiguous().double().numpy().tobytes())
 
     def milliseconds(self, kind):
         start = time.perf_counter()
@@ -338,8 +376,8 @@ def main():
         kind = line.strip()
         if kind == "quit":
             break
-        if kind not in ("forward", "step"):
-            print(f"error: '{kind}', expected forward, step or quit", flush=True)
+        if kind not in ("forward", "step") + (("outputs",) if OPTIONS.exchange else ()):
+            print(f"error: '{kind}', expected forward, step, outputs (with --exchange) or quit", flush=True)
             continue
         print(f"{passes.milliseconds(kind):.6f}", flush=True)
     return 0

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <random>
 
@@ -154,13 +153,6 @@ RasterCase make_case(const BenchRasterOptions& options) {
         options.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
     std::copy_n(options.background.begin(), 3, made.background);
     return made;
-}
-
-void write_text(const std::string& path, const std::string& text) {
-    if (path.empty()) return;
-    std::ofstream file(path);
-    file << text;
-    if (!file.flush()) throw Failure(kFailed, "cannot write " + path);
 }
 
 int run_bench_raster(const BenchRasterOptions& options) {

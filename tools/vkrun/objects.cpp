@@ -95,6 +95,13 @@ std::string read_text(const std::string& path) {
     return text.str();
 }
 
+void write_text(const std::string& path, const std::string& text) {
+    if (path.empty()) return;
+    std::ofstream file(path);
+    file << text;
+    if (!file.flush()) throw Failure(kFailed, "cannot write " + path);
+}
+
 void log_to_stderr() {
     check(splat_log_set_callback(print_message, nullptr, g_level));
 }

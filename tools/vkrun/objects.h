@@ -66,6 +66,9 @@ std::string whole_text(const std::function<splat_result(char*, std::size_t, std:
 /// The text of a file. Throws a Failure if it cannot be read, or is empty.
 std::string read_text(const std::string& path);
 
+/// Write a file; nothing if the path is empty. Throws a Failure.
+void write_text(const std::string& path, const std::string& text);
+
 /// Send the library's warnings, all its messages if verbose, to standard error.
 void log_to_stderr();
 void set_verbose(bool verbose);

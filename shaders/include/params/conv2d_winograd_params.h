@@ -21,7 +21,6 @@ struct Conv2dWinogradParams {
     uint tiles;       // in the slice
     uint stride;      // from one channel octet to the next in transformed tensors, >= tiles
     uint has_bias;
-    uint has_residual;
     float scale;
     uint transposed;  // of the weight: flip the taps and swap the channels
     uint slice;       // backward weight: where the product of this slice goes

@@ -1,6 +1,6 @@
 // How a network is timed, alone or in turns with the same one in PyTorch.
 
-#include "vkrun/model_bench.h"
+#include "vkrun/model/model_bench.h"
 
 #include <spawn.h>
 #include <sys/socket.h>
@@ -91,6 +91,13 @@ double side_of(const std::string& name, double otherwise) {
 
 }  // namespace
 
+void PassTimes::add(double ms, bool first) {
+    if (first)
+        first_ms = ms;
+    else
+        times_ms.push_back(ms);
+}
+
 double PassTimes::min_ms() const {
     return *std::min_element(times_ms.begin(), times_ms.end());
 }
@@ -117,14 +124,15 @@ void ModelRun::make_inputs(std::uint32_t objects) {
     const std::size_t images = std::size_t{objects} * number(config, "data", "input_images");
     const std::size_t channels =
         image_channels(config) + (flag(config, "data", "origin_distances") ? 1U : 0U);
-    images_ = random_values(images * channels * side * side);
+    pixels_ = images * side * side;
+    images_ = random_values(channels * pixels_);
     if (config.at("data").at("fov").get<double>() == 0)
         focals_.assign(2 * images, static_cast<float>(side));
     if (flag(config, "data", "custom_embedding"))
         embedding_ = random_values(images * 6 * number(config, "cam_embd", "dimension"));
     tokens_ = random_values(images * number(config, "model", "token_dim") *
                             number(config, "model", "tokens"));
-    ones_.assign(images * side * side * 12, 1.0F);
+    ones_.assign(pixels_ * 12, 1.0F);
 }
 
 void ModelRun::count_operations(std::uint32_t objects) {
@@ -147,6 +155,25 @@ void ModelRun::count_operations(std::uint32_t objects) {
             products += 2 * side * side * (seen * side * side) * static_cast<double>(info.dims[1]);
     }
     gflop_ = 2 * products * objects * views * 1e-9;
+}
+
+std::vector<double> ModelRun::output(const char* name) const {
+    const std::string what = name;
+    const std::size_t terms = number(report_.at("config"), "model", "max_sh_degree") > 0 ? 4 : 1;
+    const std::size_t size = what == "raw"         ? 12 + 3 * terms
+                             : what == "opacities" ? 1
+                             : what == "rotations" ? 4
+                             : what == "sh"        ? 3 * terms
+                                                   : 3;
+    std::vector<float> values(pixels_ * size);
+    check(splat_model_read(model_.get(), name, values.data(), values.size() * sizeof(float)));
+    return {values.begin(), values.end()};
+}
+
+void ModelRun::save_weights(const std::string& path) const {
+    Owner<splat_weights, splat_weights_destroy> weights;
+    check(splat_model_store(model_.get(), weights.out()));
+    check(splat_weights_save(weights.get(), path.c_str(), 0));
 }
 
 double ModelRun::forward() {
@@ -297,15 +324,9 @@ std::string find_peer_script() {
 
 PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds) {
     PassMeasurement result;
-    const auto take = [](PassTimes& times, double ms, bool first) {
-        if (first)
-            times.first_ms = ms;
-        else
-            times.times_ms.push_back(ms);
-    };
     for (int round = 0; round <= rounds; ++round) {
-        take(result.ours, step ? run.step() : run.forward(), round == 0);
-        if (peer != nullptr) take(result.peer, peer->run(step ? "step" : "forward"), round == 0);
+        result.ours.add(step ? run.step() : run.forward(), round == 0);
+        if (peer != nullptr) result.peer.add(peer->run(step ? "step" : "forward"), round == 0);
     }
     return result;
 }

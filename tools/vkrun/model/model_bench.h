@@ -24,6 +24,7 @@ struct PassTimes {
     double first_ms = 0;
     std::vector<double> times_ms;  ///< one per round, the first call not among them
 
+    void add(double ms, bool first);
     [[nodiscard]] double min_ms() const;
     [[nodiscard]] double median_ms() const;
 };
@@ -36,6 +37,12 @@ class ModelRun {
     /// Each returns its wall time in ms.
     double forward();
     double step();  ///< forward, then backward with all gradients of outputs 1
+
+    /// The numbers of a result of the latest pass, by the names of splat_model_read.
+    [[nodiscard]] std::vector<double> output(const char* name) const;
+
+    void save_weights(const std::string& path) const;
+    [[nodiscard]] const std::vector<float>& images() const { return images_; }
 
     [[nodiscard]] const Json& report() const { return report_; }
     [[nodiscard]] double create_ms() const { return create_ms_; }
@@ -50,6 +57,7 @@ class ModelRun {
     void count_operations(std::uint32_t objects);
 
     Model model_;
+    std::size_t pixels_ = 0;  ///< of all images together
     Json report_;
     double create_ms_ = 0;
     double init_ms_ = 0;
@@ -69,7 +77,7 @@ class ModelPeer {
 
     [[nodiscard]] const Json& about() const { return about_; }
 
-    /// pass  "forward" or "step"; Returns  its time in ms
+    /// pass  "forward", "step", or "outputs" with a folder for the exchange; Returns  its time in ms
     double run(const std::string& pass);
 
   private:

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "vkrun/command.h"
-#include "vkrun/model_bench.h"
+#include "vkrun/model/model_errors.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -26,15 +26,19 @@ of a model made without gradients, which keeps prepared weights; one that trains
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
   memory             activations and prepared weights of each model; all that the device holds
   --profile          times of one more pass by operator; every pass then has timestamps
+  --errors           instead: forward passes of every precision and of the peer in turns, on the same
+                     weights, with their errors against PyTorch in float64: of the network's raw
+                     output (L2, relative) and the largest of any number of a Gaussian
 
 JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
 forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; what was not asked
-for is null.
+for is null. With --errors: {library, device, config, objects, parameters, gflop, peer, errors}.
 
 Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device.
 
 Examples:
   vkrun bench model --backward --peer
+  vkrun bench model --errors --svg errors.svg
   vkrun bench model --config config.yaml --lora 8 --backward --precision fast --json
 )";
 
@@ -46,19 +50,25 @@ struct BenchModelOptions : ModelBenchOptions {
     std::string peer_layout = "channels_last";
     std::string python = "/usr/bin/python3";  // where Debian's python3-torch is found
     std::string script;
+    std::string svg;
     bool peer = false;
+    bool errors = false;
     bool json = false;
     bool profile = false;
 };
 
-std::unique_ptr<ModelPeer> start_peer(const BenchModelOptions& options, const Json& config) {
-    if (!options.peer) return nullptr;
+std::vector<std::string> peer_command(const BenchModelOptions& options, const Json& config) {
     std::vector<std::string> command = {
         options.python, options.script.empty() ? find_peer_script() : options.script};
     for (const std::string& word : peer_arguments(config, options.objects)) command.push_back(word);
     command.insert(command.end(),
                    {"--threads", "2", "--isa", options.peer_isa, "--layout", options.peer_layout});
-    auto peer = std::make_unique<ModelPeer>(command);
+    return command;
+}
+
+std::unique_ptr<ModelPeer> start_peer(const BenchModelOptions& options, const Json& config) {
+    if (!options.peer) return nullptr;
+    auto peer = std::make_unique<ModelPeer>(peer_command(options, config));
     if (!peer->about().at("openblas").get<bool>())
         throw Failure(kFailed,
                       "the peer has no OpenBLAS, and would be many times slower than PyTorch is: "
@@ -159,6 +169,13 @@ void add_row(Table& table, const char* pass, const char* who, const Json& times,
                text("gflop_per_s"), ratio.is_null() ? "" : format("%.3f", ratio.get<double>())});
 }
 
+void print_peer(const Json& peer) {
+    std::printf("peer: PyTorch %s, %d threads, instructions %s, %s\n",
+                peer.at("torch").get<std::string>().c_str(), peer.at("threads").get<int>(),
+                peer.at("isa").get<std::string>().c_str(),
+                peer.at("layout").get<std::string>().c_str());
+}
+
 void print_tables(const Json& json) {
     const Json& memory = json.at("memory");
     const auto bytes = [&](const char* key) {
@@ -184,11 +201,7 @@ void print_tables(const Json& json) {
     std::printf("device memory: %s, at most %s of %s\n", bytes("used").c_str(),
                 bytes("peak").c_str(), bytes("budget").c_str());
     const Json& peer = json.at("peer");
-    if (!peer.is_null())
-        std::printf("peer: PyTorch %s, %d threads, instructions %s, %s\n",
-                    peer.at("torch").get<std::string>().c_str(), peer.at("threads").get<int>(),
-                    peer.at("isa").get<std::string>().c_str(),
-                    peer.at("layout").get<std::string>().c_str());
+    if (!peer.is_null()) print_peer(peer);
     Table table({"  pass", "who", ">first ms", ">min ms", ">median ms", ">GFLOP/s", ">ratio"});
     for (const auto& [key, pass] :
          {std::pair{"forward", "forward"}, std::pair{"forward_backward", "forward + backward"}}) {
@@ -196,6 +209,31 @@ void print_tables(const Json& json) {
         if (!peer.is_null()) add_row(table, pass, "peer", peer.at(key), nullptr);
     }
     std::printf("%s", table.text().c_str());
+}
+
+int run_errors(splat_device device, Json json, const BenchModelOptions& options) {
+    const ErrorMeasurement measured = measure_errors(
+        device, options, [&](const Json& config) { return peer_command(options, config); });
+    const auto parameters = measured.model.at("parameters").get<unsigned long long>();
+    write_text(options.svg,
+               errors_svg(measured.rows,
+                          format("%llu parameters, %.1f GFLOP, %s", parameters, measured.gflop,
+                                 json.at("device").at("name").get<std::string>().c_str())));
+    if (options.json) {
+        json["config"] = measured.model.at("config");
+        json["objects"] = options.objects;
+        json["parameters"] = parameters;
+        json["gflop"] = measured.gflop;
+        json["peer"] = measured.peer;
+        json["errors"] = errors_json(measured.rows);
+        std::printf("%s\n", json_text(json).c_str());
+        return kSuccess;
+    }
+    std::printf("%llu parameters; %.3f GFLOP; %u objects; errors against PyTorch in float64\n",
+                parameters, measured.gflop, options.objects);
+    print_peer(measured.peer);
+    std::printf("%s", errors_table(measured.rows).c_str());
+    return kSuccess;
 }
 
 int run_bench_model(BenchModelOptions options) {
@@ -210,13 +248,20 @@ int run_bench_model(BenchModelOptions options) {
     Json json;
     json["library"] = splat_version_string();
     json["device"] = device_json(info);
+    const auto print_device = [&] {
+        std::printf("device %u: %s (%s, %s); libsplat %s\n", info.index, info.name,
+                    kind_name(info.kind), info.driver, splat_version_string());
+    };
+    if (options.errors) {
+        if (!options.json) print_device();
+        return run_errors(device.get(), std::move(json), options);
+    }
     measure(json, device.get(), options);
     if (options.json) {
         std::printf("%s\n", json_text(json).c_str());
         return kSuccess;
     }
-    std::printf("device %u: %s (%s, %s); libsplat %s\n", info.index, info.name,
-                kind_name(info.kind), info.driver, splat_version_string());
+    print_device();
     print_tables(json);
     if (options.profile)
         std::printf("\n%s", profile_text(device.get(), splat_device_profile_table).c_str());
@@ -245,23 +290,30 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model->add_option("--rounds", options->rounds, "Calls after the first; 5")
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
-    CLI::Option* peer = model->add_flag("--peer", options->peer, "Take turns with PyTorch");
+    model->add_flag("--peer", options->peer, "Take turns with PyTorch");
+    CLI::Option* errors =
+        model->add_flag("--errors", options->errors, "Run time against error, by precision");
+    for (const char* other : {"--precision", "--backward", "--lora", "--low-memory", "--peer"})
+        errors->excludes(other);
+    model->add_option("--svg", options->svg, "Draw it")->type_name("FILE")->needs(errors);
     model->add_option("--peer-isa", options->peer_isa, "Its instructions: default or avx2")
-        ->check(CLI::IsMember({"default", "avx2"}))
-        ->needs(peer);
+        ->check(CLI::IsMember({"default", "avx2"}));
     model->add_option("--peer-layout", options->peer_layout, "channels_last or contiguous")
-        ->check(CLI::IsMember({"channels_last", "contiguous"}))
-        ->needs(peer);
-    model->add_option("--python", options->python, "Its interpreter")->needs(peer);
+        ->check(CLI::IsMember({"channels_last", "contiguous"}));
+    model->add_option("--python", options->python, "The peer's interpreter");
     model->add_option("--peer-script", options->script, "torch_model.py")
         ->type_name("FILE")
-        ->check(CLI::ExistingFile)
-        ->needs(peer);
+        ->check(CLI::ExistingFile);
     add_device_option(*model, options->device);
     model->add_flag("--json", options->json, "JSON on standard output");
     model->add_flag("--profile", options->profile, "Add the times by operator");
     model->footer(kBenchModelFooter);
-    model->callback([options, &exit_code] { exit_code = run_bench_model(*options); });
+    model->callback([options, model, &exit_code] {
+        for (const char* of_peer : {"--peer-isa", "--peer-layout", "--python", "--peer-script"})
+            if (model->count(of_peer) > 0 && !options->peer && !options->errors)
+                throw Failure(kUsageError, std::string(of_peer) + " needs --peer or --errors");
+        exit_code = run_bench_model(*options);
+    });
 }
 
 }  // namespace vkrun

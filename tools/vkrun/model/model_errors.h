@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "vkrun/model/model_bench.h"
+
+namespace vkrun {
+
+/// Time and error of a forward pass: a precision of libsplat, or PyTorch in float32.
+struct ErrorRow {
+    std::string who;
+    PassTimes times;
+    double relative = 0;  ///< L2 of the network's raw output, relative to that of the reference
+    double largest = 0;   ///< of all numbers of all Gaussians, absolute
+};
+
+struct ErrorMeasurement {
+    Json model;  ///< its report
+    Json peer;   ///< what it says of itself
+    double gflop = 0;
+    std::vector<ErrorRow> rows;
+};
+
+/// Every precision and PyTorch in turns, on the same weights and images, against PyTorch in float64.
+///
+/// peer  how torch_model.py is started for a configuration; what the exchange needs is added
+ErrorMeasurement measure_errors(
+    splat_device device, const ModelBenchOptions& options,
+    const std::function<std::vector<std::string>(const Json& config)>& peer);
+
+std::string errors_table(const std::vector<ErrorRow>& rows);
+Json errors_json(const std::vector<ErrorRow>& rows);
+
+/// An SVG file: error over time, both logarithmic.
+std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& title);
+
+}  // namespace vkrun
