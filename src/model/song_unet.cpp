@@ -63,17 +63,20 @@ ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId resi
                      {{"scale", scale}, {"precision", precision}});
 }
 
-ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out,
-                       std::uint32_t kernel) {
+/// The factor alpha / rank stands at the first of the two: then the second only adds, and needs no
+/// pass of its own for that.
+ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
+                       ValueId residual) {
     const std::uint32_t c = channels(x);
     const std::uint32_t rank = config_.lora.rank;
     const ValueId a =
         parameter(name + ".lora_A", {rank, c * kernel * kernel}, {Init::Kind::kUniformColumns, 1});
     const ValueId b = parameter(name + ".lora_B", {out, rank}, kZero);
-    const ValueId h = graph_.op(
-        "conv2d", {dropout(x, config_.lora.dropout), graph_.reshape(a, {rank, c, kernel, kernel})});
     const double scale = static_cast<double>(config_.lora.alpha) / std::max(1U, rank);
-    return convolve(h, graph_.reshape(b, {out, rank, 1, 1}), kNoValue, kNoValue, scale);
+    const ValueId h =
+        convolve(dropout(x, config_.lora.dropout), graph_.reshape(a, {rank, c, kernel, kernel}),
+                 kNoValue, kNoValue, scale);
+    return convolve(h, graph_.reshape(b, {out, rank, 1, 1}), kNoValue, residual, 1);
 }
 
 ValueId SongUnet::conv(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
@@ -82,10 +85,8 @@ ValueId SongUnet::conv(const std::string& name, ValueId x, std::uint32_t out, st
     if (!graph_.status().ok()) return kNoValue;
     const ValueId weight = parameter(name + ".weight", {out, channels(x), kernel, kernel}, init);
     const ValueId bias = parameter(name + ".bias", {out}, bias_init);
-    if (adapted && config_.lora.rank > 0 && contains_any(name, config_.lora.targets)) {
-        const ValueId branch = lora(name, x, out, kernel);
-        residual = residual == kNoValue ? branch : graph_.op("add", {residual, branch});
-    }
+    if (adapted && config_.lora.rank > 0 && contains_any(name, config_.lora.targets))
+        residual = lora(name, x, out, kernel, residual);
     return convolve(x, weight, bias, residual, static_cast<double>(scale));
 }
 

@@ -72,7 +72,7 @@ class SongUnet {
     nn::ValueId convolve(nn::ValueId x, nn::ValueId weight, nn::ValueId bias, nn::ValueId residual,
                          double scale);
     nn::ValueId lora(const std::string& name, nn::ValueId x, std::uint32_t out,
-                     std::uint32_t kernel);
+                     std::uint32_t kernel, nn::ValueId residual);
     nn::ValueId linear(const std::string& name, nn::ValueId x, std::uint32_t out,
                        const Init& bias = {});
     nn::ValueId norm(const std::string& name, nn::ValueId x, bool silu);

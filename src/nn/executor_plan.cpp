@@ -116,6 +116,19 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
+/// Kept, the forward pass's first, as long as there is room.
+void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept) {
+    const Node& n = graph_.nodes()[call.node];
+    const std::size_t prepared = tensor(n.row->name, bytes, clock_);
+    if (!keeps_prepared(n) || kept_bytes_ + bytes > desc_.kept_bytes) {
+        call.prepared = prepared;
+        return;
+    }
+    keep(prepared);
+    kept = prepared;
+    kept_bytes_ += bytes;
+}
+
 Status ExecutorPlan::plan_inputs() {
     for (std::size_t i = 0; i < graph_.values().size(); ++i) {
         const auto id = static_cast<ValueId>(i);
@@ -151,15 +164,8 @@ Status ExecutorPlan::plan_forward() {
                 tensor(n.row->saved[i], vk::quad_bytes(n.plan.saved[i].elements()), clock_));
         if (n.plan.forward_workspace > 0)
             call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
-        if (n.plan.forward_prepared > 0) {
-            std::size_t prepared = tensor(n.row->name, n.plan.forward_prepared, clock_);
-            if (keeps_prepared(n)) {
-                keep(prepared);
-                kept_forward[node] = prepared;
-            } else {
-                call.prepared = prepared;
-            }
-        }
+        if (n.plan.forward_prepared > 0)
+            plan_prepared(call, n.plan.forward_prepared, kept_forward[node]);
         forward.push_back(std::move(call));
     }
     return {};
@@ -259,17 +265,30 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     for (const std::size_t saved : saved_[node]) touch(saved);
     if (n.plan.backward_workspace > 0)
         call.workspace = tensor(n.row->name, n.plan.backward_workspace, clock_);
-    if (n.plan.backward_prepared > 0 && activation) {
-        const std::size_t prepared = tensor(n.row->name, n.plan.backward_prepared, clock_);
-        if (keeps_prepared(n)) {
-            keep(prepared);
-            kept_backward[node] = prepared;
-        } else {
-            call.prepared = prepared;
-        }
-    }
+    if (n.plan.backward_prepared > 0 && activation)
+        plan_prepared(call, n.plan.backward_prepared, kept_backward[node]);
     backward.push_back(std::move(call));
     return {};
+}
+
+/// Where a gradient is that of the output, take the output's tensor, which nobody reads afterwards, or
+/// add it to the sum that is there.
+bool ExecutorPlan::pass_gradient(Call& call, std::size_t input) {
+    const Node& n = graph_.nodes()[call.node];
+    const ValueId root = graph_.root(n.inputs[input]);
+    if ((n.plan.passes >> input & 1) == 0 || graph_.value(root).kind == ValueKind::kParameter)
+        return false;
+    const std::size_t grad = call.grad_outputs[0];
+    if (grads_[root] == kNone) {
+        if (call.passed) return false;
+        call.passed = true;
+        grads_[root] = grad;
+    } else {
+        call.sums.emplace_back(grad, grads_[root]);
+    }
+    touch(grads_[root]);
+    call.grad_inputs.push_back(kNone);
+    return true;
 }
 
 Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
@@ -277,6 +296,7 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     const ValueId root = graph_.root(id);
     const Value& value = graph_.value(root);
     SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
+    if (pass_gradient(call, input)) return {};
     const bool first = grads_[root] == kNone;
     if (first) {
         grads_[root] = tensor(value.name, bytes, clock_);
@@ -294,6 +314,15 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     }
     const std::size_t part = tensor(value.name, bytes, clock_);
     call.grad_inputs.push_back(part);
+    const bool given =
+        std::any_of(desc_.grad_outputs.begin(), desc_.grad_outputs.end(), [&](ValueId output) {
+            return graph_.root(output) == root;
+        });  // the caller's is written there
+    if (input == 0 && graph_.nodes()[call.node].plan.adds && !given) {
+        call.addend = grads_[root];
+        grads_[root] = part;
+        return {};
+    }
     call.sums.emplace_back(part, grads_[root]);
     return {};
 }
@@ -362,6 +391,7 @@ OpViews ExecutorPlan::backward_views(const Call& call) const {
     OpViews v = views(call);
     const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_backward[call.node];
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;
+    if (call.addend != kNone) v.addend = tensors_[call.addend].view;
     for (std::size_t i = 0; i < node.outputs.size(); ++i)
         v.grad_outputs.push_back(
             shaped(tensors_[call.grad_outputs[i]].view, graph_.value(node.outputs[i]).shape));

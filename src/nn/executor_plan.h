@@ -21,6 +21,8 @@ class ExecutorPlan {
         std::vector<std::size_t> grad_inputs;  ///< tensor, or kNone where not wanted
         /// Contributions to gradients that others have written: {contribution, sum}.
         std::vector<std::pair<std::size_t, std::size_t>> sums;
+        bool passed = false;         ///< an input has the gradient of the output for its own
+        std::size_t addend = kNone;  ///< what grad_inputs[0] is added to
         std::size_t workspace = kNone;
         std::size_t prepared = kNone;  ///< prepared in this call
     };
@@ -76,8 +78,10 @@ class ExecutorPlan {
     Status plan_backward();
     Status plan_backward_node(std::size_t node);
     Status plan_grad_input(Call& call, std::size_t input);
+    bool pass_gradient(Call& call, std::size_t input);
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
+    void plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept);
     OpViews views(const Call& call) const;
 
     const vk::Recorder& recorder_;
@@ -85,6 +89,7 @@ class ExecutorPlan {
     const Parameters& parameters_;
     const ExecutorDesc& desc_;
     std::uint32_t clock_ = 0;
+    std::uint64_t kept_bytes_ = 0;  ///< of prepared parameters so far
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
     std::vector<bool> reached_;  ///< by root value: some grad_output depends on it

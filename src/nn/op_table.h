@@ -50,6 +50,10 @@ struct OpPlan {
     std::uint64_t backward_workspace = 0;  ///< bytes
     std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
     std::uint64_t backward_prepared = 0;  ///< as backward's read them, for gradients of activations
+    bool adds = false;                    ///< backward adds OpViews::addend to grad_inputs[0]
+    /// Inputs, one bit each, whose gradient is that of output 0 as it is. Who asks for it can use that
+    /// tensor instead, and ask backward for the others only.
+    std::uint32_t passes = 0;
 };
 
 enum class Pass : int { kForward, kBackward };
@@ -62,6 +66,8 @@ struct OpViews {
     std::vector<vk::BufferView> saved;
     std::vector<vk::BufferView> grad_outputs;
     std::vector<vk::BufferView> grad_inputs;  ///< without a buffer where not wanted: costs nothing
+    vk::BufferView
+        addend;  ///< of grad_inputs[0], where the plan says that backward adds; may be absent
     vk::BufferView workspace;
     vk::BufferView forward_prepared;
     vk::BufferView backward_prepared;

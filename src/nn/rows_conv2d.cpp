@@ -63,6 +63,8 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     plan.forward_workspace = ops::conv2d_forward_bytes(recorder, desc);
     plan.backward_workspace = std::max(ops::conv2d_backward_input_bytes(recorder, desc),
                                        ops::conv2d_backward_weight_bytes(recorder, desc));
+    plan.adds = ops::conv2d_adds(recorder, desc);
+    plan.passes = desc.scale == 1 ? 1U << 3 : 0;
     return plan;
 }
 
@@ -90,9 +92,11 @@ Status conv2d_backward(vk::Recorder& recorder, const Attributes& attributes, con
     const ops::Conv2dDesc desc = conv2d_desc(attributes, v);
     const BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
     const BufferView& grad_y = v.grad_outputs[0];
+    if (present(v.grad_inputs[0]) || present(v.grad_inputs[1]))
+        SPLAT_TRY(ops::conv2d_backward_begin(recorder, desc, grad_y, v.workspace));
     if (present(v.grad_inputs[0]))
         SPLAT_TRY(ops::conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0],
-                                             v.workspace));
+                                             v.workspace, v.addend));
     if (present(v.grad_inputs[1])) {
         const BufferView workspace =
             v.workspace.part(0, ops::conv2d_backward_weight_bytes(recorder, desc));

@@ -27,6 +27,7 @@ Result<OpPlan> add_plan(const vk::Recorder&, const Attributes& attributes,
     SPLAT_TRY(expect_shape("add", "b", inputs[1], inputs[0]));
     OpPlan plan;
     plan.outputs = {inputs[0]};
+    plan.passes = attributes.number("scale") == 1 ? 0b11 : 0;
     return plan;
 }
 

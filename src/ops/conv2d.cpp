@@ -84,6 +84,7 @@ std::uint64_t conv2d_prepared_bytes(const vk::Recorder& recorder, const Conv2dDe
                                     bool transposed) {
     if (desc.kernel == 1) return linear_packed_bytes(recorder, linear_of(desc), transposed);
     if (uses_winograd(recorder, desc)) return winograd_weight_bytes(desc);
+    if (taps_fit(recorder, desc)) return taps_weight_bytes(recorder, desc, transposed);
     return direct_weight_bytes(recorder, transposed ? conv2d_transposed(desc) : desc);
 }
 
@@ -95,11 +96,14 @@ Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
         return linear_pack_weight(recorder, linear_of(desc), weight, prepared, transposed);
     if (uses_winograd(recorder, desc))
         return winograd_prepare_weight(recorder, desc, weight, prepared, transposed);
+    if (taps_fit(recorder, desc))
+        return taps_prepare_weight(recorder, desc, weight, prepared, transposed);
     return direct_prepare_weight(recorder, desc, weight, prepared, transposed);
 }
 
 std::uint64_t conv2d_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
-    return uses_winograd(recorder, desc) ? winograd_forward_bytes(recorder, desc) : 0;
+    if (uses_winograd(recorder, desc)) return winograd_forward_bytes(recorder, desc);
+    return taps_fit(recorder, desc) ? taps_bytes(desc) : 0;
 }
 
 Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
@@ -112,31 +116,54 @@ Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buff
         return winograd_forward(recorder,
                                 {"conv2d_forward_input", "conv2d_forward", "conv2d_forward_output"},
                                 desc, x, weight, bias, residual, y, workspace);
+    if (taps_fit(recorder, desc))
+        return taps_forward(recorder, desc, x, weight, bias, residual, y, workspace);
     return direct_forward(recorder, "conv2d_forward", desc, x, weight, bias, residual, y);
 }
 
 std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
-    return conv2d_forward_bytes(recorder, conv2d_transposed(desc));
+    if (uses_winograd(recorder, desc))
+        return winograd_forward_bytes(recorder, conv2d_transposed(desc));
+    return taps_fit(recorder, desc) ? taps_bytes(desc) : 0;
+}
+
+bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    if (recorder.kernels() == Kernels::kPlain) return false;
+    return desc.scale == 1 || taps_fit(recorder, desc);  // others multiply the sum
+}
+
+Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
+                             const BufferView& grad_y, const BufferView& workspace) {
+    SPLAT_TRY(conv2d_check(desc));
+    return taps_fit(recorder, desc) ? taps_spread(recorder, desc, grad_y, workspace) : Status();
 }
 
 Status conv2d_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const BufferView& weight, const BufferView& grad_y,
-                             const BufferView& grad_x, const BufferView& workspace) {
+                             const BufferView& grad_x, const BufferView& workspace,
+                             const BufferView& addend) {
     SPLAT_TRY(conv2d_check(desc));
+    SPLAT_ASSERT(addend.block == nullptr || conv2d_adds(recorder, desc));
+    if (desc.kernel == 1 && addend.block != nullptr)
+        return linear_forward(recorder, linear_of(conv2d_transposed(desc)), grad_y, weight, weight,
+                              grad_x, addend);
     if (desc.kernel == 1)
         return linear_backward_input(recorder, linear_of(desc), weight, grad_y, grad_x);
     if (uses_winograd(recorder, desc))
         return winograd_forward(recorder,
                                 {"conv2d_backward_input_input", "conv2d_backward_input",
                                  "conv2d_backward_input_output"},
-                                conv2d_transposed(desc), grad_y, weight, weight, {}, grad_x,
+                                conv2d_transposed(desc), grad_y, weight, weight, addend, grad_x,
                                 workspace);
-    return direct_backward_input(recorder, desc, weight, grad_y, grad_x);
+    if (taps_fit(recorder, desc))
+        return taps_backward_input(recorder, desc, weight, grad_x, workspace, addend);
+    return direct_backward_input(recorder, desc, weight, grad_y, grad_x, addend);
 }
 
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     if (desc.kernel == 1) return linear_backward_weight_bytes(recorder, linear_of(desc));
     if (uses_winograd(recorder, desc)) return winograd_backward_weight_bytes(recorder, desc);
+    if (taps_fit(recorder, desc)) return taps_backward_weight_bytes(recorder, desc);
     return direct_backward_weight_bytes(recorder, desc);
 }
 
@@ -150,6 +177,8 @@ Status conv2d_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
     if (uses_winograd(recorder, desc))
         return winograd_backward_weight(recorder, desc, x, grad_y, grad_weight, workspace,
                                         accumulate);
+    if (taps_fit(recorder, desc))
+        return taps_backward_weight(recorder, desc, x, grad_weight, workspace, accumulate);
     return direct_backward_weight(recorder, desc, x, grad_y, grad_weight, workspace, accumulate);
 }
 

@@ -62,9 +62,18 @@ Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::
                       const vk::BufferView& residual, const vk::BufferView& y,
                       const vk::BufferView& workspace);
 
-/// Bytes of `workspace` of conv2d_backward_input and conv2d_backward_weight; 0 where none is needed.
+/// Bytes of `workspace` of conv2d_backward_input and conv2d_backward_weight, which share one; 0 where
+/// none is needed.
 std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+
+/// Whether conv2d_backward_input takes an addend.
+bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
+
+/// Leave in the workspace what the gradients of the input and the weight share; to be recorded before
+/// them.
+Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
+                             const vk::BufferView& grad_y, const vk::BufferView& workspace);
 
 /// Its gradients, each times scale:
 ///   grad_x[n,c,p] = sum_{k,r,s} weight[k,c,r,s] grad_y[n,k,p-(r,s)+R/2]
@@ -74,6 +83,7 @@ std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const C
 /// weight       prepared with transposed = true; the weight itself where conv2d_prepared_bytes is 0
 /// x, grad_x    [N,C,H,W], grad_y, grad_residual [N,K,H,W], as quads; overwritten; no aliasing
 /// grad_weight  [K,C,R,R] row-major; grad_bias [K]: overwritten, or added to when `accumulate`
+/// addend       [N,C,H,W] as quads, added to grad_x; an empty view for none, and where not conv2d_adds
 /// workspace    conv2d_backward_input_bytes, conv2d_backward_weight_bytes
 /// Errors       as the forward pass
 /// Precision    as the forward pass
@@ -81,7 +91,8 @@ std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const C
 /// Source       derived in tests/ref/conv2d_ref.h
 Status conv2d_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& grad_y,
-                             const vk::BufferView& grad_x, const vk::BufferView& workspace);
+                             const vk::BufferView& grad_x, const vk::BufferView& workspace,
+                             const vk::BufferView& addend = {});
 Status conv2d_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
                               const vk::BufferView& grad_weight, const vk::BufferView& workspace,

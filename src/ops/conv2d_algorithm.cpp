@@ -6,6 +6,8 @@ namespace splat::ops {
 namespace {
 
 constexpr std::uint32_t kSmallestImage = 3;
+/// So few channels are computed by taps, see conv2d_taps.cpp.
+constexpr std::uint32_t kFewChannels = 8;
 /// The two finer levels of a network on images of 128 x 128 have 87 % of its multiplications.
 constexpr std::uint32_t kLargePixels = 64 * 64;
 
@@ -13,7 +15,7 @@ constexpr std::uint32_t kLargePixels = 64 * 64;
 
 std::int32_t conv2d_algorithm(const Conv2dDesc& desc, Conv2dPrecision precision) {
     const bool small = std::min(desc.height, desc.width) < kSmallestImage;
-    if (desc.kernel != 3 || small) return 0;
+    if (desc.kernel != 3 || small || desc.out_channels <= kFewChannels) return 0;
     switch (precision) {
         case Conv2dPrecision::kFast:
             return 4;

@@ -19,10 +19,11 @@ enum class Conv2dPrecision : int {
 ///   class                    strict   balanced   fast     reason
 ///   1x1                      0        0          0        there is nothing for a transform to save
 ///   image below 3x3          0        0          0        most of a tile would lie outside
+///   at most 8 output channels 0        0          0      transforming the input costs as much as it saves
 ///   image of 64x64 or more   2 (5e-7) 4 (3e-6)   4 (3e-6) most of the work lies here
 ///   smaller image            2 (5e-7) 2 (5e-7)   4 (3e-6) most of the depth lies here, where errors add up
 ///
-/// Any number of channels: for 3 -> 128 and 128 -> 24 on 128x128, F(4x4) takes a third and a fifth of the
+/// Any other number of channels: for 3 -> 128 and 128 -> 24 on 128x128, F(4x4) takes a third and a fifth of the
 /// time of the direct kernel, F(2x2) two thirds (lavapipe).
 /// Plain kernels ignore it. Figures of lavapipe: BENCHMARKS.md.
 std::int32_t conv2d_algorithm(const Conv2dDesc& desc, Conv2dPrecision precision);

@@ -103,10 +103,10 @@ Status direct_forward(vk::Recorder& recorder, const char* op, const Conv2dDesc& 
 
 Status direct_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const BufferView& weight, const BufferView& grad_y,
-                             const BufferView& grad_x) {
+                             const BufferView& grad_x, const BufferView& addend) {
     if (recorder.kernels() != Kernels::kPlain)
         return fast_forward(recorder, "conv2d_backward_input", conv2d_transposed(desc), grad_y,
-                            weight, weight, {}, grad_x);
+                            weight, weight, addend, grad_x);
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
         groups_for(recorder.device(), ceil_div(desc.in_channels, 4) * conv2d_pixels(desc), size);

@@ -27,12 +27,40 @@ Status direct_forward(vk::Recorder& recorder, const char* op, const Conv2dDesc& 
                       const vk::BufferView& y);
 Status direct_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& grad_y,
-                             const vk::BufferView& grad_x);
+                             const vk::BufferView& grad_x, const vk::BufferView& addend);
 std::uint64_t direct_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
                               const vk::BufferView& grad_weight, const vk::BufferView& workspace,
                               bool accumulate);
+
+/// By taps, for few output channels, whose tiles the direct kernels leave half empty: one matrix product
+/// makes all nine products of every pixel, [9][K/4][N*H*W] quads, which a pass shifts and sums. The
+/// gradients multiply the same matrix, of grad_y shifted by each tap (taps_spread).
+///
+/// workspace    taps_bytes; taps_backward_weight_bytes, with what taps_spread left there
+/// weight       taps_weight_bytes: the matrix, and its packed form of ops/linear.h behind it
+/// addend       [N,C,H,W] as quads, added to grad_x, or an empty view
+bool taps_fit(const vk::Recorder& recorder, const Conv2dDesc& desc);
+std::uint64_t taps_bytes(const Conv2dDesc& desc);
+std::uint64_t taps_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc,
+                                bool transposed);
+Status taps_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+                           const vk::BufferView& weight, const vk::BufferView& prepared,
+                           bool transposed);
+Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::BufferView& x,
+                    const vk::BufferView& weight, const vk::BufferView& bias,
+                    const vk::BufferView& residual, const vk::BufferView& y,
+                    const vk::BufferView& workspace);
+Status taps_spread(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::BufferView& grad_y,
+                   const vk::BufferView& workspace);
+Status taps_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
+                           const vk::BufferView& weight, const vk::BufferView& grad_x,
+                           const vk::BufferView& workspace, const vk::BufferView& addend);
+std::uint64_t taps_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+Status taps_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::BufferView& x,
+                            const vk::BufferView& grad_weight, const vk::BufferView& workspace,
+                            bool accumulate);
 
 /// Winograd's F(2x2, 3x3) and F(4x4, 3x3), desc.winograd = 2 or 4: transforms of all tiles of a
 /// slice, one matrix product for each place of a tile, transform back. Slices of tiles run through

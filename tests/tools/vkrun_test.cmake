@@ -512,6 +512,8 @@ function(TrainsAndGoesOnBitByBit)
   expect_json("${out}" 6 step)
   expect_range("${out}" 1e-6 1 loss)
   expect_range("${out}" 1 60 best_val_psnr)
+  expect_range("${out}" 100000 1000000000 peak_bytes)
+  expect("${err}" "device memory at most [0-9.]+ MiB")
   foreach(name IN ITEMS config.json run.json log.txt metrics.jsonl weights_best.safetensors renders/step_00000006.png
                         checkpoints/step_0000000006.state.safetensors)
     if(NOT EXISTS ${TEMP}/whole/${name})

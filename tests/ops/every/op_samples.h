@@ -130,11 +130,14 @@ inline void add_matrix_samples(std::vector<OpCall>& calls) {
             "linear", Json::object(),
             {normal_tensor({rows, in}, 8), normal_tensor({out, in}, 9), normal_tensor({out}, 10)},
             {Shape{rows, out}}));
-    for (const int winograd : {0, 2, 4})
+    const auto conv = [&](std::uint32_t out, int winograd) {
         calls.push_back(sample("conv2d", {{"scale", 0.5}, {"winograd", winograd}},
-                               {normal_tensor({2, 9, 9, 8}, 11), normal_tensor({15, 9, 3, 3}, 12),
-                                normal_tensor({15}, 13), normal_tensor({2, 15, 9, 8}, 14)},
-                               {Shape{2, 15, 9, 8}}));
+                               {normal_tensor({2, 9, 9, 8}, 11), normal_tensor({out, 9, 3, 3}, 12),
+                                normal_tensor({out}, 13), normal_tensor({2, out, 9, 8}, 14)},
+                               {Shape{2, out, 9, 8}}));
+    };
+    for (const int winograd : {0, 2, 4}) conv(15, winograd);  // 0: by taps
+    conv(17, 0);                                              // directly
     calls.push_back(sample("conv2d", {{"scale", 0.5}},
                            {normal_tensor({2, 6, 5, 7}, 11), normal_tensor({10, 6, 1, 1}, 12),
                             normal_tensor({10}, 13), normal_tensor({2, 10, 5, 7}, 14)},

@@ -20,7 +20,8 @@ trained. 'vkrun train --show' prints every key with its value.
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/ and, at the end,
 report.html. Ctrl-C ends after the step, with everything saved; --resume goes on from the last state,
-bit by bit.
+bit by bit. peak_bytes in metrics.jsonl and run.json is the most that the device held so far, validation
+included once there was one.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data,
 5 out of memory, 7 ten steps in a row were not finite, 130 interrupted.

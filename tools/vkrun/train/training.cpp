@@ -209,7 +209,8 @@ void Training::say(const splat_trainer_info& info) {
                    {"render_ms", info.render_ms},
                    {"update_ms", info.update_ms},
                    {"skipped", skipped_},
-                   {"seconds", seconds}};
+                   {"seconds", seconds},
+                   {"peak_bytes", memory().peak_bytes}};
     const Json& opt = config_.at("opt");
     if (opt.at("lambda_ssim").get<double>() > 0) metric["ssim"] = info.ssim;
     if (opt.at("lambda_lpips").get<double>() > 0 &&
@@ -220,11 +221,17 @@ void Training::say(const splat_trainer_info& info) {
     if (bar_) return;
     std::fprintf(stderr,
                  "step %llu/%llu: loss %.6f, PSNR %.2f dB, %.0f ms (network %.0f, render %.0f, "
-                 "update %.0f)\n",
+                 "update %.0f), device memory at most %s\n",
                  static_cast<unsigned long long>(info.step),
                  static_cast<unsigned long long>(iterations_), info.loss, psnr,
                  info.network_ms + info.render_ms + info.update_ms, info.network_ms, info.render_ms,
-                 info.update_ms);
+                 info.update_ms, bytes_text(memory().peak_bytes).c_str());
+}
+
+splat_memory_info Training::memory() const {
+    auto info = sized<splat_memory_info>();
+    check(splat_device_get_memory(device_.get(), &info));
+    return info;
 }
 
 void Training::show_progress(const splat_trainer_info& info) {
@@ -233,13 +240,11 @@ void Training::show_progress(const splat_trainer_info& info) {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     const double rate = static_cast<double>(step_ - begun_at_) / std::max(seconds, 1e-9);
     const double left = static_cast<double>(iterations_ - step_) / std::max(rate, 1e-9);
-    auto memory = sized<splat_memory_info>();
-    check(splat_device_get_memory(device_.get(), &memory));
     std::fprintf(stderr,
                  "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %.0f s left  %s\033[K",
                  static_cast<unsigned long long>(step_),
                  static_cast<unsigned long long>(iterations_), averaged_loss_,
-                 psnr_of(info.squared_error), rate, left, bytes_text(memory.used_bytes).c_str());
+                 psnr_of(info.squared_error), rate, left, bytes_text(memory().peak_bytes).c_str());
     if (step_ == iterations_) std::fputs("\n", stderr);
     std::fflush(stderr);
 }
@@ -338,7 +343,8 @@ Json Training::summary() const {
             {"skipped", skipped_},
             {"loss", loss_},
             {"val_psnr", last_psnr_},
-            {"best_val_psnr", best_psnr_}};
+            {"best_val_psnr", best_psnr_},
+            {"peak_bytes", memory().peak_bytes}};
 }
 
 }  // namespace vkrun

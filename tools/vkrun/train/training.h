@@ -39,6 +39,7 @@ class Training {
     void write_run(const std::string& state) const;
     void after_step(const splat_trainer_info& info);
     void say(const splat_trainer_info& info);
+    [[nodiscard]] splat_memory_info memory() const;
     void show_progress(const splat_trainer_info& info);
     void save_state();
     void validate(std::uint64_t step);

@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include "nn/executor.h"
+#include "ops/op_harness.h"
+#include "ref/conv2d_ref.h"
+#include "support/compare.h"
+#include "support/expect_status.h"
+#include "support/gpu_env.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using nn::kNoValue;
+using nn::ValueId;
+
+using Doubles = std::vector<double>;
+
+constexpr std::uint32_t kC = 6, kRank = 3, kH = 5, kW = 4;
+
+/// One convolution of the network: x [C,H,W] and its weight, by name.
+struct Layer {
+    const char* weight;
+    std::uint32_t in, out, kernel;
+    double scale;
+    int winograd;
+};
+constexpr Layer kT{"t", kC, kC, 3, 1, 2};
+constexpr Layer kU{"u", kC, kC, 3, 1, 0};
+constexpr Layer kP{"p", kC, kC, 1, 1, 0};
+constexpr Layer kS{"s", kC, kC, 1, 1, 0};
+constexpr Layer kQ{"q", kC, kC, 1, 1, 0};
+constexpr Layer kA{"a", kC, kRank, 3, 0.5, 0};
+constexpr Layer kB{"b", kRank, kC, 1, 1, 0};
+constexpr Layer kY{"y", kC, kC, 3, 0.5, 0};
+constexpr Layer kLayers[] = {kT, kU, kP, kS, kQ, kA, kB, kY};
+
+std::size_t weights(const Layer& layer) {
+    return std::size_t{layer.in} * layer.out * layer.kernel * layer.kernel;
+}
+
+/// A layer's weight: whole numbers from -2 to 2, so that every sum is exact.
+std::vector<float> weight_of(const Layer& layer) {
+    std::vector<float> values = integer_fill(weights(layer), 40 + layer.weight[0]);
+    for (float& value : values) value = std::fmod(value, 3.0F);
+    return values;
+}
+
+/// The adapter of y reads u, as y does; residuals pass from b to q to s; sums pass one gradient on to p, s
+/// and y, of which s gets more before p is done; t is an output with a gradient of its own:
+///
+///   t = T x,  u = U t,  p = P x,  s = S x,  q = Q x + s,  b = B (A u / 2) + q,  y = (Y u + b) / 2,
+///   z = (y + s) + p
+struct Net {
+    explicit Net(vk::Context& context) : graph(context) {
+        x = graph.input("x", {1, kC, kH, kW});
+        t = conv(kT, x);
+        const ValueId u = conv(kU, t);
+        const ValueId p = conv(kP, x);
+        const ValueId s = conv(kS, x);
+        const ValueId q = conv(kQ, x, s);
+        const ValueId b = conv(kB, conv(kA, u), q);
+        z = graph.op("add", {graph.op("add", {conv(kY, u, b), s}), p});
+    }
+    ValueId conv(const Layer& layer, ValueId input, ValueId residual = kNoValue) {
+        const ValueId weight =
+            graph.parameter(layer.weight, {layer.out, layer.in, layer.kernel, layer.kernel});
+        return graph.op("conv2d", {input, weight, kNoValue, residual},
+                        {{"scale", layer.scale}, {"winograd", std::int64_t{layer.winograd}}});
+    }
+    nn::Graph graph;
+    ValueId x, t, z;
+};
+
+ref::Conv2dInput<double> input_of(const Layer& layer, const Doubles& x, const Doubles& residual) {
+    return {{1, layer.in, kH, kW, layer.out, layer.kernel},
+            layer.scale,
+            x,
+            to_double(weight_of(layer)),
+            {},
+            residual};
+}
+
+Doubles run(const Layer& layer, const Doubles& x, const Doubles& residual = {}) {
+    return ref::conv2d_forward(input_of(layer, x, residual)).value;
+}
+
+void add_to(Doubles& sum, const Doubles& part) {
+    if (sum.empty()) sum.assign(part.size(), 0);
+    for (std::size_t i = 0; i < part.size(); ++i) sum[i] += part[i];
+}
+
+struct ChainRule {
+    Doubles t, z, grad_x;
+    std::map<std::string, Doubles> grad_weight;
+};
+
+ChainRule chain_rule(const Doubles& x, const Doubles& grad_t, const Doubles& grad_z) {
+    ChainRule e;
+    e.t = run(kT, x);
+    const Doubles u = run(kU, e.t), s = run(kS, x), h = run(kA, u);
+    const Doubles b = run(kB, h, run(kQ, x, s));
+    e.z = run(kY, u, b);
+    add_to(e.z, s);
+    add_to(e.z, run(kP, x));
+    const auto back = [&](const Layer& layer, const Doubles& in, const Doubles& grad) {
+        const auto result = ref::conv2d_backward(input_of(layer, in, {}), grad);
+        e.grad_weight[layer.weight] = result.grad_weight.value;
+        return std::pair{result.grad_x.value, result.grad_residual.value};
+    };
+    auto [grad_u, grad_b] = back(kY, u, grad_z);
+    const Doubles grad_h = back(kB, h, grad_b).first;
+    add_to(grad_u, back(kA, u, grad_h).first);
+    Doubles grad_s = grad_z;
+    add_to(grad_s, grad_b);
+    add_to(e.grad_x, back(kQ, x, grad_b).first);
+    add_to(e.grad_x, back(kS, x, grad_s).first);
+    add_to(e.grad_x, back(kP, x, grad_z).first);
+    Doubles whole_t = grad_t;
+    add_to(whole_t, back(kU, e.t, grad_u).first);
+    add_to(e.grad_x, back(kT, x, whole_t).first);
+    return e;
+}
+
+class ExecutorSums : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(ExecutorSums);
+
+/// Gradients that are added in the kernels that compute them, or passed on without a copy, are the sums
+/// of the chain rule, again and again; however many prepared weights are kept.
+TEST_P(ExecutorSums, OfConvolutionsAreExact) {
+    vk::Context& device = context();
+    Net net(device);
+    ASSERT_OK(net.graph.status());
+    auto parameters = nn::Parameters::create(device, net.graph);
+    ASSERT_OK(parameters.status());
+    for (const Layer& layer : kLayers)
+        ASSERT_OK(
+            parameters.value().write(*parameters.value().find(layer.weight), weight_of(layer)));
+    const std::size_t size = std::size_t{kC} * kH * kW;
+    const std::vector<float> x = integer_fill(size, 1), grad_t = integer_fill(size, 2),
+                             grad_z = integer_fill(size, 3);
+    const ChainRule e = chain_rule(to_double(x), to_double(grad_t), to_double(grad_z));
+    const auto get = [&](const vk::BufferView& view) {
+        std::vector<float> values(view.shape.elements());
+        EXPECT_OK(device.read(view, values.data(), values.size() * 4));
+        return to_double(values);
+    };
+    for (const std::uint64_t kept :
+         {std::uint64_t{0}, std::uint64_t{2048}, std::uint64_t{1} << 20}) {
+        auto made = nn::Executor::create(device, net.graph, parameters.value(),
+                                         {.outputs = {net.z, net.t},
+                                          .backward = true,
+                                          .grad_outputs = {net.z, net.t},
+                                          .grad_inputs = {net.x},
+                                          .kept_bytes = kept});
+        ASSERT_OK(made.status());
+        nn::Executor& executor = *made.value();
+        const auto put = [&](const vk::BufferView& view, const std::vector<float>& values) {
+            ASSERT_OK(device.write(view, values.data(), values.size() * 4));
+        };
+        put(executor.tensor(net.x), x);
+        put(executor.gradient(net.t), grad_t);
+        put(executor.gradient(net.z), grad_z);
+        for (int time = 0; time < 2; ++time) {
+            ASSERT_OK(parameters.value().zero_gradients());
+            ASSERT_OK(executor.forward());
+            ASSERT_OK(executor.backward());
+            EXPECT_EQ(get(executor.tensor(net.t)), e.t);
+            EXPECT_EQ(get(executor.tensor(net.z)), e.z);
+            EXPECT_EQ(get(executor.gradient(net.x)), e.grad_x);
+            for (const Layer& layer : kLayers)
+                EXPECT_EQ(get(parameters.value().find(layer.weight)->grad),
+                          e.grad_weight.at(layer.weight))
+                    << layer.weight;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace splat::test
