@@ -11,8 +11,8 @@ namespace splat::raster {
 namespace {
 
 /// Shape of the sort on a device. A digit's counters, one column per lane or on GPUs per subgroup,
-/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to 9 bits: depths
-/// within a factor of 65536 take three passes. A lane's chunk is longer than its 512 counters, or they
+/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to 8 bits: depths
+/// within a factor of 4 take three passes. A lane's chunk is longer than its 256 counters, or they
 /// would take most of the time.
 struct Plan {
     std::uint32_t group;
@@ -29,7 +29,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const vk::Kernels kernels = recorder.kernels();
     const bool plain = kernels == vk::Kernels::kPlain;
     const bool gpu = kernels == vk::Kernels::kGpu;
-    const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
+    const std::uint32_t most_bits = plain ? 4 : 8;
     const std::uint32_t bits = std::max(desc.key_bits, 1U);
     Plan plan{};
     plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);

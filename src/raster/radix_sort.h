@@ -17,7 +17,7 @@ struct RadixSortDesc {
 };
 
 /// Counters of the longest digit.
-inline constexpr std::uint32_t kRadixBins = 512;
+inline constexpr std::uint32_t kRadixBins = 256;
 
 struct RadixSortViews {
     std::array<vk::BufferView, 2> keys;     ///< [capacity] uint32; keys[0] is the input
