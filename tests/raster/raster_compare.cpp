@@ -62,10 +62,19 @@ class Comparison {
                 check(name, i, got[i], expected[i], allowed(name, expected, i / width, width));
     }
 
-    void gradient(const char* name, const std::vector<double>& got,
-                  const std::vector<double>& expected) {
+    void gradient(const char* name, const RasterGradients& all_got,
+                  const RasterGradients& all_expected,
+                  std::vector<double> RasterGradients::*tensor) {
+        const std::vector<double>& got = all_got.*tensor;
+        const std::vector<double>& expected = all_expected.*tensor;
         if (!begins(name, got.size(), expected.size())) return;
-        const double bound = allowed("gradient", expected, 0, 1);
+        double bound = allowed("gradient", expected, 0, 1);
+        if (subject_.in_float != nullptr) {
+            double error = 0;
+            for (std::size_t i = 0; i < expected.size(); ++i)
+                error = std::max(error, std::abs((subject_.in_float->*tensor)[i] - expected[i]));
+            bound = std::max(bound, kRasterOfFloat32 * error);
+        }
         const std::size_t width = count_ == 0 ? 0 : expected.size() / count_;
         const bool per_gaussian = width * count_ == expected.size() && width > 0;
         for (std::size_t i = 0; i < got.size(); ++i) {
@@ -180,17 +189,17 @@ AssertionResult outputs_match(const RasterOutputs& got, const RasterOutputs& exp
 AssertionResult gradients_match(const RasterGradients& got, const RasterGradients& expected,
                                 const RasterSubject& subject) {
     Comparison compare(subject, subject.opacities.size());
-    compare.gradient("grad_means", got.means, expected.means);
-    compare.gradient("grad_scales", got.scales, expected.scales);
-    compare.gradient("grad_rotations", got.rotations, expected.rotations);
-    compare.gradient("grad_opacities", got.opacities, expected.opacities);
-    compare.gradient("grad_sh", got.sh, expected.sh);
-    compare.gradient("grad_colors", got.colors, expected.colors);
-    compare.gradient("grad_means2d", got.means2d, expected.means2d);
-    compare.gradient("grad_means2d_abs", got.means2d_abs, expected.means2d_abs);
-    compare.gradient("grad_conics", got.conics, expected.conics);
-    compare.gradient("grad_world_to_camera", got.world_to_camera, expected.world_to_camera);
-    compare.gradient("grad_twist", got.twist, expected.twist);
+    compare.gradient("grad_means", got, expected, &RasterGradients::means);
+    compare.gradient("grad_scales", got, expected, &RasterGradients::scales);
+    compare.gradient("grad_rotations", got, expected, &RasterGradients::rotations);
+    compare.gradient("grad_opacities", got, expected, &RasterGradients::opacities);
+    compare.gradient("grad_sh", got, expected, &RasterGradients::sh);
+    compare.gradient("grad_colors", got, expected, &RasterGradients::colors);
+    compare.gradient("grad_means2d", got, expected, &RasterGradients::means2d);
+    compare.gradient("grad_means2d_abs", got, expected, &RasterGradients::means2d_abs);
+    compare.gradient("grad_conics", got, expected, &RasterGradients::conics);
+    compare.gradient("grad_world_to_camera", got, expected, &RasterGradients::world_to_camera);
+    compare.gradient("grad_twist", got, expected, &RasterGradients::twist);
     return compare.result();
 }
 

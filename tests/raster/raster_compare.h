@@ -26,6 +26,8 @@ struct RasterSubject {
     std::vector<bool> fragile;     ///< [H,W]: compared loosely there
     std::vector<bool> hostile;     ///< [n] or empty: radius and gradients are exactly 0 there
     std::vector<float> opacities;  ///< [n]: a kernel may cull those below kAlphaMin in 3dgs, too
+    /// What the reference in float32 gives, or null: its errors times kRasterOfFloat32 are allowed, too.
+    const RasterGradients* in_float = nullptr;
 };
 
 /// Images off the fragile pixels and loosely on them, what projection returns, counts. Failure
