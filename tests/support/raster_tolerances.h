@@ -56,7 +56,7 @@ inline constexpr double kRasterFragile = 0.02;
 
 /// Gradients of Gaussians that fill the image from just behind the near plane cancel more than the figure
 /// above, in any order of summation: the largest error of a tensor by the float32 reference, times this,
-/// since kernels sum in another order. Of 400 random scenes in all modes two need more than 1, none more than 4.
+/// since kernels sum in another order. Of 400 random scenes one needs more than 1, none more than 4.
 inline constexpr double kRasterOfFloat32 = 4;
 
 /// Float64 against float64, of the largest: other orders of summation; seen 2.2e-12.

@@ -220,7 +220,9 @@ std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& tit
         const bool peer = i + 1 == rows.size();
         svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\"/>\n", at_x(times[i]),
                       at_y(errors[i]), peer ? "#e15759" : "#4e79a7");
-        svg += plot_text(at_x(times[i]) + 8, at_y(errors[i]) - 6, "start", rows[i].who);
+        // In turns above and below, so that names of points next to each other can be read.
+        svg += plot_text(at_x(times[i]) + 8, at_y(errors[i]) + (i % 2 == 0 ? -6 : 16), "start",
+                         rows[i].who);
     }
     return svg + "</svg>\n";
 }
