@@ -19,8 +19,9 @@ struct ExecutorDesc {
     /// Keep the prepared form of parameters that do not change, instead of preparing them anew in
     /// every run: faster, for up to four times the weights' memory.
     bool keep_prepared = true;
-    /// Of so many bytes at most; the rest is prepared anew. The default holds what a published network
-    /// needs forward and half of what it needs backward: a step of adapters then fits in 2.5 GiB.
+    /// The backward pass keeps its own only while all that is kept stays within so many bytes. The default
+    /// holds what a published network needs forward and half of what it needs backward: a step of
+    /// adapters then fits in 2.5 GiB.
     std::uint64_t kept_bytes = std::uint64_t{768} << 20;
 };
 

@@ -116,11 +116,12 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
-/// Kept, the forward pass's first, as long as there is room.
-void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept) {
+/// Kept while all that is kept stays within `most` bytes.
+void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most,
+                                 std::size_t& kept) {
     const Node& n = graph_.nodes()[call.node];
     const std::size_t prepared = tensor(n.row->name, bytes, clock_);
-    if (!keeps_prepared(n) || kept_bytes_ + bytes > desc_.kept_bytes) {
+    if (!keeps_prepared(n) || kept_bytes_ + bytes > most) {
         call.prepared = prepared;
         return;
     }
@@ -165,7 +166,7 @@ Status ExecutorPlan::plan_forward() {
         if (n.plan.forward_workspace > 0)
             call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
         if (n.plan.forward_prepared > 0)
-            plan_prepared(call, n.plan.forward_prepared, kept_forward[node]);
+            plan_prepared(call, n.plan.forward_prepared, UINT64_MAX, kept_forward[node]);
         forward.push_back(std::move(call));
     }
     return {};
@@ -266,7 +267,7 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     if (n.plan.backward_workspace > 0)
         call.workspace = tensor(n.row->name, n.plan.backward_workspace, clock_);
     if (n.plan.backward_prepared > 0 && activation)
-        plan_prepared(call, n.plan.backward_prepared, kept_backward[node]);
+        plan_prepared(call, n.plan.backward_prepared, desc_.kept_bytes, kept_backward[node]);
     backward.push_back(std::move(call));
     return {};
 }

@@ -81,7 +81,7 @@ class ExecutorPlan {
     bool pass_gradient(Call& call, std::size_t input);
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
-    void plan_prepared(Call& call, std::uint64_t bytes, std::size_t& kept);
+    void plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most, std::size_t& kept);
     OpViews views(const Call& call) const;
 
     const vk::Recorder& recorder_;
