@@ -144,7 +144,8 @@ TEST(Conv2dAlgorithm, FollowsItsTable) {
     };
     EXPECT_EQ(choices(layer(128, 128, 128)), (Choices{2, 4, 4}));
     EXPECT_EQ(choices(layer(512, 64, 256)), (Choices{2, 4, 4}));
-    EXPECT_EQ(choices(layer(256, 32, 256)), (Choices{2, 2, 4}));
+    EXPECT_EQ(choices(layer(256, 32, 256)), (Choices{2, 4, 4}));
+    EXPECT_EQ(choices(layer(256, 16, 256)), (Choices{2, 2, 4}));
     EXPECT_EQ(choices(layer(3, 128, 128)), (Choices{2, 4, 4}));
     EXPECT_EQ(choices(layer(128, 128, 9)), (Choices{2, 4, 4}));
     EXPECT_EQ(choices(layer(128, 128, 8)), (Choices{0, 0, 0}));
