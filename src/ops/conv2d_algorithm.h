@@ -19,7 +19,7 @@ enum class Conv2dPrecision : int {
 ///   class                    strict   balanced   fast     reason
 ///   1x1                      0        0          0        there is nothing for a transform to save
 ///   image below 3x3          0        0          0        most of a tile would lie outside
-///   at most 8 output channels 0        0          0      transforming the input costs as much as it saves
+///   8 output channels, less  0        0          0        by taps: a transform of the input would serve few products
 ///   image of 32x32 or more   2 (5e-7) 4 (3e-6)   4 (3e-6) nearly all of the work lies here
 ///   smaller image            2 (5e-7) 2 (5e-7)   4 (3e-6) little to gain; small networks have nothing else
 ///

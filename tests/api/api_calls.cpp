@@ -164,6 +164,29 @@ splat_trainer_desc trainer_desc() {
     return desc;
 }
 
+TrainerBatch::TrainerBatch() : images(2 * 3 * 16 * 16, 0.5F), targets(4 * 3 * 16 * 16, 0.25F) {
+    splat_camera camera{};
+    camera.width = camera.height = 16;
+    camera.fx = camera.fy = 16;
+    camera.cx = camera.cy = 8;
+    for (int k = 0; k < 16; ++k) camera.world_to_camera[k] = k % 5 == 0 ? 1 : 0;
+    cameras.assign(4, camera);
+    for (int i = 0; i < 2; ++i) {
+        for (int k = 0; k < 16; ++k) poses.push_back(k % 5 == 0 ? 1.0F : 0.0F);
+        for (int k = 0; k < 4; ++k) quaternions.push_back(k == 0 ? 1.0F : 0.0F);
+    }
+}
+
+splat_trainer_batch TrainerBatch::desc() const {
+    auto batch = sized<splat_trainer_batch>();
+    batch.images = images.data();
+    batch.view_to_world = poses.data();
+    batch.quaternions = quaternions.data();
+    batch.targets = targets.data();
+    batch.cameras = cameras.data();
+    return batch;
+}
+
 Trainer make_trainer(const Device& device) {
     const splat_trainer_desc desc = trainer_desc();
     Trainer trainer;

@@ -118,6 +118,15 @@ Model make_model(const Device& device);
 splat_trainer_desc trainer_desc();
 Trainer make_trainer(const Device& device);
 
+/// A batch for it: grey pictures, all seen from where the first was taken.
+struct TrainerBatch {
+    TrainerBatch();
+    [[nodiscard]] splat_trainer_batch desc() const;
+
+    std::vector<float> images, targets, poses, quaternions;
+    std::vector<splat_camera> cameras;
+};
+
 /// A splat_op_desc with the vectors that it points to.
 struct OpRequest {
     OpRequest(const char* type, std::vector<splat_tensor> in, std::vector<splat_tensor> out);

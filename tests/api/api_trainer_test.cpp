@@ -8,30 +8,12 @@ namespace splat::test {
 namespace {
 
 constexpr std::size_t kSide = 16;
-constexpr std::size_t kPixels = kSide * kSide;
 
 class ApiTrainer : public testing::Test {
   protected:
-    void SetUp() override {
-        device_ = open_device();
-        for (int i = 0; i < 2; ++i) {
-            for (int k = 0; k < 16; ++k) poses_.push_back(k % 5 == 0 ? 1.0F : 0.0F);
-            for (int k = 0; k < 4; ++k) quaternions_.push_back(k == 0 ? 1.0F : 0.0F);
-        }
-        splat_camera camera{};
-        camera.width = camera.height = kSide;
-        camera.fx = camera.fy = 16;
-        camera.cx = camera.cy = 8;
-        for (int k = 0; k < 16; ++k) camera.world_to_camera[k] = k % 5 == 0 ? 1 : 0;
-        cameras_.assign(4, camera);
-    }
+    void SetUp() override { device_ = open_device(); }
     splat_trainer_info step(const Trainer& trainer) {
-        auto batch = sized<splat_trainer_batch>();
-        batch.images = images_.data();
-        batch.view_to_world = poses_.data();
-        batch.quaternions = quaternions_.data();
-        batch.targets = targets_.data();
-        batch.cameras = cameras_.data();
+        const splat_trainer_batch batch = batch_.desc();
         auto info = sized<splat_trainer_info>();
         EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
         return info;
@@ -49,10 +31,7 @@ class ApiTrainer : public testing::Test {
     }
 
     Device device_;
-    std::vector<float> images_ = std::vector<float>(2 * 3 * kPixels, 0.5F);
-    std::vector<float> targets_ = std::vector<float>(4 * 3 * kPixels, 0.25F);
-    std::vector<float> poses_, quaternions_;
-    std::vector<splat_camera> cameras_;
+    const TrainerBatch batch_;
 };
 
 TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
@@ -118,7 +97,8 @@ TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
 
 TEST_F(ApiTrainer, ComparesImages) {
     auto scores = sized<splat_image_scores>();
-    ASSERT_DONE(splat_image_compare(images_.data(), targets_.data(), 3, kSide, kSide, &scores));
+    ASSERT_DONE(
+        splat_image_compare(batch_.images.data(), batch_.targets.data(), 3, kSide, kSide, &scores));
     EXPECT_NEAR(scores.psnr, -10 * std::log10(0.0625), 1e-9);
     EXPECT_LT(scores.ssim, 1);
 }

@@ -73,7 +73,7 @@ class Comparison {
             double error = 0;
             for (std::size_t i = 0; i < expected.size(); ++i)
                 error = std::max(error, std::abs((subject_.in_float->*tensor)[i] - expected[i]));
-            bound = std::max(bound, kRasterOfFloat32 * error);
+            if (std::isfinite(error)) bound = std::max(bound, kRasterOfFloat32 * error);
         }
         const std::size_t width = count_ == 0 ? 0 : expected.size() / count_;
         const bool per_gaussian = width * count_ == expected.size() && width > 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "raster/fragile.h"
 #include "raster/raster_scenes.h"
@@ -170,6 +171,20 @@ TEST(RasterCompare, FindsDefectsOfGradients) {
     EXPECT_TRUE(refused([](RasterGradients& got) { got.rotations[5] = std::nan(""); }));
     EXPECT_TRUE(refused([](RasterGradients& got) { got.twist.pop_back(); }));
     EXPECT_TRUE(refused([](RasterGradients& got) { got = {}; }));
+    // The float32 reference is off by 1e-4 in one tensor, which allows 4e-4 there and nothing elsewhere.
+    RasterGradients in_float = judged.gradients;
+    in_float.means[9] += 1e-4 * means;
+    RasterGradients got = judged.gradients;
+    got.means[5] += 3e-4 * means;
+    EXPECT_FALSE(gradients_match(got, judged.gradients, judged.subject));
+    judged.subject.in_float = &in_float;
+    EXPECT_TRUE(gradients_match(got, judged.gradients, judged.subject));
+    EXPECT_TRUE(refused([&](RasterGradients& more) { more.means[5] += 5e-4 * means; }));
+    EXPECT_TRUE(refused(
+        [&](RasterGradients& more) { more.scales[5] += 3e-4 * largest(judged.gradients.scales); }));
+    in_float.means[9] = std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(gradients_match(got, judged.gradients, judged.subject)) << "allows nothing";
+    judged.subject.in_float = nullptr;
     judged.subject.hostile.assign(300, false);
     judged.subject.hostile[7] = true;
     EXPECT_FALSE(gradients_match(judged.gradients, judged.gradients, judged.subject))

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "vkrun/raster_bench.h"
+#include "vkrun/svg.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -165,7 +166,7 @@ std::string raster_svg(const RasterMeasurement& m) {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" "
         "font-family=\"sans-serif\" font-size=\"12\">\n<text x=\"10\" y=\"20\">%s, %u x %u: "
         "device time by stage</text>\n",
-        kLeft + kWidth + 90, height, m.title.c_str(), m.width, m.height);
+        kLeft + kWidth + 90, height, svg_escaped(m.title).c_str(), m.width, m.height);
     double y = 36;
     for (const Row& row : rows) {
         text += format("<text x=\"10\" y=\"%g\">%s %s</text>\n", y + 16,

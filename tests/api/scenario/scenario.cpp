@@ -190,9 +190,7 @@ bool ScenarioResults::operator==(const ScenarioResults& other) const {
 }
 
 std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_device_desc& device) {
-    Scenario scenario(observer);
-    if (!scenario.run(device)) return std::nullopt;
-    return std::move(scenario.results);
+    return live<Scenario>(observer, device);
 }
 
 }  // namespace splat::test

@@ -56,4 +56,12 @@ class ScenarioCalls {
     Observer& observer_;
 };
 
+/// The results of a scenario, or nothing if its observer gave up.
+template <class Scenario>
+std::optional<ScenarioResults> live(Observer& observer, const splat_device_desc& device) {
+    Scenario scenario(observer);
+    if (!scenario.run(device)) return std::nullopt;
+    return std::move(scenario.results);
+}
+
 }  // namespace splat::test

@@ -186,9 +186,7 @@ class RasterScenario : ScenarioCalls {
 
 std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
                                                    const splat_device_desc& device) {
-    RasterScenario scenario(observer);
-    if (!scenario.run(device)) return std::nullopt;
-    return std::move(scenario.results);
+    return live<RasterScenario>(observer, device);
 }
 
 }  // namespace splat::test

@@ -9,40 +9,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kSide = 16;
-constexpr std::size_t kImage = kSide * kSide;
-constexpr std::size_t kObjects = 2;
-constexpr std::size_t kTargets = 4;
+constexpr std::uint32_t kObjects = 2;
+constexpr std::size_t kImage = 16 * 16;
 constexpr std::size_t kBias = 24;  ///< of the network's last layer
-
-/// Two objects with two targets each, all seen from where the first picture was taken.
-struct Batch {
-    Batch() {
-        splat_camera camera{};
-        camera.width = camera.height = kSide;
-        camera.fx = camera.fy = 16;
-        camera.cx = camera.cy = 8;
-        for (int k = 0; k < 16; ++k) camera.world_to_camera[k] = k % 5 == 0 ? 1 : 0;
-        cameras.assign(kTargets, camera);
-        for (std::size_t k = 0; k < kObjects * 16; ++k) poses.push_back(k % 16 % 5 == 0 ? 1 : 0);
-        for (std::size_t k = 0; k < kObjects * 4; ++k) quaternions.push_back(k % 4 == 0 ? 1 : 0);
-    }
-
-    [[nodiscard]] splat_trainer_batch batch() const {
-        auto batch = sized<splat_trainer_batch>();
-        batch.images = images.data();
-        batch.view_to_world = poses.data();
-        batch.quaternions = quaternions.data();
-        batch.targets = targets.data();
-        batch.cameras = cameras.data();
-        return batch;
-    }
-
-    std::vector<float> images = std::vector<float>(kObjects * 3 * kImage, 0.5F);
-    std::vector<float> targets = std::vector<float>(kTargets * 3 * kImage, 0.25F);
-    std::vector<float> poses, quaternions;
-    std::vector<splat_camera> cameras;
-};
 
 class TrainScenario : ScenarioCalls {
   public:
@@ -99,7 +68,7 @@ class TrainScenario : ScenarioCalls {
 
     /// One that fails updates nothing, so that the repeated one gives the same weights.
     bool step() {
-        const splat_trainer_batch batch = batch_.batch();
+        const splat_trainer_batch batch = batch_.desc();
         auto info = sized<splat_trainer_info>();
         const auto before = info;
         return call(
@@ -139,7 +108,7 @@ class TrainScenario : ScenarioCalls {
                read(fresh_, "means", kObjects * kImage * 3);
     }
 
-    const Batch batch_;
+    const TrainerBatch batch_;
     const std::string state_ = file("splat_life_state_");
     const std::string weights_ = file("splat_life_weights_");
     splat_device device_ = nullptr;
@@ -154,9 +123,7 @@ class TrainScenario : ScenarioCalls {
 
 std::optional<ScenarioResults> run_train_scenario(Observer& observer,
                                                   const splat_device_desc& device) {
-    TrainScenario scenario(observer);
-    if (!scenario.run(device)) return std::nullopt;
-    return std::move(scenario.results);
+    return live<TrainScenario>(observer, device);
 }
 
 }  // namespace splat::test

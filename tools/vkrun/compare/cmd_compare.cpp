@@ -3,13 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 
 #include "vkrun/command.h"
 #include "vkrun/compare/distribution_plot.h"
 #include "vkrun/compare/score_file.h"
 #include "vkrun/compare/significance.h"
+#include "vkrun/objects.h"
 #include "vkrun/scene_input.h"
 #include "vkrun/table.h"
 
@@ -165,9 +165,7 @@ void write_plot(const CompareOptions& options, const std::vector<MetricFinding>&
             panel.values.push_back(f.samples.b[i] - f.samples.a[i]);
         panels.push_back(std::move(panel));
     }
-    std::ofstream out(options.plot, std::ios::binary);
-    out << distribution_svg("B: " + options.b + ", A: " + options.a, panels);
-    if (!out.flush()) throw Failure(kFailed, "cannot write '" + options.plot + "'");
+    write_text(options.plot, distribution_svg("B: " + options.b + ", A: " + options.a, panels));
 }
 
 int compare(const CompareOptions& options) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vkrun/svg.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -13,23 +14,11 @@ constexpr double kPanel = 150;
 constexpr double kMargin = 40;
 constexpr std::size_t kBins = 40;
 
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text)
-        out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '>' ? "&gt;" : std::string(1, c);
-    return out;
-}
-
 std::string line_at(double x, double top, const char* color) {
     return format(
         "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" "
         "stroke-width=\"1.5\"/>\n",
         x, x, top + 22, top + kPanel - 22, color);
-}
-
-std::string text_at(double x, double y, const char* anchor, const std::string& text) {
-    return format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">", x, y, anchor) + escaped(text) +
-           "</text>\n";
 }
 
 std::string panel_svg(const PlotPanel& panel, double top) {
@@ -52,7 +41,7 @@ std::string panel_svg(const PlotPanel& panel, double top) {
         static_cast<double>(std::max<std::size_t>(1, *std::max_element(bins.begin(), bins.end())));
     const double floor = top + kPanel - 22;
     const double step = (kWidth - 2 * kMargin) / kBins;
-    std::string svg = text_at(kMargin, top + 14, "start", panel.title);
+    std::string svg = svg_text(kMargin, top + 14, "start", panel.title);
     svg += format(
         "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"#f5c26b\" "
         "opacity=\"0.6\"/>\n",
@@ -65,8 +54,8 @@ std::string panel_svg(const PlotPanel& panel, double top) {
                 kMargin + static_cast<double>(i) * step, floor - height, step * 0.9, height);
     }
     svg += line_at(x_of(panel.mark), top, "#888888") + line_at(x_of(panel.mean), top, "#c03020");
-    svg += text_at(kMargin, floor + 14, "start", format("%.4g", low));
-    svg += text_at(kWidth - kMargin, floor + 14, "end", format("%.4g", high));
+    svg += svg_text(kMargin, floor + 14, "start", format("%.4g", low));
+    svg += svg_text(kWidth - kMargin, floor + 14, "end", format("%.4g", high));
     return svg;
 }
 
@@ -80,7 +69,7 @@ std::string distribution_svg(const std::string& title, const std::vector<PlotPan
         "font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%%\" height=\"100%%\" "
         "fill=\"white\"/>\n",
         kWidth, height, kWidth, height);
-    svg += text_at(kWidth / 2, 18, "middle", title);
+    svg += svg_text(kWidth / 2, 18, "middle", title);
     for (std::size_t i = 0; i < panels.size(); ++i)
         svg += panel_svg(panels[i], 30 + kPanel * static_cast<double>(i));
     return svg + "</svg>\n";

@@ -13,6 +13,7 @@
 #include <fstream>
 
 #include "vkrun/command.h"
+#include "vkrun/svg.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -107,11 +108,6 @@ struct Axis {
     }
 };
 
-std::string plot_text(double x, double y, const char* anchor, const std::string& text) {
-    return format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%s</text>\n", x, y, anchor,
-                  text.c_str());
-}
-
 }  // namespace
 
 ErrorMeasurement measure_errors(
@@ -196,10 +192,9 @@ std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& tit
         "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n"
         "<rect x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" fill=\"none\" stroke=\"#999\"/>\n",
         kLeft + kWidth + 30, kTop + kHeight + 60, kLeft, kTop, kWidth, kHeight);
-    svg += plot_text(kLeft, 24, "start", title);
-    svg +=
-        plot_text(kLeft + kWidth / 2, kTop + kHeight + 45, "middle", "shortest forward pass, ms");
-    svg += plot_text(10, kTop - 10, "start", "error: relative L2 of the raw output");
+    svg += svg_text(kLeft, 24, "start", title);
+    svg += svg_text(kLeft + kWidth / 2, kTop + kHeight + 45, "middle", "shortest forward pass, ms");
+    svg += svg_text(10, kTop - 10, "start", "error: relative L2 of the raw output");
     for (int power = -17; power <= 9; ++power)
         for (const double digit : {1.0, 2.0, 5.0}) {
             const double value = digit * std::pow(10, power);
@@ -207,13 +202,13 @@ std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& tit
                 svg +=
                     format("<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%g\" y2=\"%g\" stroke=\"#ddd\"/>\n",
                            at_x(value), at_x(value), kTop, kTop + kHeight);
-                svg += plot_text(at_x(value), kTop + kHeight + 18, "middle", format("%g", value));
+                svg += svg_text(at_x(value), kTop + kHeight + 18, "middle", format("%g", value));
             }
             if (y.place(value) >= 0 && y.place(value) <= 1) {
                 svg +=
                     format("<line x1=\"%g\" x2=\"%g\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#ddd\"/>\n",
                            kLeft, kLeft + kWidth, at_y(value), at_y(value));
-                svg += plot_text(kLeft - 6, at_y(value) + 4, "end", format("%.0e", value));
+                svg += svg_text(kLeft - 6, at_y(value) + 4, "end", format("%.0e", value));
             }
         }
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -221,8 +216,8 @@ std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& tit
         svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\"/>\n", at_x(times[i]),
                       at_y(errors[i]), peer ? "#e15759" : "#4e79a7");
         // In turns above and below, so that names of points next to each other can be read.
-        svg += plot_text(at_x(times[i]) + 8, at_y(errors[i]) + (i % 2 == 0 ? -6 : 16), "start",
-                         rows[i].who);
+        svg += svg_text(at_x(times[i]) + 8, at_y(errors[i]) + (i % 2 == 0 ? -6 : 16), "start",
+                        rows[i].who);
     }
     return svg + "</svg>\n";
 }
