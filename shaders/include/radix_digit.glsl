@@ -1,5 +1,5 @@
 // What a pass of the radix sort sorts by: (key - low) >> shift, its lowest `bits` bits. Needs `params`,
-// RadixSortParams.
+// RadixSortParams. With digits by the range of the keys the last passes are those that work.
 
 #ifndef SPLAT_RADIX_DIGIT_GLSL
 #define SPLAT_RADIX_DIGIT_GLSL
@@ -7,19 +7,24 @@
 struct Digit {
     uint low;
     uint shift;
-    uint bits;  // 0: nothing is left to sort by, entries stay where they are
+    uint bits;   // 0: the pass does nothing
+    bool first;  // nothing was sorted before: entries come from the input
 };
 
 // The bits by which keys differ from the least one, in as few digits of at most `most_bits` as they
-// take, all alike: passes after those have nothing to do. `least` and `least_inverse`: least key, least
-// complement of a key; both ~0 without keys.
+// take, all alike. `least` and `least_inverse`: least key, least complement of a key; both ~0 without
+// keys.
 Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
     const uint most = max(least, ~least_inverse);
     const uint used = uint(max(findMSB(most - least) + 1, 1));
     const uint passes = (used + most_bits - 1) / most_bits;
     const uint bits = (used + passes - 1) / passes;
-    return Digit(least, params.pass * bits, params.pass < passes ? bits : 0);
+    const uint idle = params.passes - passes;
+    if (params.pass < idle) return Digit(0, 0, 0, false);
+    return Digit(least, (params.pass - idle) * bits, bits, params.pass == idle);
 }
+
+Digit fixed_digit(uint bits) { return Digit(0, params.pass * bits, bits, params.pass == 0); }
 
 uint digit_of(uint key, Digit digit) {
     return ((key - digit.low) >> digit.shift) & ((1u << digit.bits) - 1);

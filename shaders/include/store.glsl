@@ -1,4 +1,4 @@
-// How fast kernels write arrays of vec4. lavapipe stores a vec4 as four masked scalars, a vector of
+// How fast kernels write arrays of vec4 and uvec2. lavapipe stores a vec4 as four masked scalars, a vector of
 // 64-bit integers as half as many, so kernels for CPU devices (TEXEL_LOADS) pack two floats into one
 // integer. GPUs store vec4.
 //
@@ -6,6 +6,8 @@
 //   ST4(name, i, v)              writes its i-th element
 //   OCTETS_OUT(binding, name)    declares a writeonly array of pairs of vec4
 //   ST8(name, i, a, b)           writes its i-th element
+//   PAIRS_OUT(binding, name)     declares a writeonly array of uvec2
+//   ST2(name, i, v)              writes its i-th element
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
@@ -14,7 +16,9 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { u64vec2 name[]; }
 #define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { u64vec4 name[]; }
+#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { uint64_t name[]; }
 #define ST4(name, i, v) name[i] = packed_quad(v)
+#define ST2(name, i, v) name[i] = packUint2x32(v)
 #define ST8(name, i, a, b) name[i] = u64vec4(packed_quad(a), packed_quad(b))
 u64vec2 packed_quad(vec4 v) {
     const uvec4 bits = floatBitsToUint(v);
@@ -23,7 +27,9 @@ u64vec2 packed_quad(vec4 v) {
 #else
 #define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { vec4 name[]; }
 #define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { vec4 name[]; }
+#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { uvec2 name[]; }
 #define ST4(name, i, v) name[i] = v
+#define ST2(name, i, v) name[i] = v
 #define ST8(name, i, a, b) name[2 * (i)] = a, name[2 * (i) + 1] = b
 #endif
 

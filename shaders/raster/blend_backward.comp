@@ -6,8 +6,8 @@
 // Record: sums over the tile's pixels, q = mean - pixel centre:
 //   (v, v qx, v qy, v qx^2), (v qx qy, v qy^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth)
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, items, slots, ranges, background, state, grad_image [V,H,W] vec4, grad_depth
-// [V,H,W]; record_a, record_b, record_c [pairs] vec4.
+// Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background, state, grad_image
+// [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4.
 // Specialisation: 10 = grad_depth is given, 11 = absolute sums. Workgroup of kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
@@ -16,7 +16,7 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
@@ -51,7 +51,7 @@ void main() {
     for (uint i = range.y; i > range.x;) {
         --i;
         const uint slot = slots[i];
-        const uint item = items[i];
+        const uint item = pairs[i].y;
         const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);

@@ -16,7 +16,7 @@ layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(constant_id = 12) const bool kWholeList = false;
 QUADS(0, splats);
-UINTS(1, items);
+UINTS(1, pairs);
 UINTS(2, slots);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
@@ -131,7 +131,7 @@ void main() {
         k -= 8;
         const bool present = k + lane < length;
         const uint entry = range.x + min(k + lane, length - 1);
-        const uint item = LD1(items, entry);
+        const uint item = LD1(pairs, 2 * entry + 1);
         vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         vec3 l = LD4(splats, item * 3 + 1).xyz;
         vec4 c = vec4(LD4(splats, item * 3 + 2).rgb, a.w);

@@ -11,7 +11,7 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
@@ -58,7 +58,7 @@ void main() {
     for (uint i = walked; i > range.x;) {
         --i;
         const uint slot = slots[i];
-        const uint item = items[i];
+        const uint item = pairs[i].y;
         const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);

@@ -3,10 +3,10 @@
 // T_(i+1) = T_i (1 - alpha_i), alpha_i = min(kAlphaMax, opacity exp2(-|L^T q|^2)), skipped below
 // kAlphaMin; a pixel stops before T would fall below params.stop_below. Kerbl et al. 2023, section 6.
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, items (sorted), normals, ranges, background vec4; image [V,H,W] vec4 (rgb, alpha),
-// state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w depth, expected
-// depth, contributors, 0). Specialisation: 10 = write extra, 13 = blend
-// normals instead of colours, without background. The workgroup has kTileSize^2 invocations.
+// Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4; image [V,H,W]
+// vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w
+// depth, expected depth, contributors, 0). Specialisation: 10 = write extra, 13 = blend normals instead
+// of colours, without background. The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
@@ -14,7 +14,7 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
 layout(constant_id = 13) const bool kNormals = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Items { uint items[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
@@ -46,7 +46,7 @@ void main() {
         barrier();
         const uint filled = min(kBatch, range.y - start);
         if (lane < filled) {
-            const uint item = items[start + lane];
+            const uint item = pairs[start + lane].y;
             batch_a[lane] = splats[item * 3] - vec4(corner, 0, 0);
             batch_b[lane] = splats[item * 3 + 1];
             batch_c[lane] = kNormals ? normals[item] : splats[item * 3 + 2];

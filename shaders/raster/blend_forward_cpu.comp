@@ -22,7 +22,7 @@ layout(constant_id = 13) const bool kNormals = false;
 layout(constant_id = 11) const bool kNoEarlyOut = false;
 layout(constant_id = 12) const bool kWholeTile = false;
 QUADS(0, splats);
-UINTS(1, items);
+UINTS(1, pairs);
 QUADS(2, normals);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
@@ -55,7 +55,7 @@ bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
 void fill_queue(uvec2 range, vec2 low, uint lane, uint head, inout uint seen, inout uint waiting) {
     while (seen < range.y && waiting < 8) {
         const uint mine = min(seen + lane, range.y - 1);
-        const uint candidate = LD1(items, mine);
+        const uint candidate = LD1(pairs, 2 * mine + 1);
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
         const bool keep = seen + lane < range.y &&
@@ -107,7 +107,7 @@ void main() {
         const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
         head += 8;
         waiting -= min(waiting, 8u);
-        const uint item = LD1(items, entry);
+        const uint item = LD1(pairs, 2 * entry + 1);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);

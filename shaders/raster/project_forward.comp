@@ -6,11 +6,13 @@
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
-// tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] bits of
-// the depth, radii [V*N] vec2, footprints [V*N] uvec4. Specialisation: 10 = degree of the spherical harmonics.
+// tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
+// (bits of the depth, item), radii [V*N] vec2, footprints [V*N] uvec4.
+// Specialisation: 10 = degree of the spherical harmonics.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "projection.glsl"
 #include "sh.glsl"
 #include "tile_footprint.glsl"
@@ -22,7 +24,7 @@ QUADS(1, colors);
 QUADS(2, cameras);
 layout(set = 0, binding = 3, std430) writeonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer Keys { uint keys[]; };
+PAIRS_OUT(5, keys);
 layout(set = 0, binding = 6, std430) writeonly buffer Radii { vec2 radii[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Footprints { uvec4 footprints[]; };
 layout(push_constant) uniform Push { ProjectParams params; };
@@ -153,6 +155,6 @@ void main() {
     counts[item] = count;
     footprints[item] = uvec4(packed, count);
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
-    keys[item] = sorted ? floatBitsToUint(z) : 0xFFFFFFFFu;
+    ST2(keys, item, uvec2(sorted ? floatBitsToUint(z) : 0xFFFFFFFFu, item));
     radii[item] = valid ? radius : vec2(0);
 }

@@ -1,57 +1,48 @@
 #version 460
 // Moves every entry to its place: the entries of smaller digits, then those of the same digit in
 // lanes before, then those before it in its own lane. Chunks as in radix_sort_upsweep.comp.
-// The first pass leaves out keys 0xFFFFFFFF; the number of entries that stay goes to `kept`. A pass
-// with nothing left to sort by copies.
-// Bindings: keys, values, seconds, entries, table, totals; keys_out, values_out, seconds_out, kept;
-// range. Specialisation: 10 = most bits of a digit, 11 = values are the entries' positions, 12 = each
-// entry has a second value, 13 = first pass, 14 = keys are not wanted, 15 = digits by the range.
+// Keys 0xFFFFFFFF are left out by the first pass; the number of entries that stay goes to `kept`.
+// Bindings: inputs, entries, input_count, kept, table, totals, seconds; entries_out, seconds_out; range.
+// Specialisation: 10 = most bits of a digit, 12 = each entry has a second value, 15 = digits by the range
+// of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/radix_sort_params.h"
 #include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 4;
-layout(constant_id = 11) const bool kPositions = false;
 layout(constant_id = 12) const bool kSecond = false;
-layout(constant_id = 13) const bool kFirst = false;
-layout(constant_id = 14) const bool kNoKeys = false;
 layout(constant_id = 15) const bool kRanged = false;
-UINT_QUADS(0, keys);
-UINT_QUADS(1, values);
-UINT_QUADS(2, seconds);
-UINTS(3, entries);
+UINT_QUADS(0, inputs);
+UINT_QUADS(1, entries);
+UINTS(2, input_count);
+layout(set = 0, binding = 3, std430) buffer Kept { uint kept[]; };  // accumulates
 UINTS(4, table);
 UINTS(5, totals);
-layout(set = 0, binding = 6, std430) writeonly buffer KeysOut { uint keys_out[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer ValuesOut { uint values_out[]; };
+UINT_QUADS(6, seconds);
+PAIRS_OUT(7, entries_out);
 layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Kept { uint kept[]; };
-UINTS(10, range);
+UINTS(9, range);
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
 
-shared uint column[gl_WorkGroupSize.x << kBits];
+uint places[1u << kBits];  // next place of each digit of this lane
 shared uint bases[1u << kBits];
 shared uint part_sums[gl_WorkGroupSize.x];
-
-void move(uint place, uint key, uint value, uint second) {
-    if (!kNoKeys) keys_out[place] = key;
-    values_out[place] = value;
-    if (kSecond) seconds_out[place] = second;
-}
 
 void main() {
     const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x;
     const uint lane = gl_WorkGroupID.x * width + l;
-    const uint count = min(LD1(entries, 0), params.capacity), lanes = lanes_for(count);
-    Digit digit = Digit(0, params.shift, kBits);
-    if (kRanged) digit = ranged_digit(LD1(range, 0), LD1(range, 1), kBits);
-    const bool stay = digit.bits == 0;
-    const uint bins = 1u << digit.bits;
+    const Digit digit =
+        kRanged ? ranged_digit(LD1(range, 0), LD1(range, 1), kBits) : fixed_digit(kBits);
+    uint count = min(LD1(input_count, 0), params.capacity);
+    if (!digit.first) count = kept[0];
+    const uint lanes = lanes_for(count);
+    const uint bins = digit.bits > 0 ? 1u << digit.bits : 0u;
     const uint share = (bins + width - 1) / width;
     const uint first_bin = min(l * share, bins), last_bin = min(first_bin + share, bins);
     uint sum = 0;
@@ -64,29 +55,26 @@ void main() {
         bases[bin] = base;
         base += LD1(totals, bin);
     }
-    if (gl_WorkGroupID.x == 0 && l == width - 1) kept[0] = base;
+    if (digit.first && gl_WorkGroupID.x == 0 && l == width - 1) kept[0] = base;
     barrier();
-    for (uint bin = 0; bin < (lane < lanes && !stay ? bins : 0); ++bin)
-        column[bin * width + l] = bases[bin] + LD1(table, lane * bins + bin);
+    for (uint bin = 0; bin < (lane < lanes ? bins : 0); ++bin)
+        places[bin] = bases[bin] + LD1(table, lane * bins + bin);
 
-    const uvec2 quads = lane_quads(lane, count, lanes);
-    for (uint i = stay ? quads.x : quads.y; i < quads.y; ++i) {
-        const uvec4 key = LDU4(keys, i);
-        const uvec4 value = LDU4(values, i);
+    const uvec2 quads = bins > 0 ? lane_quads(lane, count, lanes) : uvec2(0);
+    for (uint i = quads.x; i < quads.y; ++i) {
         const uvec4 second = kSecond ? LDU4(seconds, i) : uvec4(0);
-        [[unroll]] for (uint e = 0; e < 4; ++e)
-            if (4 * i + e < count) move(4 * i + e, key[e], value[e], second[e]);
-    }
-    for (uint i = stay ? quads.y : quads.x; i < quads.y; ++i) {
-        const uvec4 key = LDU4(keys, i);
-        const uvec4 value = kPositions ? 4 * i + uvec4(0, 1, 2, 3) : LDU4(values, i);
-        const uvec4 second = kSecond ? LDU4(seconds, i) : uvec4(0);
-        [[unroll]] for (uint e = 0; e < 4; ++e) {
-            if (4 * i + e < count && (!kFirst || key[e] != 0xFFFFFFFFu)) {
-                const uint at = digit_of(key[e], digit) * width + l;
-                const uint place = column[at];
-                column[at] = place + 1;
-                move(place, key[e], value[e], second[e]);
+        [[unroll]] for (uint h = 0; h < 2; ++h) {
+            const uint at = 2 * i + h;
+            const uvec4 two = digit.first ? LDU4(inputs, at) : LDU4(entries, at);
+            [[unroll]] for (uint e = 0; e < 2; ++e) {
+                const uint key = two[2 * e];
+                if (2 * at + e < count && key != 0xFFFFFFFFu) {
+                    const uint bin = digit_of(key, digit);
+                    const uint place = places[bin];
+                    places[bin] = place + 1;
+                    ST2(entries_out, place, uvec2(key, two[2 * e + 1]));
+                    if (kSecond) seconds_out[place] = second[2 * h + e];
+                }
             }
         }
     }

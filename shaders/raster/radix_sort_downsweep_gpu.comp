@@ -2,7 +2,7 @@
 // As radix_sort_downsweep.comp for GPUs: the workgroup walks its chunk in steps of its size. Within a
 // step an entry's rank among those of its digit is the number before it in its subgroup, found with a
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in the subgroups before it.
-// Bindings and specialisation as there. Any subgroup size; a workgroup of whole subgroups.
+// Bindings (but range) and specialisation 10, 12 as there. Any subgroup size; a workgroup of whole subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -11,20 +11,19 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 11) const bool kPositions = false;
 layout(constant_id = 12) const bool kSecond = false;
-layout(constant_id = 13) const bool kFirst = false;
-layout(set = 0, binding = 0, std430) readonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Values { uint values[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Seconds { uint seconds[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Entries { uint entries[]; };
+layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
+layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };
+layout(set = 0, binding = 3, std430) buffer Kept { uint kept[]; };  // accumulates
 layout(set = 0, binding = 4, std430) readonly buffer Table { uint table[]; };
 layout(set = 0, binding = 5, std430) readonly buffer Totals { uint totals[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer KeysOut { uint keys_out[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer ValuesOut { uint values_out[]; };
+layout(set = 0, binding = 6, std430) readonly buffer Seconds { uint seconds[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer EntriesOut { uvec2 entries_out[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Kept { uint kept[]; };
 layout(push_constant) uniform Push { RadixSortParams params; };
+
+#include "radix_digit.glsl"
 
 const uint kBins = 1u << kBits;
 const uint kMaxSubgroups = 16;  // of a workgroup of 128; subgroups smaller than 8 are not supported
@@ -40,7 +39,8 @@ void first_places() {
         uint before = 0;
         for (uint smaller = 0; smaller < bin; ++smaller) before += ranks[smaller];
         places[bin] = before + table[gl_WorkGroupID.x * kBins + bin];
-        if (gl_WorkGroupID.x == 0 && bin == kBins - 1) kept[0] = before + ranks[bin];
+        if (params.pass == 0 && gl_WorkGroupID.x == 0 && bin == kBins - 1)
+            kept[0] = before + ranks[bin];
     }
     barrier();
 }
@@ -48,24 +48,27 @@ void first_places() {
 void main() {
     const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x;
     first_places();
-    const uint count = min(entries[0], params.capacity);
+    const Digit digit = fixed_digit(kBits);
+    uint count = min(input_count[0], params.capacity);
+    if (!digit.first) count = kept[0];
     const uvec2 chunk = 4 * lane_quads(gl_WorkGroupID.x, count, params.lanes);
     for (uint start = chunk.x; start < min(chunk.y, count); start += width) {
         const uint i = start + l;
         const bool inside = i < min(chunk.y, count);
-        const uint key = inside ? keys[i] : 0;
-        const bool stays = inside && (!kFirst || key != 0xFFFFFFFFu);
-        const uint digit = (key >> params.shift) & (kBins - 1);
+        uvec2 entry = uvec2(0);
+        if (inside) entry = digit.first ? inputs[i] : entries[i];
+        const bool stays = inside && entry.x != 0xFFFFFFFFu;
+        const uint bin_of = digit_of(entry.x, digit);
         uvec4 same = subgroupBallot(stays);
         for (uint b = 0; b < kBits; ++b) {
-            const bool set = ((digit >> b) & 1u) != 0;
+            const bool set = ((bin_of >> b) & 1u) != 0;
             const uvec4 with = subgroupBallot(set);
             same &= set ? with : ~with;
         }
         const uint rank = subgroupBallotExclusiveBitCount(same);
         for (uint at = l; at < gl_NumSubgroups * kBins; at += width) ranks[at] = 0;
         barrier();
-        if (stays && rank == 0) ranks[gl_SubgroupID * kBins + digit] = subgroupBallotBitCount(same);
+        if (stays && rank == 0) ranks[gl_SubgroupID * kBins + bin_of] = subgroupBallotBitCount(same);
         barrier();
         for (uint bin = l; bin < kBins; bin += width) {
             uint place = places[bin];
@@ -78,9 +81,8 @@ void main() {
         }
         barrier();
         if (stays) {
-            const uint place = ranks[gl_SubgroupID * kBins + digit] + rank;
-            keys_out[place] = key;
-            values_out[place] = kPositions ? i : values[i];
+            const uint place = ranks[gl_SubgroupID * kBins + bin_of] + rank;
+            entries_out[place] = entry;
             if (kSecond) seconds_out[place] = seconds[i];
         }
         barrier();

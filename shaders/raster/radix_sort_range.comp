@@ -1,7 +1,7 @@
 #version 460
 // Least key, and least complement of a key, of those that are not 0xFFFFFFFF; range [2] holds ~0 before.
 // One invocation does a contiguous chunk. Integer minima do not depend on their order.
-// Bindings: keys (read 4 at a time), entries (their number); range.
+// Bindings: entries (key, value; read 2 at a time), input_count; range.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -9,23 +9,26 @@
 #include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
-UINT_QUADS(0, keys);
-UINTS(1, entries);
+UINT_QUADS(0, entries);
+UINTS(1, input_count);
 layout(set = 0, binding = 2, std430) buffer Range { uint range[]; };  // accumulates
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
 
 void main() {
-    const uint count = min(LD1(entries, 0), params.capacity);
+    const uint count = min(LD1(input_count, 0), params.capacity);
     const uvec2 quads = lane_quads(gl_GlobalInvocationID.x, count, lanes_for(count));
     uint least = ~0u, least_inverse = ~0u;
     for (uint i = quads.x; i < quads.y; ++i) {
-        const uvec4 key = LDU4(keys, i);
-        [[unroll]] for (uint e = 0; e < 4; ++e) {
-            const bool stays = 4 * i + e < count && key[e] != ~0u;
-            least = min(least, stays ? key[e] : ~0u);
-            least_inverse = min(least_inverse, stays ? ~key[e] : ~0u);
+        [[unroll]] for (uint h = 0; h < 2; ++h) {
+            const uint at = 2 * i + h;
+            const uvec4 two = LDU4(entries, at);
+            [[unroll]] for (uint e = 0; e < 2; ++e) {
+                const bool stays = 2 * at + e < count && two[2 * e] != ~0u;
+                least = min(least, stays ? two[2 * e] : ~0u);
+                least_inverse = min(least_inverse, stays ? ~two[2 * e] : ~0u);
+            }
         }
     }
     if (quads.x < quads.y) {

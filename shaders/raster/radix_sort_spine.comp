@@ -1,7 +1,7 @@
 #version 460
 // Exclusive sums over the lanes of the table of radix_sort_upsweep.comp, for each bin, and the bins'
-// totals. One invocation does one bin. Bindings: table [lanes][bins] in place, totals [bins], entries,
-// range. Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
+// totals. One invocation does one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
+// kept, range. Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #include "params/radix_sort_params.h"
 
@@ -10,18 +10,19 @@ layout(constant_id = 10) const uint kBits = 4;
 layout(constant_id = 15) const bool kRanged = false;
 layout(set = 0, binding = 0, std430) buffer Table { uint table[]; };  // accumulates
 layout(set = 0, binding = 1, std430) writeonly buffer Totals { uint totals[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Entries { uint entries[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Range { uint range[]; };
+layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Kept { uint kept[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Range { uint range[]; };
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
 
 void main() {
     const uint bin = gl_GlobalInvocationID.x;
-    const uint bits = kRanged ? ranged_digit(range[0], range[1], kBits).bits : kBits;
-    const uint bins = 1u << bits;
-    if (bits == 0 || bin >= bins) return;
-    const uint lanes = lanes_for(min(entries[0], params.capacity));
+    const Digit digit = kRanged ? ranged_digit(range[0], range[1], kBits) : fixed_digit(kBits);
+    const uint bins = 1u << digit.bits;
+    if (digit.bits == 0 || bin >= bins) return;
+    const uint lanes = lanes_for(digit.first ? min(input_count[0], params.capacity) : kept[0]);
     uint before = 0;
     for (uint lane = 0; lane < lanes; ++lane) {
         const uint count = table[lane * bins + bin];

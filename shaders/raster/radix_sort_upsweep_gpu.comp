@@ -1,18 +1,21 @@
 #version 460
 // As radix_sort_upsweep.comp for GPUs: a workgroup, not a lane, owns a contiguous chunk, reads it in
 // order of its invocations and counts with atomics in shared memory. table [workgroups][bins].
-// Bindings and specialisation as there.
+// Bindings (but range) and specialisation 10 as there.
 #extension GL_GOOGLE_include_directive : require
 #include "lane_quads.glsl"
 #include "params/radix_sort_params.h"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 13) const bool kFirst = false;
-layout(set = 0, binding = 0, std430) readonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Entries { uint entries[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer Table { uint table[]; };
+layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
+layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Kept { uint kept[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Table { uint table[]; };
 layout(push_constant) uniform Push { RadixSortParams params; };
+
+#include "radix_digit.glsl"
 
 const uint kBins = 1u << kBits;
 shared uint counters[kBins];
@@ -21,11 +24,12 @@ void main() {
     const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x;
     for (uint bin = l; bin < kBins; bin += width) counters[bin] = 0;
     barrier();
-    const uint count = min(entries[0], params.capacity);
+    const Digit digit = fixed_digit(kBits);
+    const uint count = digit.first ? min(input_count[0], params.capacity) : kept[0];
     const uvec2 chunk = 4 * lane_quads(gl_WorkGroupID.x, count, params.lanes);
     for (uint i = chunk.x + l; i < min(chunk.y, count); i += width) {
-        const uint key = keys[i];
-        if (!kFirst || key != 0xFFFFFFFFu) atomicAdd(counters[(key >> params.shift) & (kBins - 1)], 1u);
+        const uint key = digit.first ? inputs[i].x : entries[i].x;
+        if (key != 0xFFFFFFFFu) atomicAdd(counters[digit_of(key, digit)], 1u);
     }
     barrier();
     for (uint bin = l; bin < kBins; bin += width) table[gl_WorkGroupID.x * kBins + bin] = counters[bin];

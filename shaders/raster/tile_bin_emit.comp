@@ -2,12 +2,13 @@
 // One pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort by
 // tile alone gives lists in depth order. One invocation does one entry of the order. Footprints that
 // are not packed are left to tile_bin_emit_large.comp; the order of its list does not matter.
-// Bindings: order, begins [sorted], slot_begins [V*N], sorted, pair_count, footprints; keys [pairs]
-// tile, items [pairs] view * N + Gaussian, slots [pairs] record of the backward pass, large [sorted]
-// entries of the order, stats. Specialisation: 10 = slots wanted.
+// Bindings: order uvec2 (depth, item), begins [sorted], slot_begins [V*N], sorted, pair_count,
+// footprints; pairs uvec2 (tile, item), slots [pairs] record of the backward pass, large [sorted] entries
+// of the order, stats. Specialisation: 10 = slots wanted.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
@@ -19,11 +20,10 @@ UINTS(2, slot_begins);
 UINTS(3, sorted);
 UINTS(4, pair_count);
 UINT_QUADS(5, footprints);
-layout(set = 0, binding = 6, std430) writeonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Items { uint items[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Slots { uint slots[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Large { uint large[]; };
-layout(set = 0, binding = 10, std430) buffer Stats { uint stats[]; };  // accumulates
+PAIRS_OUT(6, pairs);
+layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
+layout(set = 0, binding = 8, std430) writeonly buffer Large { uint large[]; };
+layout(set = 0, binding = 9, std430) buffer Stats { uint stats[]; };  // accumulates
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
@@ -31,7 +31,7 @@ layout(push_constant) uniform Push { TileBinParams params; };
 void main() {
     const uint at = invocation_index(params.groups_x);
     if (at >= LD1(sorted, 0) || LD1(pair_count, 0) == 0) return;
-    const uint item = LD1(order, at);
+    const uint item = LD1(order, 2 * at + 1);
     const uvec4 packed = LDU4(footprints, item);
     if (packed.x == kNotPacked) {
         large[atomicAdd(stats[kStatLarge], 1u)] = at;
@@ -47,8 +47,8 @@ void main() {
     for (uint pair = 0; pair < packed.w;) {
         const bool done = column >= (rest.x & 15u);  // a turn of its own: rows may be empty
         if (!done) {
-            keys[begin + pair] = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
-            items[begin + pair] = item;
+            const uint tile = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
+            ST2(pairs, begin + pair, uvec2(tile, item));
             if (kSlots) slots[begin + pair] = slot + pair;
         }
         pair += done ? 0 : 1;

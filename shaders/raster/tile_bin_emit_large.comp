@@ -3,10 +3,11 @@
 // invocation does every stride-th of them, as many as its loops may take (src/ops/launch.h); mostly
 // there are none, and each group that does nothing costs time. Should it find
 // fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
-// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, keys, items, slots.
+// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots.
 // Specialisation: 10 = slots wanted.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
@@ -20,15 +21,14 @@ UINTS(4, large);
 UINTS(5, stats);
 UINTS(6, footprints);
 layout(set = 0, binding = 7, std430) writeonly buffer Counts { uint counts[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Keys { uint keys[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Items { uint items[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer Slots { uint slots[]; };
+PAIRS_OUT(8, pairs);
+layout(set = 0, binding = 9, std430) writeonly buffer Slots { uint slots[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
 
 void emit(uint at) {
-    const uint item = LD1(order, at);
+    const uint item = LD1(order, 2 * at + 1);
     const uint begin = LD1(begins, at);
     const uint end = begin + LD1(footprints, 4 * item + 3);
     const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
@@ -43,16 +43,12 @@ void emit(uint at) {
         const ivec2 columns = tile_columns(f, row, size);
         const uint row_key = (window + uint(row) - params.row_begin) * tiles_x;
         for (int x = columns.x; x < columns.y && pair < end; ++x, ++pair) {
-            keys[pair] = row_key + uint(x);
-            items[pair] = item;
+            ST2(pairs, pair, uvec2(row_key + uint(x), item));
             if (kSlots) slots[pair] = slot + pair;
         }
     }
     if (pair < end) counts[item] = pair - begin;
-    for (; pair < end; ++pair) {
-        keys[pair] = 0xFFFFFFFFu;
-        items[pair] = item;
-    }
+    for (; pair < end; ++pair) ST2(pairs, pair, uvec2(0xFFFFFFFFu, item));
 }
 
 void main() {

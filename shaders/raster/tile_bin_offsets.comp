@@ -1,7 +1,7 @@
 #version 460
 // First pair of every entry of the depth order, or first record of every item: chunks as in
 // tile_bin_reduce.comp.
-// Bindings: counts [V*N], order, sorted, sums [lanes]; begins. Specialisation: 10 = by index.
+// Bindings: counts [V*N], order uvec2 (depth, item), sorted, sums [lanes]; begins. Specialisation: 10 = by index.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
@@ -23,7 +23,7 @@ void main() {
     const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
     uint sum = LD1(sums, lane);
     for (uint i = begin; i < end; ++i) {
-        const uint item = kByIndex ? i : LD1(order, i);
+        const uint item = kByIndex ? i : LD1(order, 2 * i + 1);
         begins[i] = sum;
         sum += LD1(counts, item);
     }

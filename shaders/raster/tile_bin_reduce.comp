@@ -1,7 +1,8 @@
 #version 460
 // Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
-// pass 2^32 - 1 stay there. Bindings: counts [V*N], order, sorted (its length); sums [lanes].
-// Specialisation: 10 = by index instead of depth.
+// pass 2^32 - 1 stay there. 
+// Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes]. Specialisation:
+// 10 = by index instead of depth.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
@@ -22,6 +23,6 @@ void main() {
     const uint chunk = (length + params.lanes - 1) / params.lanes;
     const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
     uint sum = 0;
-    for (uint i = begin; i < end; ++i) sum = saturating_add(sum, LD1(counts, kByIndex ? i : LD1(order, i)));
+    for (uint i = begin; i < end; ++i) sum = saturating_add(sum, LD1(counts, kByIndex ? i : LD1(order, 2 * i + 1)));
     sums[lane] = sum;
 }

@@ -1,12 +1,13 @@
 #version 460
 // Where each tile's list lies among the sorted pairs, by binary search: [first, last). One invocation
-// does one tile. Bindings: keys (sorted), sorted (their number); ranges [tiles] uvec2, stats.
+// does one tile. Bindings: pairs uvec2 (tile, value; sorted), sorted (their number); ranges [tiles]
+// uvec2, stats.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 
 layout(local_size_x_id = 0) in;
-UINTS(0, keys);
+UINTS(0, pairs);
 UINTS(1, sorted);
 layout(set = 0, binding = 2, std430) writeonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 3, std430) buffer Stats { uint stats[]; };  // accumulates
@@ -14,12 +15,12 @@ layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
 
-// Number of keys below `key`.
+// Number of pairs of tiles before `key`.
 uint lower_bound(uint key, uint count) {
     uint low = 0;
     while (count > 0) {
         const uint half_count = count / 2;
-        const bool below = LD1(keys, low + half_count) < key;
+        const bool below = LD1(pairs, 2 * (low + half_count)) < key;
         low = below ? low + half_count + 1 : low;
         count = below ? count - half_count - 1 : half_count;
     }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t kTilePixels = kTileSize * kTileSize;
 
-/// A step through `total` workgroups that visits each once, about 0.618 of them long, so that every
+/// A step through `total` rows of tiles that visits each once, about 0.618 of them long, so that every
 /// contiguous run of them is spread evenly.
 std::uint32_t spread_of(std::uint64_t total) {
     auto step = static_cast<std::uint64_t>(0.6180339887 * static_cast<double>(total));
@@ -22,8 +22,7 @@ std::uint32_t spread_of(std::uint64_t total) {
     return fits && step > 0 ? static_cast<std::uint32_t>(step) : 1;
 }
 
-/// `parts`: workgroups for each tile.
-params::BlendParams params_of(const RasterDesc& desc, const Window& window, std::uint32_t parts) {
+params::BlendParams blend_params(const RasterDesc& desc, const Window& window) {
     params::BlendParams params{};
     params.width = desc.width;
     params.height = desc.height;
@@ -32,9 +31,7 @@ params::BlendParams params_of(const RasterDesc& desc, const Window& window, std:
     params.rows = window.rows();
     params.views = desc.views;
     params.spread =
-        tile_order_used(desc, window)
-            ? 0
-            : spread_of(std::uint64_t{desc.tiles_x()} * parts * window.rows() * desc.views);
+        tile_order_used(desc, window) ? 0 : spread_of(std::uint64_t{window.rows()} * desc.views);
     // 3dgs stops when T would be < the limit, gsplat when it would be <=.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
@@ -57,7 +54,7 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         constants.push_back({11, desc.skips.early_out ? 0U : 1U});
         constants.push_back({12, desc.skips.blocks ? 0U : 1U});
     }
-    std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.items),
+    std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
                                         vk::read(views.normals),    vk::read(views.ranges),
                                         vk::read(views.background), vk::write(views.image),
                                         vk::write(views.state),     vk::write(views.extra)};
@@ -66,11 +63,11 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
-        .push = params_of(desc, window, parts),
+        .push = blend_params(desc, window),
         .accesses = accesses,
         .groups = {desc.tiles_x() * parts, window.rows(), desc.views},
         .work = {.flops = 20 * pairs * kTilePixels,
-                 .bytes = 56 * pairs + 24 * static_cast<double>(desc.pixels())},
+                 .bytes = 60 * pairs + 24 * static_cast<double>(desc.pixels())},
     });
 }
 
@@ -87,7 +84,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
                                                {10, desc.grad_depth ? 1U : 0U},
                                                {11, desc.export_gradients ? 1U : 0U}};
     std::vector<vk::Access> accesses = {
-        vk::read(views.splats), vk::read(views.items),      vk::read(views.slots),
+        vk::read(views.splats), vk::read(views.pairs),      vk::read(views.slots),
         vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
         vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
         vk::write(records.b),   vk::write(records.c)};
@@ -99,7 +96,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .op = "blend_backward",
         .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
-        .push = params_of(desc, window, 1),
+        .push = blend_params(desc, window),
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = {.flops = 40 * pairs * kTilePixels,

@@ -6,7 +6,7 @@ namespace splat::raster {
 
 struct BlendViews {
     vk::BufferView splats;      ///< of project_forward and project_colors
-    vk::BufferView items;       ///< [pairs] uint32: item of each pair, by tile, then depth
+    vk::BufferView pairs;       ///< [pairs,2] uint32: tile and item, by tile, then depth
     vk::BufferView normals;     ///< [V*N] quads of project_normals; one quad if not desc.normals
     vk::BufferView slots;       ///< [pairs] uint32: its record; backward only
     vk::BufferView ranges;      ///< [tiles] 2 uint32

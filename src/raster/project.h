@@ -20,7 +20,7 @@ struct SceneViews {
 struct ItemViews {
     vk::BufferView splats;      ///< [V*N,3] quads: see shaders/raster/project_forward.comp
     vk::BufferView counts;      ///< [V*N] uint32: tiles
-    vk::BufferView keys;        ///< [V*N] uint32: bits of the depth, 0xFFFFFFFF if culled
+    vk::BufferView keys;        ///< [V*N,2] uint32: bits of the depth, 0xFFFFFFFF if culled; item
     vk::BufferView radii;       ///< [V*N,2] float32: pixels; 0 if culled
     vk::BufferView footprints;  ///< [V*N,4] uint32: tiles, packed; see tile_footprint.glsl
 };

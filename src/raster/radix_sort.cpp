@@ -10,10 +10,10 @@
 namespace splat::raster {
 namespace {
 
-/// Shape of the sort on a device. A digit's counters, one column per lane or on GPUs per subgroup,
-/// fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to 8 bits: depths
-/// within a factor of 4 take three passes. A lane's chunk is longer than its 256 counters, or they
-/// would take most of the time.
+/// Shape of the sort on a device. A lane has a counter for each value of a digit; on GPUs they are
+/// per subgroup and fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to
+/// 8 bits: depths within a factor of 4 take three passes. A lane's chunk is longer than its 256
+/// counters, or they would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
@@ -58,7 +58,7 @@ params::RadixSortParams params_of(const Plan& plan, const RadixSortDesc& desc, s
     params.least = plan.least;
     params.chunk = plan.chunk;
     params.pass = pass;
-    params.shift = pass * plan.digit_bits;
+    params.passes = plan.passes;
     return params;
 }
 
@@ -71,45 +71,41 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
                             "radix_sort_range"),
         .constants = {{ops::kWorkgroupSizeId, plan.group}},
         .push = params_of(plan, desc, 0),
-        .accesses = {vk::read(views.keys[0]), vk::read(views.entries), vk::read_write(views.range)},
+        .accesses = {vk::read(views.input), vk::read(views.count), vk::read_write(views.range)},
         .groups = {plan.groups, 1, 1},
-        .work = {.flops = double{2} * desc.capacity, .bytes = double{4} * desc.capacity},
+        .work = {.flops = double{2} * desc.capacity, .bytes = double{8} * desc.capacity},
     });
 }
 
-/// Sort by one digit: count, sum, move.
+/// Sort by one digit: count, sum, move. Which pass is the first is known on the device if digits are
+/// by the range of the keys.
 Status sort_pass(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
                  const RadixSortViews& views, std::uint32_t pass) {
     const vk::Kernels kernels = recorder.kernels();
     const double entries = desc.capacity;
     const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
     const params::RadixSortParams params = params_of(plan, desc, pass);
-    const std::uint32_t in = pass % 2;
-    const bool positions = desc.positions && pass == 0;
-    const bool no_keys = desc.no_keys && pass + 1 == plan.passes;
+    const vk::BufferView& entries_in = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
     const vk::SpecConstant group = {ops::kWorkgroupSizeId, plan.group};
     const vk::SpecConstant digit = {10, plan.digit_bits};
-    const vk::SpecConstant first = {13, pass == 0 ? 1U : 0U};
     const vk::SpecConstant ranged = {15, plan.ranged ? 1U : 0U};
-    const vk::BufferView& count = pass == 0 ? views.entries : views.kept;
-    std::vector<vk::SpecConstant> up = {group, digit, first};
-    std::vector<vk::SpecConstant> down = {
-        group, digit, {11, positions ? 1U : 0U}, {12, desc.second ? 1U : 0U}, first};
-    std::vector<vk::Access> counted = {vk::read(views.keys[in]), vk::read(count),
-                                       vk::write(views.table)};
-    std::vector<vk::Access> moved = {vk::read(views.keys[in]),
-                                     vk::read(positions ? views.keys[in] : views.values[in]),
-                                     vk::read(views.seconds[in]),
-                                     vk::read(count),
+    std::vector<vk::SpecConstant> up = {group, digit};
+    std::vector<vk::SpecConstant> down = {group, digit, {12, desc.second ? 1U : 0U}};
+    const vk::BufferView& input = plan.ranged ? views.input : entries_in;
+    std::vector<vk::Access> counted = {vk::read(input), vk::read(entries_in), vk::read(views.count),
+                                       vk::read(views.kept), vk::write(views.table)};
+    std::vector<vk::Access> moved = {vk::read(input),
+                                     vk::read(entries_in),
+                                     vk::read(views.count),
+                                     vk::read_write(views.kept),
                                      vk::read(views.table),
                                      vk::read(views.totals),
-                                     vk::write(views.keys[1 - in]),
-                                     vk::write(views.values[1 - in]),
-                                     vk::write(views.seconds[1 - in]),
-                                     vk::write(pass == 0 ? views.kept : views.scratch)};
+                                     vk::read(views.seconds[1 - pass % 2]),
+                                     vk::write(views.sides[pass % 2]),
+                                     vk::write(views.seconds[pass % 2])};
     if (kernels != vk::Kernels::kGpu) {
         up.push_back(ranged);
-        down.insert(down.end(), {{14, no_keys ? 1U : 0U}, ranged});
+        down.push_back(ranged);
         counted.push_back(vk::read(views.range));
         moved.push_back(vk::read(views.range));
     }
@@ -121,15 +117,15 @@ Status sort_pass(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
         .push = params,
         .accesses = counted,
         .groups = {plan.groups, 1, 1},
-        .work = {.flops = entries, .bytes = 4 * entries + table},
+        .work = {.flops = entries, .bytes = 8 * entries + table},
     }));
     SPLAT_TRY(recorder.dispatch({
         .op = "radix_sort",
         .shader = "radix_sort_spine",
         .constants = {group, digit, ranged},
         .push = params,
-        .accesses = {vk::read_write(views.table), vk::write(views.totals), vk::read(count),
-                     vk::read(views.range)},
+        .accesses = {vk::read_write(views.table), vk::write(views.totals), vk::read(views.count),
+                     vk::read(views.kept), vk::read(views.range)},
         .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
         .work = {.flops = table / 4, .bytes = 2 * table},
     }));
@@ -153,11 +149,13 @@ std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSo
 }
 
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc) {
-    return plan_for(recorder, desc).passes % 2;
+    return (plan_for(recorder, desc).passes + 1) % 2;
 }
 
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
     const Plan plan = plan_for(recorder, desc);
+    // The first pass that works is known on the device alone, and with it the second values' side.
+    SPLAT_ASSERT(!plan.ranged || !desc.second);
     if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, views));
     for (std::uint32_t pass = 0; pass < plan.passes; ++pass)
         SPLAT_TRY(sort_pass(recorder, plan, desc, views, pass));

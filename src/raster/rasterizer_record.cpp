@@ -8,7 +8,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t side =
         radix_sort_side(recorder, {.capacity = space_.capacity, .key_bits = bits});
     return {.splats = space_.splats.range(),
-            .items = space_.pairs.items[side].range(),
+            .pairs = space_.pairs.entries[side].range(),
             .normals = space_.normals.range(),
             .slots = space_.pairs.slots[side].range(),
             .ranges = space_.ranges.range(),
@@ -22,22 +22,21 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
     const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
     const auto items = static_cast<std::uint32_t>(desc_.items());
-    const RadixSortDesc by_depth = {.capacity = items, .positions = true, .no_keys = true};
+    const RadixSortDesc by_depth = {.capacity = items};
     const RadixSortDesc by_tile = {.capacity = space_.capacity,
                                    .key_bits = tile_key_bits(desc_, window),
                                    .second = desc_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
     SPLAT_TRY(project_forward(recorder, desc_, window, scene, space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
-                         {.keys = {space_.item_keys[0].range(), space_.item_keys[1].range()},
-                          .values = {space_.item_order[0].range(), space_.item_order[1].range()},
+                         {.input = space_.item_keys.range(),
+                          .sides = {space_.item_order[0].range(), space_.item_order[1].range()},
                           .seconds = {space_.unused[0].range(), space_.unused[1].range()},
                           .table = space_.item_table.range(),
                           .totals = space_.totals.range(),
                           .range = space_.key_range.range(),
-                          .entries = space_.item_count.range(),
-                          .kept = space_.sorted.range(),
-                          .scratch = space_.scratch.range()}));
+                          .count = space_.item_count.range(),
+                          .kept = space_.sorted.range()}));
     SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
                        {.splats = space_.splats.range(),
                         .counts = space_.counts.range(),
@@ -47,24 +46,23 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                         .sums = space_.sums.range(),
                         .begins = space_.begins.range(),
                         .slot_begins = space_.slot_begins.range(),
-                        .keys = space_.pairs.keys[0].range(),
-                        .items = space_.pairs.items[0].range(),
-                        .slots = space_.pairs.slots[0].range(),
+                        .pairs = space_.pairs.entries[1].range(),
+                        .slots = space_.pairs.slots[1].range(),
                         .large = space_.large.range(),
                         .pair_count = space_.pair_count.range(),
                         .stats = space_.stats.range()}));
-    SPLAT_TRY(radix_sort(recorder, by_tile,
-                         {.keys = {space_.pairs.keys[0].range(), space_.pairs.keys[1].range()},
-                          .values = {space_.pairs.items[0].range(), space_.pairs.items[1].range()},
-                          .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
-                          .table = space_.pairs.table.range(),
-                          .totals = space_.totals.range(),
-                          .range = space_.key_range.range(),
-                          .entries = space_.pair_count.range(),
-                          .kept = space_.kept_pairs.range(),
-                          .scratch = space_.scratch.range()}));
+    SPLAT_TRY(
+        radix_sort(recorder, by_tile,
+                   {.input = space_.pairs.entries[1].range(),
+                    .sides = {space_.pairs.entries[0].range(), space_.pairs.entries[1].range()},
+                    .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
+                    .table = space_.pairs.table.range(),
+                    .totals = space_.totals.range(),
+                    .range = space_.key_range.range(),
+                    .count = space_.pair_count.range(),
+                    .kept = space_.kept_pairs.range()}));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
-    SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.keys[side].range(),
+    SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[side].range(),
                           space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
     SPLAT_TRY(tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
     SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));

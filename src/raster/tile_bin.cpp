@@ -116,10 +116,10 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .push = params,
         .accesses = {vk::read(views.order), vk::read(views.begins), vk::read(views.slot_begins),
                      vk::read(views.sorted), vk::read(views.pair_count), vk::read(views.footprints),
-                     vk::write(views.keys), vk::write(views.items), vk::write(views.slots),
-                     vk::write(views.large), vk::read_write(views.stats)},
+                     vk::write(views.pairs), vk::write(views.slots), vk::write(views.large),
+                     vk::read_write(views.stats)},
         .groups = groups,
-        .work = {.flops = 200 * items, .bytes = 28 * items + 12.0 * bin.capacity},
+        .work = {.flops = 200 * items, .bytes = 32 * items + 12.0 * bin.capacity},
     }));
     const std::uint64_t share = large_share(recorder, desc, bin.window);
     const vk::Groups large_groups =
@@ -134,15 +134,15 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .push = params,
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
-                     vk::read(views.footprints), vk::write(views.counts), vk::write(views.keys),
-                     vk::write(views.items), vk::write(views.slots)},
+                     vk::read(views.footprints), vk::write(views.counts), vk::write(views.pairs),
+                     vk::write(views.slots)},
         .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });
 }
 
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                   const vk::BufferView& keys, const vk::BufferView& sorted,
+                   const vk::BufferView& pairs, const vk::BufferView& sorted,
                    const vk::BufferView& ranges, const vk::BufferView& stats) {
     params::TileBinParams params = params_of(recorder, desc, window);
     const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
@@ -153,7 +153,7 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
         .shader = ops::pick(recorder.kernels(), "tile_ranges", "tile_ranges_cpu", "tile_ranges"),
         .constants = {{ops::kWorkgroupSizeId, group}},
         .push = params,
-        .accesses = {vk::read(keys), vk::read(sorted), vk::write(ranges), vk::read_write(stats)},
+        .accesses = {vk::read(pairs), vk::read(sorted), vk::write(ranges), vk::read_write(stats)},
         .groups = groups,
         .work = {.flops = 100.0 * params.tiles, .bytes = 200.0 * params.tiles},
     });

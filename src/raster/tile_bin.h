@@ -15,13 +15,12 @@ struct TileBinViews {
     vk::BufferView splats;  ///< of project_forward
     vk::BufferView counts;
     vk::BufferView footprints;
-    vk::BufferView order;        ///< [V*N] uint32: items by depth
+    vk::BufferView order;        ///< [V*N,2] uint32: depth, item; by depth
     vk::BufferView sorted;       ///< uint32: their number
     vk::BufferView sums;         ///< tile_bin_lanes uint32, workspace
     vk::BufferView begins;       ///< [V*N] uint32, out: first pair of an entry of `order`
     vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
-    vk::BufferView keys;         ///< [capacity] uint32, out: tile
-    vk::BufferView items;        ///< [capacity] uint32, out: item
+    vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
     vk::BufferView large;        ///< [V*N] uint32, workspace: entries with large footprints
     vk::BufferView pair_count;   ///< uint32, out: pairs made
@@ -43,9 +42,9 @@ std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
 Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDesc& bin,
                 const TileBinViews& views);
 
-/// ranges [tiles] 2 uint32: each tile's part [first, last) of the sorted keys, `sorted` of them.
+/// ranges [tiles] 2 uint32: each tile's part [first, last) of the sorted pairs, `sorted` of them.
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                   const vk::BufferView& keys, const vk::BufferView& sorted,
+                   const vk::BufferView& pairs, const vk::BufferView& sorted,
                    const vk::BufferView& ranges, const vk::BufferView& stats);
 
 /// Whether the blending kernels for CPU devices take their tiles in the order of tile_order: of few

@@ -53,16 +53,14 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&large, "large footprints", 4 * items},
                            {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
                            {&background, "background", 16},
-                           {&item_keys[0], "depth keys", 4 * items},
-                           {&item_keys[1], "depth keys", 4 * items},
-                           {&item_order[0], "depth order", 4 * items},
-                           {&item_order[1], "depth order", 4 * items},
+                           {&item_keys, "depth keys", 8 * items},
+                           {&item_order[0], "depth order", 8 * items},
+                           {&item_order[1], "depth order", 8 * items},
                            {&item_table, "sort table", table_bytes(context, items, 32)},
                            {&totals, "sort totals", 4 * kRadixBins},
                            {&key_range, "depth range", 16},
                            {&item_count, "item count", 16},
                            {&sorted, "sorted count", 16},
-                           {&scratch, "sort count", 16},
                            {&unused[0], "unused", 16},
                            {&unused[1], "unused", 16},
                            {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
@@ -85,17 +83,15 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
 Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
                                  std::uint32_t wanted) {
     Pairs fresh;
-    const std::uint64_t words = std::uint64_t{4} * wanted;
+    const std::uint64_t entries = std::uint64_t{8} * wanted;
+    const std::uint64_t slots = desc.backward ? std::uint64_t{4} * wanted : 16;
     const std::uint64_t record = desc.backward ? std::uint64_t{16} * wanted : 16;
-    const std::uint64_t slots = desc.backward ? words : 16;
     const std::uint32_t bits = tile_key_bits(desc, {0, desc.tiles_y()});
     std::uint64_t table = 0;  // fewer tiles in a window may mean fewer or longer digits
     for (std::uint32_t b = 1; b <= bits; ++b)
         table = std::max(table, table_bytes(context, wanted, b));
-    SPLAT_ASSIGN(pair_bytes_, allocate(context, {{&fresh.keys[0], "pair keys", words},
-                                                 {&fresh.keys[1], "pair keys", words},
-                                                 {&fresh.items[0], "pair items", words},
-                                                 {&fresh.items[1], "pair items", words},
+    SPLAT_ASSIGN(pair_bytes_, allocate(context, {{&fresh.entries[0], "pairs", entries},
+                                                 {&fresh.entries[1], "pairs", entries},
                                                  {&fresh.slots[0], "record slots", slots},
                                                  {&fresh.slots[1], "record slots", slots},
                                                  {&fresh.table, "sort table", table},
@@ -108,10 +104,10 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
 }
 
 std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc) {
-    const std::uint64_t element = desc.backward ? 16 : 4;
+    const std::uint64_t element = desc.backward ? 16 : 8;
     return static_cast<std::uint32_t>(
         std::min({device.limits.max_storage_buffer_bytes / element,
-                  device.limits.max_texel_elements, std::uint64_t{1} << 30}));
+                  device.limits.max_texel_elements / 2, std::uint64_t{1} << 30}));
 }
 
 }  // namespace splat::raster

@@ -25,13 +25,13 @@ class Workspace {
     std::uint32_t capacity = 0;
 
     vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
-    vk::Buffer item_keys[2], item_order[2], item_table;
-    vk::Buffer totals, key_range, item_count, sorted, scratch, unused[2], sums, stats, pair_count,
+    vk::Buffer item_keys, item_order[2], item_table;
+    vk::Buffer totals, key_range, item_count, sorted, unused[2], sums, stats, pair_count,
         kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
         pose;
     struct Pairs {
-        vk::Buffer keys[2], items[2], slots[2], table;
+        vk::Buffer entries[2], slots[2], table;
         vk::Buffer record_a, record_b, record_c;
     };
     Pairs pairs;
@@ -39,7 +39,7 @@ class Workspace {
     [[nodiscard]] ItemViews items() const {
         return {.splats = splats.range(),
                 .counts = counts.range(),
-                .keys = item_keys[0].range(),
+                .keys = item_keys.range(),
                 .radii = radii.range(),
                 .footprints = footprints.range()};
     }

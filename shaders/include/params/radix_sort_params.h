@@ -13,7 +13,7 @@ struct RadixSortParams {
     uint least;     // lanes that take part however few entries there are
     uint chunk;     // entries that each further lane is for
     uint pass;
-    uint shift;  // of the digit in the key; with a range of keys it depends on that
+    uint passes;
 };
 
 #ifdef __cplusplus
