@@ -732,7 +732,7 @@ enum {
 enum {
     SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* what lies beyond alpha = 1/255 */
     SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
-    SPLAT_SKIP_CULL = 1u << 2,           /* sorting Gaussians that reach no tile */
+    SPLAT_SKIP_CULL = 1u << 2,           /* sorting what is outside, too faint, or (ANTIALIASED) too small */
     SPLAT_SKIP_EARLY_OUT = 1u << 3,      /* blending where every pixel has stopped */
     SPLAT_SKIP_UNCHANGED = 1u << 4,      /* drawing when scene, cameras, background stay */
     SPLAT_SKIP_BLOCKS = 1u << 5          /* what a block of 8 x 8 pixels cannot see */

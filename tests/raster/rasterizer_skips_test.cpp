@@ -106,6 +106,22 @@ TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
 }
 
+/// Compensation makes Gaussians of a small part of a pixel fainter than a pixel can see.
+TEST_P(RasterizerSkips, SubPixelGaussiansThatAreCompensated) {
+    RasterCase scene = random_scene({400, 75, 41}, 86, 0);
+    for (float& scale : scene.scales) scale *= 0.02F;
+    raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
+    const raster::RasterStats dilated = bits_of(context(), scene, desc).stats;
+    desc.antialiased = true;
+    const Bits with = bits_of(context(), scene, desc);
+    desc.skips.cull = false;
+    const Bits without = bits_of(context(), scene, desc);
+    expect_equal(with, without, "antialiased, without cull");
+    EXPECT_GT(with.stats.visible, 0U) << "the test needs some to be seen";
+    EXPECT_LT(with.stats.visible, without.stats.visible / 2);
+    EXPECT_LT(with.stats.visible, dilated.visible / 2) << "seen without compensation";
+}
+
 /// Several rows of tiles without a tile in a footprint: at its rim where extents ignore the opacity.
 TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
     RasterCase scene = random_scene({300, 150, 130}, 77, 0);
