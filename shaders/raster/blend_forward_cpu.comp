@@ -1,8 +1,8 @@
 #version 460
 // As blend_forward.comp for devices whose shaders run on a CPU, almost without branches: 8 lanes take
-// 8 columns of a tile and kRows rows each. They look at 8 list entries at a time, one per lane, put
-// those that can reach the 8 x 8 block into a queue, and blend 8 of the queue at a time, passed round
-// by constant shuffles. Needs a workgroup of one subgroup of at least 8.
+// 8 columns of a tile and kRows rows each. They look at 8 list entries at a time, one per lane, let those
+// that can reach the 8 x 8 block wait until there are 8, and blend these, passed round by constant
+// shuffles. Needs a workgroup of one subgroup of at least 8.
 // One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses: there are
 // 16 * 16 / (8 * kRows) for each tile of a row in x, the rows of tiles in y, the views in z.
 // Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
@@ -10,7 +10,6 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
-#extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_shader_subgroup_vote : require
 #include "blend.glsl"
@@ -36,8 +35,17 @@ layout(push_constant) uniform Push { BlendParams params; };
 
 const int kRows = 8;
 
-// List entries that wait to be blended; never more than 7 when 8 are looked at.
-shared uint queue[16];
+// List entries that wait to be blended, in the order of the lanes: the first 8, and those after them.
+struct Waiting {
+    uint count;
+    uint entries, next_entries;
+};
+
+// The place of the set bit of an octet that has n set bits before it, n < 8; anything if there is none.
+uint place_of_bit(uint bits, int n) {
+    [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
+    return uint(findLSB(bits));
+}
 
 // Whether some pixel centre within low <= p - mean <= high may have alpha >= kAlphaMin: the least
 // |L^T p|^2 over the box, which is 0 inside and else on an edge that faces the mean.
@@ -51,9 +59,9 @@ bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
     return min(power.x, power.y) <= reach;
 }
 
-// Look at list entries from `seen` on until 8 wait in the queue, or the list ends.
-void fill_queue(uvec2 range, vec2 low, uint lane, uint head, inout uint seen, inout uint waiting) {
-    while (seen < range.y && waiting < 8) {
+// Look at list entries from `seen` on until 8 wait, or the list ends.
+void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting waiting) {
+    while (seen < range.y && waiting.count < 8) {
         const uint mine = min(seen + lane, range.y - 1);
         const uint candidate = LD1(pairs, 2 * mine + 1);
         const vec2 mean = LD4(splats, candidate * 3).xy;
@@ -61,8 +69,10 @@ void fill_queue(uvec2 range, vec2 low, uint lane, uint head, inout uint seen, in
         const bool keep = seen + lane < range.y &&
                           (kWholeTile || reaches(low - mean, low + 7.0 - mean, b.xyz, b.w));
         const uint kept = subgroupBallot(keep).x & 0xFFu;
-        if (keep) queue[(head + waiting + bitCount(kept & ((1u << lane) - 1u))) & 15u] = mine;
-        waiting += bitCount(kept);
+        const int before = int(lane) - int(waiting.count);  // of those kept
+        if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
+        waiting.next_entries = seen + place_of_bit(kept, before + 8);
+        waiting.count += bitCount(kept);
         seen += 8;
     }
 }
@@ -99,14 +109,13 @@ void main() {
         color[r] = vec3(0);
     }
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
-    uint seen = range.x, head = 0, waiting = 0;
-    while (seen < range.y || waiting > 0) {
-        fill_queue(range, low, lane, head, seen, waiting);
-        subgroupMemoryBarrierShared();
-        const bool filled = lane < waiting;
-        const uint entry = filled ? queue[(head + lane) & 15u] : range.x;
-        head += 8;
-        waiting -= min(waiting, 8u);
+    uint seen = range.x;
+    Waiting waiting = Waiting(0, 0, 0);
+    while (seen < range.y || waiting.count > 0) {
+        look_ahead(range, low, lane, seen, waiting);
+        const bool filled = lane < waiting.count;
+        const uint entry = filled ? waiting.entries : range.x;
+        waiting = Waiting(waiting.count - min(waiting.count, 8u), waiting.next_entries, 0);
         const uint item = LD1(pairs, 2 * entry + 1);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
         const vec4 b = LD4(splats, item * 3 + 1);
