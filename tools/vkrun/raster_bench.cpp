@@ -42,10 +42,12 @@ class Side {
             gradients_[name] = make_tensor(device, "grad_" + name, dims, {});
     }
 
-    void forward(std::size_t view) {
-        check(splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
-                                             &from_.cameras[view], 1, from_.background));
+    splat_result draw(std::size_t view) {
+        return splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
+                                              &from_.cameras[view], 1, from_.background);
     }
+
+    void forward(std::size_t view) { check(draw(view)); }
 
     void set_loss(const std::vector<float>& grad_rgb) {
         grad_rgb_ = make_tensor(device_, "grad_rgb",
@@ -115,6 +117,18 @@ void add_stages(splat_device device, RasterTimes& times, double calls) {
     for (const Json& row : profile.at("ops"))
         times.stage_ms[stage_of(row.at("op").get<std::string>())] +=
             row.at("total_ms").get<double>() / calls;
+}
+
+/// Why plain kernels cannot draw the scene: a list longer than the device lets their loops be. ""
+/// if they can.
+std::string refusal_of_plain(splat_device plain, const RasterCase& from) {
+    Side side(plain, from, 0, true);
+    for (std::size_t view = 0; view < from.cameras.size(); ++view) {
+        const splat_result result = side.draw(view);
+        if (result == SPLAT_ERROR_UNSUPPORTED) return splat_last_error_message();
+        check(result);
+    }
+    return "";
 }
 
 /// All views once, forward or forward and backward; the first round is not counted.
@@ -213,8 +227,10 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     result.height = from.cameras[0].height;
     result.views = from.cameras.size();
     const RasterReference reference(from, effort.samples);
+    if (effort.plain) result.plain_refusal = refusal_of_plain(devices.plain.get(), from);
+    const bool with_plain = effort.plain && result.plain_refusal.empty();
     std::vector<std::pair<Side, RasterFigures*>> sides;
-    if (effort.plain) sides.emplace_back(Side(devices.plain.get(), from, 0, true), &result.plain);
+    if (with_plain) sides.emplace_back(Side(devices.plain.get(), from, 0, true), &result.plain);
     sides.emplace_back(Side(devices.fast.get(), from, 0, true), &result.fast);
     for (auto& [side, figures] : sides) {
         figures->kernels = kernels_name(info_of(side.device()).kernels);
@@ -232,7 +248,7 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     }
     sides.clear();
     for (const bool plain : {true, false}) {
-        if (plain && !effort.plain) continue;
+        if (plain && !with_plain) continue;
         Side side((plain ? devices.plain_profiled : devices.fast_profiled).get(), from, 0, true);
         RasterFigures& figures = plain ? result.plain : result.fast;
         RasterFigures unused;
