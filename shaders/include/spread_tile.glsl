@@ -7,8 +7,8 @@
 // lavapipe gives each thread one contiguous run of workgroups. Tiles come in the order of
 // tile_order_cpu.comp if params.spread is 0. Else rows of tiles that are neighbours, and alike in cost, go
 // to workgroups far apart: multiples of params.spread, which has no divisor in common with the number of
-// rows. Tiles of a row, and parts of a tile, come one after the other, as they read the same Gaussians.
-// Needs `params`, BlendParams, and UINTS `order`.
+// rows; one or two rows are not spread. Tiles of a row, and parts of a tile, come one after the other, as
+// they read the same Gaussians. Needs `params`, BlendParams, and UINTS `order`.
 uvec4 spread_tile(uint parts) {
     const uint width = params.tiles_x * parts;
     const uint line = gl_WorkGroupID.z * params.rows + gl_WorkGroupID.y;

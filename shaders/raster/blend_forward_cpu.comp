@@ -41,7 +41,7 @@ struct Waiting {
     uint entries, next_entries;
 };
 
-// The place of the set bit of an octet that has n set bits before it, n < 8; anything if there is none.
+// The place of the set bit of an octet that has n set bits before it; anything if there is none.
 uint place_of_bit(uint bits, int n) {
     [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
     return uint(findLSB(bits));

@@ -1,6 +1,6 @@
 #version 460
 // Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
-// pass 2^32 - 1 stay there. 
+// pass 2^32 - 1 stay there.
 // Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes]. Specialisation:
 // 10 = by index instead of depth.
 #extension GL_GOOGLE_include_directive : require

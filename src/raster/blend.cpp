@@ -100,7 +100,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = {.flops = 40 * pairs * kTilePixels,
-                 .bytes = 104 * pairs + 24 * static_cast<double>(desc.pixels())},
+                 .bytes = 108 * pairs + 24 * static_cast<double>(desc.pixels())},
     });
 }
 

@@ -25,7 +25,7 @@ struct RadixSortViews {
                                             ///< of `sides`; seconds[1] is the input
     vk::BufferView table;                   ///< radix_sort_table_bytes
     vk::BufferView totals;                  ///< kRadixBins uint32
-    vk::BufferView range;                   ///< 2 uint32, workspace: least and greatest key
+    vk::BufferView range;                   ///< 2 uint32, workspace: least key, least ~key
     vk::BufferView count;                   ///< uint32: number of entries
     vk::BufferView kept;                    ///< uint32, out: entries that stayed
 };
@@ -42,7 +42,7 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 /// Precision    exact
 /// Determinism  bit-exact for any thread count; no atomics but minima of integers, no waiting on
 ///              another workgroup
-/// Source       least significant digit first; a private histogram column per lane makes it stable
+/// Source       least significant digit first; a histogram per lane makes it stable
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views);
 
 }  // namespace splat::raster

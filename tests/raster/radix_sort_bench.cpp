@@ -89,7 +89,9 @@ int bench(std::uint32_t count, int rounds) {
     std::vector<Pair> pairs(count), other(count);
     for (int round = -1; round < rounds; ++round) {
         if (round == 0) context.profile()->reset();
-        const double time = milliseconds([&] { (void)context.run(list.value()); });
+        Status ran;
+        const double time = milliseconds([&] { ran = context.run(list.value()); });
+        if (!ran.ok()) return 1;
         const double peer = milliseconds([&] { host_sort(input_pairs, pairs, other); });
         if (round < 0) continue;
         device.push_back(time);

@@ -16,7 +16,8 @@ namespace {
 
 constexpr const char* kBenchRasterFooter =
     R"(Each view is drawn by plain and by fast kernels in turn (A B A B) in this one process,
-forward and backward.
+forward and backward; by the fast ones alone if lists are longer than the device lets plain loops
+be ("plain_refusal" in JSON).
 
   min ms, median ms  wall time of a call, over all views and rounds
   project ... blend  device time of the stages, mean over the views

@@ -121,10 +121,9 @@ void add_stages(splat_device device, RasterTimes& times, double calls) {
 
 /// Why plain kernels cannot draw the scene: a list longer than the device lets their loops be. ""
 /// if they can.
-std::string refusal_of_plain(splat_device plain, const RasterCase& from) {
-    Side side(plain, from, 0, true);
-    for (std::size_t view = 0; view < from.cameras.size(); ++view) {
-        const splat_result result = side.draw(view);
+std::string refusal_of(Side& plain, std::size_t views) {
+    for (std::size_t view = 0; view < views; ++view) {
+        const splat_result result = plain.draw(view);
         if (result == SPLAT_ERROR_UNSUPPORTED) return splat_last_error_message();
         check(result);
     }
@@ -227,10 +226,13 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     result.height = from.cameras[0].height;
     result.views = from.cameras.size();
     const RasterReference reference(from, effort.samples);
-    if (effort.plain) result.plain_refusal = refusal_of_plain(devices.plain.get(), from);
-    const bool with_plain = effort.plain && result.plain_refusal.empty();
     std::vector<std::pair<Side, RasterFigures*>> sides;
-    if (with_plain) sides.emplace_back(Side(devices.plain.get(), from, 0, true), &result.plain);
+    if (effort.plain) {
+        Side plain(devices.plain.get(), from, 0, true);
+        result.plain_refusal = refusal_of(plain, result.views);
+        if (result.plain_refusal.empty()) sides.emplace_back(std::move(plain), &result.plain);
+    }
+    const bool with_plain = !sides.empty();
     sides.emplace_back(Side(devices.fast.get(), from, 0, true), &result.fast);
     for (auto& [side, figures] : sides) {
         figures->kernels = kernels_name(info_of(side.device()).kernels);

@@ -9,7 +9,7 @@ using uint = std::uint32_t;
 
 struct RadixSortParams {
     uint capacity;  // entries that the arrays hold
-    uint lanes;     // columns of the histogram; each lane sorts a contiguous chunk of the entries
+    uint lanes;     // each has a histogram and sorts a contiguous chunk of the entries
     uint least;     // lanes that take part however few entries there are
     uint chunk;     // entries that each further lane is for
     uint pass;
