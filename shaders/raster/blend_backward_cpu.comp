@@ -1,20 +1,24 @@
 #version 460
-// As blend_backward.comp for devices whose shaders run on a CPU: 8 lanes take a whole tile, 2 columns
-// by 16 rows each. 8 list entries are fetched at once and rotated through the lanes; a lane sums its
-// 32 pixels, a butterfly the lanes. Needs subgroups of at least 8.
+// As blend_backward.comp for devices whose shaders run on a CPU: 8 lanes take a block of 8 x 8 pixels of a
+// tile, a column each, and the four blocks of the tile one after the other. 8 list entries are looked at at
+// once, one per lane; those that can reach the block are passed from lane to lane. A lane sums its pixels, a
+// butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
-// blend_backward.comp; 12 = walk the whole list, also what no pixel reached.
+// blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
+// reach a block, too, which takes fewer turns of loops: lists may be longer. The sums are the same.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "blend.glsl"
+#include "blend_blocks.glsl"
 #include "load.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(constant_id = 12) const bool kWholeList = false;
+layout(constant_id = 13) const bool kWholeTile = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -31,12 +35,36 @@ layout(push_constant) uniform Push { BlendParams params; };
 
 #include "spread_tile.glsl"
 
-const int kRows = 16;
-const int kPixels = 2 * kRows;
+const int kRows = 8;
+const int kBlocks = 4;
+const int kPixels = kBlocks * kRows;
 const uint kSums = 12;
 
-// Per pixel of the lane: transmittance, what lies behind, gradients, entries before the stop.
+// Per pixel of the lane, block by block: transmittance, what lies behind, gradients, entries before the stop.
 float t[kPixels], behind[kPixels], g_r[kPixels], g_g[kPixels], g_b[kPixels], g_z[kPixels], stop[kPixels];
+
+// A list entry: splat with the mean relative to the tile's corner, and place in the list.
+struct Entry {
+    vec4 a;  // mean, opacity, depth
+    vec3 l;
+    vec3 rgb;
+    float place;
+};
+
+// What a lane's own entry collects: its turn among those that reach a block, and the record.
+struct Own {
+    uint turn;
+    float record[kSums];
+};
+
+Entry of_lane(Entry e, uint lane) {
+    e.a = vec4(subgroupShuffle(e.a.x, lane), subgroupShuffle(e.a.y, lane), subgroupShuffle(e.a.z, lane),
+               kDepth ? subgroupShuffle(e.a.w, lane) : 0.0);
+    e.l = vec3(subgroupShuffle(e.l.x, lane), subgroupShuffle(e.l.y, lane), subgroupShuffle(e.l.z, lane));
+    e.rgb = vec3(subgroupShuffle(e.rgb.r, lane), subgroupShuffle(e.rgb.g, lane), subgroupShuffle(e.rgb.b, lane));
+    e.place = subgroupShuffle(e.place, lane);
+    return e;
+}
 
 float lanes_sum(float v) {
     v += subgroupShuffleXor(v, 1u);
@@ -45,61 +73,85 @@ float lanes_sum(float v) {
     return v;
 }
 
-// Sums over the lane's pixels, in the order of the record.
-void one_splat(vec3 a, vec3 l, vec4 color, float x, float index, out float sums[kSums]) {
+// First pixel of a block, relative to the tile's.
+uvec2 block_at(int block) { return uvec2(block & 1, block >> 1) * 8u; }
+
+// One entry over one block: sums over the pixels, in the order of the record.
+void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) {
+    const vec2 first = vec2(block_at(block)) + vec2(lane, 0) + 0.5;
+    const float most = params.straight_through != 0 ? 1.0 / 0.0 : kAlphaMax;
+    precise float qx = e.a.x - first.x;
+    precise float ux = e.l.x * qx;
     vec4 sum_c = vec4(0);
-    float m00 = 0.0, m10 = 0.0, m01 = 0.0, m20 = 0.0, m11 = 0.0, m02 = 0.0;
+    float m0 = 0.0, m1 = 0.0, m2 = 0.0;
     vec2 slope = vec2(0);
-    [[unroll]] for (int h = 0; h < 2; ++h) {
-        precise float qx = a.x - (x + 8.0 * float(h));
-        precise float ux = l.x * qx;
-        float m0 = 0.0, m1 = 0.0, m2 = 0.0;
-        [[unroll]] for (int r = 0; r < kRows; ++r) {
-            const int q = h * kRows + r;
-            precise float qy = a.y - (0.5 + float(r));
-            precise float u = ux + l.y * qy;
-            precise float w2 = l.z * qy;
-            precise float power = -(u * u + w2 * w2);
-            precise float raw = a.z * exp2(power);
-            precise float clamped = min(kAlphaMax, raw);
-            const float alpha = clamped >= kAlphaMin && index < stop[q] ? clamped : 0.0;
-            t[q] = t[q] / (1.0 - alpha);
-            const float w = alpha * t[q];
-            float e = color.r * g_r[q] + color.g * g_g[q] + color.b * g_b[q] - behind[q];
-            if (kDepth) e += color.a * g_z[q];
-            behind[q] += alpha * e;
-            sum_c.rgb += w * vec3(g_r[q], g_g[q], g_b[q]);
-            if (kDepth) sum_c.a += w * g_z[q];
-            const float straight = alpha > 0.0 ? raw * t[q] : 0.0;
-            const float v = (params.straight_through != 0 ? straight : raw <= kAlphaMax ? w : 0.0) * e;
-            const float vy = v * qy;
-            m0 += v;
-            m1 += vy;
-            m2 += vy * qy;
-            if (kAbsolute)
-                slope += kTwoLn2 * abs(v * vec2(l.x * u, l.y * u + l.z * w2));
-        }
-        m00 += m0;
-        m10 += m0 * qx;
-        m20 += m0 * qx * qx;
-        m01 += m1;
-        m11 += m1 * qx;
-        m02 += m2;
+    [[unroll]] for (int r = 0; r < kRows; ++r) {
+        const int q = block * kRows + r;
+        precise float qy = e.a.y - (first.y + float(r));
+        precise float u = ux + e.l.y * qy;
+        precise float w2 = e.l.z * qy;
+        precise float power = -(u * u + w2 * w2);
+        precise float raw = e.a.z * exp2(power);
+        precise float clamped = min(kAlphaMax, raw);
+        const bool seen = clamped >= kAlphaMin && e.place < stop[q];
+        const float alpha = seen ? clamped : 0.0;
+        t[q] = t[q] / (1.0 - alpha);
+        const float w = alpha * t[q];
+        float g = e.rgb.r * g_r[q] + e.rgb.g * g_g[q] + e.rgb.b * g_b[q] - behind[q];
+        if (kDepth) g += e.a.w * g_z[q];
+        behind[q] += alpha * g;
+        sum_c.rgb += w * vec3(g_r[q], g_g[q], g_b[q]);
+        if (kDepth) sum_c.a += w * g_z[q];
+        const float v = (seen && raw <= most ? raw : 0.0) * t[q] * g;
+        const float vy = v * qy;
+        m0 += v;
+        m1 += vy;
+        m2 += vy * qy;
+        if (kAbsolute) slope += kTwoLn2 * abs(v * vec2(e.l.x * u, e.l.y * u + e.l.z * w2));
     }
-    sums = float[kSums](m00, m10, m01, m20, m11, m02, slope.x, slope.y, sum_c.r, sum_c.g, sum_c.b, sum_c.a);
+    const float m0x = m0 * qx;
+    const float sums[kSums] = float[kSums](m0, m0x, m1, m0x * qx, m1 * qx, m2, slope.x, slope.y, sum_c.r, sum_c.g,
+                                           sum_c.b, sum_c.a);
+    [[unroll]] for (uint i = 0; i < kSums; ++i) {
+        if ((i == 6 || i == 7) && !kAbsolute) continue;
+        if (i == 11 && !kDepth) continue;
+        const float sum = lanes_sum(sums[i]);
+        own.record[i] += own.turn == turn ? sum : 0.0;
+    }
 }
 
-void main() {
-    const uint lane = gl_LocalInvocationID.x & 7u;
-    const uvec4 work = spread_tile(1);
-    const uvec2 tile = work.xy;
-    const uint view = work.z;
-    const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
-    const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
-    const vec3 background_rgb = LD4(background, 0).rgb;
+// The entries of `kept`, one bit each of the 8 from `k` on, last first: over one block, or over all. The loop
+// turns once even without any.
+void walk(const int block, const bool all, uint lane, uint k, uvec2 range, uvec2 corner, uint kept, inout Own own) {
+    const uint turns = bitCount(kept);
+    const bool filled = lane < turns;
+    const uint place = k + place_of_bit(kept, filled ? int(turns - 1 - lane) : 0);
+    const uint item = LD1(pairs, 2 * (range.x + min(place, range.y - range.x - 1)) + 1);
+    Entry e;
+    e.a = LD4(splats, item * 3) - vec4(corner, 0, 0);
+    e.l = LD4(splats, item * 3 + 1).xyz;
+    e.rgb = LD4(splats, item * 3 + 2).rgb;
+    e.place = float(place);
+    if (!filled) e.a.z = 0.0;
+    own.turn = (kept >> lane & 1u) != 0 ? bitCount(kept >> lane) - 1 : 8;  // of those after it
+    [[dont_unroll]] for (uint turn = 0; turn < turns; ++turn) {
+        const Entry first = of_lane(e, 0);
+        blend_block(block, lane, first, turn, own);
+        if (all) {
+            blend_block(1, lane, first, turn, own);
+            blend_block(2, lane, first, turn, own);
+            blend_block(3, lane, first, turn, own);
+        }
+        e = of_lane(e, (lane + 1u) & 7u);
+    }
+}
+
+// Pixels of block `block`. Returns: entries that one of them reached.
+float load_block(const int block, uint lane, uvec2 corner, uint view, vec3 background_rgb) {
     float last = 0.0;
-    [[unroll]] for (uint q = 0; q < uint(kPixels); ++q) {
-        const uvec2 at = uvec2(corner.x + lane + 8u * (q / uint(kRows)), corner.y + q % uint(kRows));
+    [[unroll]] for (int r = 0; r < kRows; ++r) {
+        const int q = block * kRows + r;
+        const uvec2 at = corner + block_at(block) + uvec2(lane, r);
         const bool inside = at.x < params.width && at.y < params.height;
         const uint pixel = inside ? (view * params.height + at.y) * params.width + at.x : 0u;
         const vec4 g = inside ? LD4(grad_image, pixel) : vec4(0);
@@ -115,56 +167,56 @@ void main() {
     }
     last = max(last, subgroupShuffleXor(last, 1u));
     last = max(last, subgroupShuffleXor(last, 2u));
-    last = max(last, subgroupShuffleXor(last, 4u));
+    return max(last, subgroupShuffleXor(last, 4u));
+}
+
+void store(uint slot, float record[kSums]) {
+    record_a[slot] = vec4(record[0], record[1], record[2], record[3]);
+    record_b[slot] = vec4(record[4], record[5], record[6], record[7]);
+    record_c[slot] = vec4(record[8], record[9], record[10], record[11]);
+}
+
+void main() {
+    const uint lane = gl_LocalInvocationID.x & 7u;
+    const uvec4 work = spread_tile(1);
+    const uvec2 tile = work.xy;
+    const uint view = work.z;
+    const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
+    const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    const vec3 background_rgb = LD4(background, 0).rgb;
+    const vec4 last = vec4(load_block(0, lane, corner, view, background_rgb),
+                           load_block(1, lane, corner, view, background_rgb),
+                           load_block(2, lane, corner, view, background_rgb),
+                           load_block(3, lane, corner, view, background_rgb));
     const uint length = range.y - range.x;
-    const uint walked = kWholeList ? (length + 7u) & ~7u : (min(uint(last), length) + 7u) & ~7u;
-    for (uint k = walked; k < length; k += 8) {
-        if (k + lane < length) {
-            const uint slot = LD1(slots, range.x + k + lane);
-            record_a[slot] = vec4(0);
-            record_b[slot] = vec4(0);
-            record_c[slot] = vec4(0);
-        }
-    }
-    const uint next_lane = (lane + 7u) & 7u;
+    const uvec4 ends = kWholeList ? uvec4(length) : min(uvec4(last), uvec4(length));
+    const uint walked = (max(max(ends.x, ends.y), max(ends.z, ends.w)) + 7u) & ~7u;
+    float nothing[kSums];
+    [[unroll]] for (uint i = 0; i < kSums; ++i) nothing[i] = 0.0;
+    for (uint k = walked; k < length; k += 8)
+        if (k + lane < length) store(LD1(slots, range.x + k + lane), nothing);
     for (uint k = walked; k > 0;) {
         k -= 8;
         const bool present = k + lane < length;
         const uint entry = range.x + min(k + lane, length - 1);
-        const uint item = LD1(pairs, 2 * entry + 1);
-        vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
-        vec3 l = LD4(splats, item * 3 + 1).xyz;
-        vec4 c = vec4(LD4(splats, item * 3 + 2).rgb, a.w);
-        if (!present) a.z = 0.0;
-        float record[kSums];
-        [[unroll]] for (uint i = 0; i < kSums; ++i) record[i] = 0.0;
-        // Lane 7's entry is taken, then all move up by one lane.
-        [[dont_unroll]] for (uint j = 8; j > 0;) {
-            --j;
-            float sums[kSums];
-            one_splat(vec3(subgroupShuffle(a.x, 7u), subgroupShuffle(a.y, 7u), subgroupShuffle(a.z, 7u)),
-                      vec3(subgroupShuffle(l.x, 7u), subgroupShuffle(l.y, 7u), subgroupShuffle(l.z, 7u)),
-                      vec4(subgroupShuffle(c.r, 7u), subgroupShuffle(c.g, 7u), subgroupShuffle(c.b, 7u),
-                           kDepth ? subgroupShuffle(c.a, 7u) : 0.0),
-                      float(lane) + 0.5, float(k + j), sums);
-            a = vec4(subgroupShuffle(a.x, next_lane), subgroupShuffle(a.y, next_lane),
-                     subgroupShuffle(a.z, next_lane), 0.0);
-            l = vec3(subgroupShuffle(l.x, next_lane), subgroupShuffle(l.y, next_lane),
-                     subgroupShuffle(l.z, next_lane));
-            c = vec4(subgroupShuffle(c.r, next_lane), subgroupShuffle(c.g, next_lane),
-                     subgroupShuffle(c.b, next_lane), kDepth ? subgroupShuffle(c.a, next_lane) : 0.0);
-            [[unroll]] for (uint i = 0; i < kSums; ++i) {
-                if ((i == 6 || i == 7) && !kAbsolute) continue;
-                if (i == 11 && !kDepth) continue;
-                const float sum = lanes_sum(sums[i]);
-                record[i] = lane == j ? sum : record[i];
+        Own own = Own(0, nothing);
+        if (kWholeTile) {
+            walk(0, true, lane, k, range, corner, subgroupBallot(present).x & 0xFFu, own);
+        } else {
+            const uint item = LD1(pairs, 2 * entry + 1);
+            const vec2 mean = LD4(splats, item * 3).xy;
+            const vec4 b = LD4(splats, item * 3 + 1);
+            uint kept[kBlocks];
+            [[unroll]] for (int block = 0; block < kBlocks; ++block) {
+                const vec2 low = vec2(corner + block_at(block)) + 0.5 - mean;
+                const bool wanted = k + lane < ends[block] && reaches(low, low + 7.0, b.xyz, b.w);
+                kept[block] = subgroupBallot(wanted).x & 0xFFu;
             }
+            walk(0, false, lane, k, range, corner, kept[0], own);
+            walk(1, false, lane, k, range, corner, kept[1], own);
+            walk(2, false, lane, k, range, corner, kept[2], own);
+            walk(3, false, lane, k, range, corner, kept[3], own);
         }
-        if (present) {
-            const uint slot = LD1(slots, entry);
-            record_a[slot] = vec4(record[0], record[1], record[2], record[3]);
-            record_b[slot] = vec4(record[4], record[5], record[6], record[7]);
-            record_c[slot] = vec4(record[8], record[9], record[10], record[11]);
-        }
+        if (present) store(LD1(slots, entry), own.record);
     }
 }

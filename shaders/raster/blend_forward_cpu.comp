@@ -13,6 +13,7 @@
 #extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_shader_subgroup_vote : require
 #include "blend.glsl"
+#include "blend_blocks.glsl"
 #include "load.glsl"
 
 layout(local_size_x_id = 0) in;
@@ -40,24 +41,6 @@ struct Waiting {
     uint count;
     uint entries, next_entries;
 };
-
-// The place of the set bit of an octet that has n set bits before it; anything if there is none.
-uint place_of_bit(uint bits, int n) {
-    [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
-    return uint(findLSB(bits));
-}
-
-// Whether some pixel centre within low <= p - mean <= high may have alpha >= kAlphaMin: the least
-// |L^T p|^2 over the box, which is 0 inside and else on an edge that faces the mean.
-bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
-    const vec2 near = clamp(vec2(0), low, high);
-    const float on_x = clamp(-l.x * l.y * near.x / (l.y * l.y + l.z * l.z), low.y, high.y);
-    const float on_y = clamp(-l.y * near.y / l.x, low.x, high.x);
-    const vec2 u = l.x * vec2(near.x, on_y) + l.y * vec2(on_x, near.y);
-    const vec2 v = l.z * vec2(on_x, near.y);
-    const vec2 power = u * u + v * v;
-    return min(power.x, power.y) <= reach;
-}
 
 // Look at list entries from `seen` on until 8 wait, or the list ends.
 void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting waiting) {

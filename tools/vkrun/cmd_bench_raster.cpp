@@ -19,8 +19,9 @@ constexpr const char* kBenchRasterFooter =
 forward and backward; by the fast ones alone if lists are longer than the device lets plain loops
 be ("plain_refusal" in JSON).
 
+  render             forward without a backward pass to come; the row "forward" keeps what that needs
   min ms, median ms  wall time of a call, over all views and rounds
-  project ... blend  device time of the stages, mean over the views
+  project ... blend  device time of the stages, shortest of each view's, mean over the views
   ns/pair            blending, per pixel of a tile and entry of the tile's list
   typical, max error of the RGB at sampled pixels against float64 (95 % are below the typical
                      one; a pixel within rounding of a threshold may be off by 1/255); in the

@@ -3,9 +3,11 @@
 #include "vkrun/raster_bench.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <memory>
 
 #include "vkrun/command.h"
 #include "vkrun/raster_reference.h"
@@ -109,14 +111,27 @@ std::string stage_of(const std::string& op) {
     return op == "strided_copy" || op == "fill" ? "layout" : op;
 }
 
-void add_stages(splat_device device, RasterTimes& times, double calls) {
+using StageTimes = std::map<std::string, double>;
+
+/// Device time of each stage of one call.
+StageTimes stages_of(splat_device device, const std::function<void()>& call) {
+    check(splat_device_profile_reset(device));
+    call();
     const auto profile =
         Json::parse(whole_text([device](char* buffer, std::size_t capacity, std::size_t* needed) {
             return splat_device_profile_json(device, buffer, capacity, needed);
         }));
+    StageTimes times;
     for (const Json& row : profile.at("ops"))
-        times.stage_ms[stage_of(row.at("op").get<std::string>())] +=
-            row.at("total_ms").get<double>() / calls;
+        times[stage_of(row.at("op").get<std::string>())] += row.at("total_ms").get<double>();
+    return times;
+}
+
+void keep_shortest(StageTimes& shortest, const StageTimes& times) {
+    for (const auto& [stage, ms] : times) {
+        const auto [at, is_new] = shortest.emplace(stage, ms);
+        if (!is_new) at->second = std::min(at->second, ms);
+    }
 }
 
 /// Why plain kernels cannot draw the scene: a list longer than the device lets their loops be. ""
@@ -130,32 +145,53 @@ std::string refusal_of(Side& plain, std::size_t views) {
     return "";
 }
 
-/// All views once, forward or forward and backward; the first round is not counted.
-void round_of(Side& side, std::size_t views, RasterFigures& figures, bool backward) {
+/// A rasterizer that only draws, and one that keeps what its backward pass needs.
+struct Sides {
+    Side render, train;
+    RasterFigures* figures;
+
+    Sides(splat_device device, const RasterCase& from, RasterFigures& into)
+        : render(device, from, 0, false), train(device, from, 0, true), figures(&into) {}
+};
+
+/// All views once.
+void round_of(Sides& sides, std::size_t views) {
     for (std::size_t view = 0; view < views; ++view) {
-        figures.forward.wall_ms.push_back(timed([&] { side.forward(view); }));
-        if (backward) figures.backward.wall_ms.push_back(timed([&] { side.backward(); }));
+        sides.figures->render.wall_ms.push_back(timed([&] { sides.render.forward(view); }));
+        sides.figures->forward.wall_ms.push_back(timed([&] { sides.train.forward(view); }));
+        sides.figures->backward.wall_ms.push_back(timed([&] { sides.train.backward(); }));
     }
 }
 
-void warm_up(Side& side, const RasterReference& reference, RasterFigures& figures) {
-    side.forward(0);
-    side.set_loss(reference.grad_rgb());
-    side.backward();
-    figures.error = reference.compare(side.rgb(), side.gradients());
+void warm_up(Sides& sides, const RasterReference& reference) {
+    sides.render.forward(0);
+    sides.train.forward(0);
+    sides.train.set_loss(reference.grad_rgb());
+    sides.train.backward();
+    sides.figures->error = reference.compare(sides.train.rgb(), sides.train.gradients());
 }
 
-void profile_stages(Side& side, std::size_t views, RasterFigures& figures) {
-    const auto calls = static_cast<double>(views);
-    for (std::size_t view = 0; view < views; ++view) {
-        check(splat_device_profile_reset(side.device()));
-        side.forward(view);
-        add_stages(side.device(), figures.forward, calls);
-        check(splat_device_profile_reset(side.device()));
-        side.backward();
-        add_stages(side.device(), figures.backward, calls);
+/// The shortest of some rounds for every view and stage, mean over the views.
+void profile_stages(Sides& sides, std::size_t views, double seconds) {
+    const std::pair<RasterTimes*, std::function<void(std::size_t)>> directions[] = {
+        {&sides.figures->render, [&](std::size_t view) { sides.render.forward(view); }},
+        {&sides.figures->forward, [&](std::size_t view) { sides.train.forward(view); }},
+        {&sides.figures->backward, [&](std::size_t) { sides.train.backward(); }}};
+    std::vector<std::array<StageTimes, 3>> shortest(views);
+    const auto start = std::chrono::steady_clock::now();
+    std::chrono::duration<double> passed{};
+    for (int round = 0; round < 3 || passed.count() < seconds; ++round) {
+        for (std::size_t view = 0; view < views; ++view)
+            for (std::size_t i = 0; i < 3; ++i)
+                keep_shortest(shortest[view][i],
+                              stages_of(sides.train.device(), [&] { directions[i].second(view); }));
+        passed = std::chrono::steady_clock::now() - start;
     }
-    figures.info = side.info();
+    for (const std::array<StageTimes, 3>& view : shortest)
+        for (std::size_t i = 0; i < 3; ++i)
+            for (const auto& [stage, ms] : view[i])
+                directions[i].first->stage_ms[stage] += ms / static_cast<double>(views);
+    sides.figures->info = sides.train.info();
 }
 
 struct Skip {
@@ -226,36 +262,34 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     result.height = from.cameras[0].height;
     result.views = from.cameras.size();
     const RasterReference reference(from, effort.samples);
-    std::vector<std::pair<Side, RasterFigures*>> sides;
+    std::vector<std::unique_ptr<Sides>> contenders;
     if (effort.plain) {
-        Side plain(devices.plain.get(), from, 0, true);
-        result.plain_refusal = refusal_of(plain, result.views);
-        if (result.plain_refusal.empty()) sides.emplace_back(std::move(plain), &result.plain);
+        auto plain = std::make_unique<Sides>(devices.plain.get(), from, result.plain);
+        result.plain_refusal = refusal_of(plain->train, result.views);
+        if (result.plain_refusal.empty()) contenders.push_back(std::move(plain));
     }
-    const bool with_plain = !sides.empty();
-    sides.emplace_back(Side(devices.fast.get(), from, 0, true), &result.fast);
-    for (auto& [side, figures] : sides) {
-        figures->kernels = kernels_name(info_of(side.device()).kernels);
-        warm_up(side, reference, *figures);
+    const bool with_plain = !contenders.empty();
+    contenders.push_back(std::make_unique<Sides>(devices.fast.get(), from, result.fast));
+    for (const auto& sides : contenders) {
+        sides->figures->kernels = kernels_name(info_of(sides->train.device()).kernels);
+        warm_up(*sides, reference);
     }
     const auto start = std::chrono::steady_clock::now();
-    for (int round = 0;; ++round) {
-        for (auto& [side, figures] : sides) {
-            if (round == 1) figures->forward.wall_ms.clear();
-            if (round == 1) figures->backward.wall_ms.clear();
-            round_of(side, result.views, *figures, true);
+    std::chrono::duration<double> passed{};
+    for (int round = 0; round < 4 || passed.count() < effort.seconds; ++round) {
+        for (const auto& sides : contenders) {
+            if (round == 1) sides->figures->forget_times();
+            round_of(*sides, result.views);
         }
-        const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-        if (round >= 3 && passed.count() > effort.seconds) break;
+        passed = std::chrono::steady_clock::now() - start;
     }
-    sides.clear();
+    contenders.clear();
     for (const bool plain : {true, false}) {
         if (plain && !with_plain) continue;
-        Side side((plain ? devices.plain_profiled : devices.fast_profiled).get(), from, 0, true);
-        RasterFigures& figures = plain ? result.plain : result.fast;
-        RasterFigures unused;
-        warm_up(side, reference, unused);
-        profile_stages(side, result.views, figures);
+        Sides sides((plain ? devices.plain_profiled : devices.fast_profiled).get(), from,
+                    plain ? result.plain : result.fast);
+        warm_up(sides, reference);
+        profile_stages(sides, result.views, effort.seconds / 4);
     }
     for (const Skip& skip : kSkips)
         result.skips.push_back(measure_skip(devices.fast.get(), from, skip, effort.seconds / 8));

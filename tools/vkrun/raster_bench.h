@@ -30,7 +30,7 @@ struct RasterError {
 /// Times of one set of kernels in one direction, over all views and rounds.
 struct RasterTimes {
     std::vector<double> wall_ms;             ///< one per call
-    std::map<std::string, double> stage_ms;  ///< device time by stage, mean per call
+    std::map<std::string, double> stage_ms;  ///< device time by stage, shortest, mean over views
 
     [[nodiscard]] double min_ms() const;
     [[nodiscard]] double median_ms() const;
@@ -38,10 +38,15 @@ struct RasterTimes {
 
 struct RasterFigures {
     std::string kernels;
-    RasterTimes forward;
+    RasterTimes render;   ///< forward, by a rasterizer without a backward pass
+    RasterTimes forward;  ///< forward, by one that keeps what its backward pass needs
     RasterTimes backward;
     RasterError error;
     splat_rasterizer_info info{};  ///< of the last view
+
+    void forget_times() {
+        for (RasterTimes* times : {&render, &forward, &backward}) times->wall_ms.clear();
+    }
 };
 
 /// What one kind of skipping gains: the first view drawn without it.

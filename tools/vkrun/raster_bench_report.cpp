@@ -16,12 +16,18 @@ struct Row {
     const RasterFigures* figures;
     const RasterTimes* times;
     const char* direction;
+
+    [[nodiscard]] bool forward() const { return times != &figures->backward; }
+    [[nodiscard]] std::string stage(const char* name) const {
+        return std::string(name) + (forward() ? "_forward" : "_backward");
+    }
 };
 
 std::vector<Row> rows_of(const RasterMeasurement& m) {
     std::vector<Row> rows;
     for (const RasterFigures* figures : {&m.plain, &m.fast}) {
         if (figures->kernels.empty()) continue;
+        rows.push_back({figures, &figures->render, "render"});
         rows.push_back({figures, &figures->forward, "forward"});
         rows.push_back({figures, &figures->backward, "backward"});
     }
@@ -36,7 +42,7 @@ double stage(const RasterTimes& times, const std::string& name) {
 /// Nanoseconds of blending per pixel of a tile and entry of its list.
 double blend_ns(const Row& row) {
     const double pairs = static_cast<double>(row.figures->info.pairs) * kTilePixels;
-    return pairs == 0 ? 0 : stage(*row.times, std::string("blend_") + row.direction) / pairs * 1e6;
+    return pairs == 0 ? 0 : stage(*row.times, row.stage("blend")) / pairs * 1e6;
 }
 
 Json times_json(const Row& row) {
@@ -52,6 +58,7 @@ Json times_json(const Row& row) {
 Json figures_json(const RasterFigures& figures) {
     Json json;
     json["kernels"] = figures.kernels;
+    json["render"] = times_json({&figures, &figures.render, "render"});
     json["forward"] = times_json({&figures, &figures.forward, "forward"});
     json["backward"] = times_json({&figures, &figures.backward, "backward"});
     json["max_rgb_error"] = figures.error.max_rgb;
@@ -107,18 +114,16 @@ std::string raster_table(const RasterMeasurement& m) {
     Table table({"  direction", "kernels", ">min ms", ">median ms", ">project", ">sort", ">bin",
                  ">blend", ">ns/pair", ">typical error", ">max error"});
     for (const Row& row : rows_of(m)) {
-        const bool forward = row.times == &row.figures->forward;
-        const std::string direction = row.direction;
-        table.add({"  " + direction, row.figures->kernels, format("%.2f", row.times->min_ms()),
-                   format("%.2f", row.times->median_ms()),
-                   format("%.2f", stage(*row.times, "project_" + direction)),
+        table.add({std::string("  ") + row.direction, row.figures->kernels,
+                   format("%.2f", row.times->min_ms()), format("%.2f", row.times->median_ms()),
+                   format("%.2f", stage(*row.times, row.stage("project"))),
                    format("%.2f", stage(*row.times, "radix_sort")),
                    format("%.2f", stage(*row.times, "tile_bin") + stage(*row.times, "tile_ranges")),
-                   format("%.2f", stage(*row.times, "blend_" + direction)),
+                   format("%.2f", stage(*row.times, row.stage("blend"))),
                    format("%.3f", blend_ns(row)),
-                   forward ? format("%.1e", row.figures->error.typical_rgb) : "",
-                   format("%.1e",
-                          forward ? row.figures->error.max_rgb : row.figures->error.max_gradient)});
+                   row.forward() ? format("%.1e", row.figures->error.typical_rgb) : "",
+                   format("%.1e", row.forward() ? row.figures->error.max_rgb
+                                                : row.figures->error.max_gradient)});
     }
     text += table.text();
     Table skips({"  forward without", ">min ms", ">with ms", ">ratio", ">pairs", ">visible",
@@ -141,11 +146,11 @@ std::string raster_csv(const RasterMeasurement& m) {
     std::string text =
         "scene,width,height,kernels,direction,min_ms,median_ms,blend_ns_per_pair,max_error\n";
     for (const Row& row : rows_of(m)) {
-        const bool forward = row.times == &row.figures->forward;
-        text += format("%s,%u,%u,%s,%s,%.4f,%.4f,%.4f,%.3g\n", m.title.c_str(), m.width, m.height,
-                       row.figures->kernels.c_str(), row.direction, row.times->min_ms(),
-                       row.times->median_ms(), blend_ns(row),
-                       forward ? row.figures->error.max_rgb : row.figures->error.max_gradient);
+        text +=
+            format("%s,%u,%u,%s,%s,%.4f,%.4f,%.4f,%.3g\n", m.title.c_str(), m.width, m.height,
+                   row.figures->kernels.c_str(), row.direction, row.times->min_ms(),
+                   row.times->median_ms(), blend_ns(row),
+                   row.forward() ? row.figures->error.max_rgb : row.figures->error.max_gradient);
     }
     return text;
 }
