@@ -4,16 +4,19 @@
 #ifndef SPLAT_BLEND_BLOCKS_GLSL
 #define SPLAT_BLEND_BLOCKS_GLSL
 
-// Whether some pixel centre within low <= p - mean <= high may have alpha >= kAlphaMin: the least
-// |L^T p|^2 over the box, which is 0 inside and else on an edge that faces the mean.
-bool reaches(vec2 low, vec2 high, vec3 l, float reach) {
+// Whether some pixel centre of the block whose first one is `corner` may have alpha >= kAlphaMin: the
+// least |L^T p|^2 over the box of its centres, which is 0 inside and else on an edge that faces the mean.
+// shape: l11, l21, l22, reach.
+bool reaches_block(vec2 corner, vec2 mean, vec4 shape) {
+    const vec2 low = corner - mean, high = corner + 7.0 - mean;
+    const vec3 l = shape.xyz;
     const vec2 near = clamp(vec2(0), low, high);
     const float on_x = clamp(-l.x * l.y * near.x / (l.y * l.y + l.z * l.z), low.y, high.y);
     const float on_y = clamp(-l.y * near.y / l.x, low.x, high.x);
     const vec2 u = l.x * vec2(near.x, on_y) + l.y * vec2(on_x, near.y);
     const vec2 v = l.z * vec2(on_x, near.y);
     const vec2 power = u * u + v * v;
-    return min(power.x, power.y) <= reach;
+    return min(power.x, power.y) <= shape.w;
 }
 
 // The place of the set bit of an octet that has n set bits before it; anything if there is none.

@@ -5,7 +5,7 @@
 // butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
 // blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
-// reach a block, too, which takes fewer turns of loops: lists may be longer. The sums are the same.
+// reach a block, too.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -39,6 +39,11 @@ const int kRows = 8;
 const int kBlocks = 4;
 const int kPixels = kBlocks * kRows;
 const uint kSums = 12;
+
+// Entries that are walked block by block, which may take 37 turns of loops for 8 of them; more are walked once
+// for all blocks, which takes 10 and gives the same bits. lavapipe has 65535 (src/ops/launch.h), enough for
+// 14160 entries by block.
+const uint kMostByBlock = 14000;
 
 // Per pixel of the lane, block by block: transmittance, what lies behind, gradients, entries before the stop.
 float t[kPixels], behind[kPixels], g_r[kPixels], g_g[kPixels], g_b[kPixels], g_z[kPixels], stop[kPixels];
@@ -79,7 +84,7 @@ uvec2 block_at(int block) { return uvec2(block & 1, block >> 1) * 8u; }
 // One entry over one block: sums over the pixels, in the order of the record.
 void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) {
     const vec2 first = vec2(block_at(block)) + vec2(lane, 0) + 0.5;
-    const float most = params.straight_through != 0 ? 1.0 / 0.0 : kAlphaMax;
+    const float most = params.straight_through != 0 ? 3e38 : kAlphaMax;  // 3e38: no limit
     precise float qx = e.a.x - first.x;
     precise float ux = e.l.x * qx;
     vec4 sum_c = vec4(0);
@@ -120,19 +125,16 @@ void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) 
     }
 }
 
-// The entries of `kept`, one bit each of the 8 from `k` on, last first: over one block, or over all. The loop
-// turns once even without any.
+// The entries of `kept`, one bit each of the 8 from `k` on, last first: over one block, or over all four.
 void walk(const int block, const bool all, uint lane, uint k, uvec2 range, uvec2 corner, uint kept, inout Own own) {
     const uint turns = bitCount(kept);
-    const bool filled = lane < turns;
-    const uint place = k + place_of_bit(kept, filled ? int(turns - 1 - lane) : 0);
+    const uint place = k + place_of_bit(kept, lane < turns ? int(turns - 1 - lane) : 0);
     const uint item = LD1(pairs, 2 * (range.x + min(place, range.y - range.x - 1)) + 1);
     Entry e;
     e.a = LD4(splats, item * 3) - vec4(corner, 0, 0);
     e.l = LD4(splats, item * 3 + 1).xyz;
     e.rgb = LD4(splats, item * 3 + 2).rgb;
     e.place = float(place);
-    if (!filled) e.a.z = 0.0;
     own.turn = (kept >> lane & 1u) != 0 ? bitCount(kept >> lane) - 1 : 8;  // of those after it
     [[dont_unroll]] for (uint turn = 0; turn < turns; ++turn) {
         const Entry first = of_lane(e, 0);
@@ -195,28 +197,31 @@ void main() {
     [[unroll]] for (uint i = 0; i < kSums; ++i) nothing[i] = 0.0;
     for (uint k = walked; k < length; k += 8)
         if (k + lane < length) store(LD1(slots, range.x + k + lane), nothing);
-    for (uint k = walked; k > 0;) {
+    const bool by_block = !kWholeTile && walked <= kMostByBlock;
+    for (uint k = by_block ? walked : 0; k > 0;) {
+        k -= 8;
+        const uint entry = range.x + min(k + lane, length - 1);
+        const uint item = LD1(pairs, 2 * entry + 1);
+        const vec2 mean = LD4(splats, item * 3).xy;
+        const vec4 shape = LD4(splats, item * 3 + 1);
+        uint kept[kBlocks];
+        [[unroll]] for (int block = 0; block < kBlocks; ++block) {
+            const vec2 first = vec2(corner + block_at(block)) + 0.5;
+            const bool wanted = k + lane < ends[block] && reaches_block(first, mean, shape);
+            kept[block] = subgroupBallot(wanted).x & 0xFFu;
+        }
+        Own own = Own(0, nothing);
+        walk(0, false, lane, k, range, corner, kept[0], own);
+        walk(1, false, lane, k, range, corner, kept[1], own);
+        walk(2, false, lane, k, range, corner, kept[2], own);
+        walk(3, false, lane, k, range, corner, kept[3], own);
+        if (k + lane < length) store(LD1(slots, entry), own.record);
+    }
+    for (uint k = by_block ? 0 : walked; k > 0;) {
         k -= 8;
         const bool present = k + lane < length;
-        const uint entry = range.x + min(k + lane, length - 1);
         Own own = Own(0, nothing);
-        if (kWholeTile) {
-            walk(0, true, lane, k, range, corner, subgroupBallot(present).x & 0xFFu, own);
-        } else {
-            const uint item = LD1(pairs, 2 * entry + 1);
-            const vec2 mean = LD4(splats, item * 3).xy;
-            const vec4 b = LD4(splats, item * 3 + 1);
-            uint kept[kBlocks];
-            [[unroll]] for (int block = 0; block < kBlocks; ++block) {
-                const vec2 low = vec2(corner + block_at(block)) + 0.5 - mean;
-                const bool wanted = k + lane < ends[block] && reaches(low, low + 7.0, b.xyz, b.w);
-                kept[block] = subgroupBallot(wanted).x & 0xFFu;
-            }
-            walk(0, false, lane, k, range, corner, kept[0], own);
-            walk(1, false, lane, k, range, corner, kept[1], own);
-            walk(2, false, lane, k, range, corner, kept[2], own);
-            walk(3, false, lane, k, range, corner, kept[3], own);
-        }
-        if (present) store(LD1(slots, entry), own.record);
+        walk(0, true, lane, k, range, corner, subgroupBallot(present).x & 0xFFu, own);
+        if (present) store(LD1(slots, range.x + k + lane), own.record);
     }
 }

@@ -50,7 +50,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
         const bool keep = seen + lane < range.y &&
-                          (kWholeTile || reaches(low - mean, low + 7.0 - mean, b.xyz, b.w));
+                          (kWholeTile || reaches_block(low, mean, b));
         const uint kept = subgroupBallot(keep).x & 0xFFu;
         const int before = int(lane) - int(waiting.count);  // of those kept
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);

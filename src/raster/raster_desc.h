@@ -18,11 +18,11 @@ enum class Convention : int {
 struct Skips {
     bool opacity_extent = true;  ///< extents end where alpha falls below 1/255
     bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
-    bool cull = true;            ///< Gaussians that reach no tile are not sorted: those outside, too
-                                 ///< faint, or, antialiased, too small (their opacity compensates)
-    bool blocks = true;          ///< list entries that a block of 8 x 8 pixels cannot see
-    bool early_out = true;       ///< blending ends when every pixel has stopped, in both passes
-    bool unchanged = true;       ///< forward does nothing if scene, cameras and background stay
+    bool cull = true;       ///< Gaussians that reach no tile are not sorted: those outside, too
+                            ///< faint, or, antialiased, too small (their opacity compensates)
+    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, both passes
+    bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes
+    bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
 
 /// What to rasterize. Fixed for the life of a Rasterizer.

@@ -15,11 +15,6 @@ constexpr std::uint32_t kMaxPoseViews = 1900;
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
-/// Longest list of a tile of which the backward pass for CPU devices leaves out the blocks that an
-/// entry cannot reach: at worst 8 entries take 37 turns of loops then, and 10 else; the same bits.
-/// 14168 were seen to be possible, 14172 not.
-constexpr std::uint64_t kMaxBlocksList = 14000;
-
 bool same(const SceneInput& a, const SceneInput& b) {
     return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors);
 }
@@ -190,15 +185,13 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
                      "rasterizer: backward needs a forward call that succeeded before it");
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
-    const bool blocks = desc_.skips.blocks && stats_.longest <= kMaxBlocksList;
-    const bool recorded = !backward_.empty() && blocks == backward_blocks_ &&
-                          std::equal(views.begin(), views.end(), backward_views_.begin(),
-                                     [](const vk::BufferView& a, const vk::BufferView& b) {
-                                         return a.same_range(b);
-                                     });
+    const bool recorded =
+        !backward_.empty() && std::equal(views.begin(), views.end(), backward_views_.begin(),
+                                         [](const vk::BufferView& a, const vk::BufferView& b) {
+                                             return a.same_range(b);
+                                         });
     if (!recorded) {
         backward_.clear();
-        backward_blocks_ = blocks;
         SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));
         backward_views_ = views;
     }

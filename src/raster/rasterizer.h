@@ -92,7 +92,6 @@ class Rasterizer {
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded
     std::vector<vk::CommandList> backward_;
     std::array<vk::BufferView, 4> backward_views_;
-    bool backward_blocks_ = false;  ///< as recorded: blocks that an entry cannot reach are left out
 };
 
 }  // namespace splat::raster

@@ -105,13 +105,11 @@ Status Rasterizer::record_forward() {
 Status Rasterizer::record_backward(const vk::BufferView& grad_image,
                                    const vk::BufferView& grad_depth, const SceneInput& gradients) {
     std::vector<vk::CommandList> lists;
-    RasterDesc desc = desc_;
-    desc.skips.blocks = backward_blocks_;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(desc_, pass, passes_);
         vk::Recorder recorder(context_);
         if (desc_.items() > 0) {
-            SPLAT_TRY(blend_backward(recorder, desc, window, blend_views(window), grad_image,
+            SPLAT_TRY(blend_backward(recorder, desc_, window, blend_views(window), grad_image,
                                      grad_depth, space_.records(), space_.capacity));
             SPLAT_TRY(project_backward(
                 recorder, desc_, {scene_.gaussians, scene_.colors, space_.cameras.range()},

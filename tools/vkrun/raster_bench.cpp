@@ -187,6 +187,11 @@ void profile_stages(Sides& sides, std::size_t views, double seconds) {
                               stages_of(sides.train.device(), [&] { directions[i].second(view); }));
         passed = std::chrono::steady_clock::now() - start;
     }
+    for (std::size_t view = 0; view < views; ++view) {
+        sides.train.forward(view);
+        sides.figures->mean_pairs +=
+            static_cast<double>(sides.train.info().pairs) / static_cast<double>(views);
+    }
     for (const std::array<StageTimes, 3>& view : shortest)
         for (std::size_t i = 0; i < 3; ++i)
             for (const auto& [stage, ms] : view[i])

@@ -24,7 +24,8 @@ struct RasterCase {
 struct RasterError {
     double max_rgb = 0;       ///< over all samples
     double typical_rgb = 0;   ///< 95 % are below
-    double max_gradient = 0;  ///< of any attribute, relative to its largest element
+    double max_gradient = 0;  ///< of any attribute, relative to its largest element, or, where that
+                              ///< is rounding, to the largest of all
 };
 
 /// Times of one set of kernels in one direction, over all views and rounds.
@@ -42,6 +43,7 @@ struct RasterFigures {
     RasterTimes forward;  ///< forward, by one that keeps what its backward pass needs
     RasterTimes backward;
     RasterError error;
+    double mean_pairs = 0;         ///< over the views
     splat_rasterizer_info info{};  ///< of the last view
 
     void forget_times() {
@@ -91,7 +93,7 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
 Json raster_json(const RasterMeasurement& measurement);
 std::string raster_table(const RasterMeasurement& measurement);
 std::string raster_csv(const RasterMeasurement& measurement);
-/// Bars of the stages' times, plain and fast, forward and backward.
+/// Bars of the stages' times, plain and fast, in each direction.
 std::string raster_svg(const RasterMeasurement& measurement);
 
 }  // namespace vkrun

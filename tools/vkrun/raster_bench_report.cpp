@@ -41,7 +41,7 @@ double stage(const RasterTimes& times, const std::string& name) {
 
 /// Nanoseconds of blending per pixel of a tile and entry of its list.
 double blend_ns(const Row& row) {
-    const double pairs = static_cast<double>(row.figures->info.pairs) * kTilePixels;
+    const double pairs = row.figures->mean_pairs * kTilePixels;
     return pairs == 0 ? 0 : stage(*row.times, row.stage("blend")) / pairs * 1e6;
 }
 

@@ -126,13 +126,15 @@ RasterError RasterReference::compare(
     for (const auto& [name, got] : gradients) {
         const std::vector<double>& expected = gradients_.at(name);
         const double largest = largest_of(expected);
-        // Zero but for rounding in float64, as that of the rotation of round Gaussians: nothing to be
-        // relative to.
-        if (largest <= 1e-9 * largest_of_all) continue;
+        // One that is zero but for rounding in float64, as that of the rotation of round Gaussians, is
+        // nothing to be relative to.
+        const bool zero = largest <= 1e-9 * largest_of_all;
         double off = 0;
         for (std::size_t i = 0; i < expected.size(); ++i)
             off = std::max(off, std::abs(static_cast<double>(got[i]) - expected[i]));
-        error.max_gradient = std::max(error.max_gradient, off / largest);
+        if (largest_of_all > 0)
+            error.max_gradient =
+                std::max(error.max_gradient, off / (zero ? largest_of_all : largest));
     }
     return error;
 }
