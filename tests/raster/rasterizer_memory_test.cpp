@@ -247,7 +247,8 @@ void expect_same_by_blocks(vk::Context& context, std::size_t count) {
 
 TEST_P(RasterizerMemory, WalksByBlocksAreThoseOfTiles) {
     if (GetParam() != vk::Kernels::kCpu) GTEST_SKIP() << "the others walk tiles only";
-    for (const std::size_t count : {1, 13, 500}) expect_same_by_blocks(context(), count);
+    for (const std::size_t count : {1, 13, 500, 13991, 14000, 14200})
+        expect_same_by_blocks(context(), count);
 }
 
 class RasterizerMemoryFull : public RasterizerMemory {};
@@ -277,11 +278,6 @@ TEST_P(RasterizerMemoryFull, VeryLongListsAreRightOrRefused) {
                  {least / 2, least - 9, least - 2, least - 1, least + 400, least * 4})
                 expect_right_or_refused(context(), count, backward, blocks, least - 2);
     }
-}
-
-TEST_P(RasterizerMemoryFull, WalksByBlocksAreThoseOfTiles) {
-    if (GetParam() != vk::Kernels::kCpu) GTEST_SKIP() << "the others walk tiles only";
-    for (const std::size_t count : {13991, 14000, 14200}) expect_same_by_blocks(context(), count);
 }
 
 /// 4000 Gaussians that all reach all of 1200 tiles, in pieces shared by few invocations: the last
