@@ -26,6 +26,7 @@ be ("plain_refusal" in JSON).
   typical, max error of the RGB at sampled pixels against float64 (95 % are below the typical
                      one; a pixel within rounding of a threshold may be off by 1/255); in the
                      backward rows of the gradients, relative to the largest of their tensor
+                     (of all, where a tensor is zero but for rounding)
   forward without    the fast kernels without one kind of skipping, in turns with all of them;
                      max difference of the two images. "bands above D": the scene's spherical
                      harmonics all or only to degree D, which is another image

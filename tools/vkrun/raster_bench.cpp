@@ -181,16 +181,15 @@ void profile_stages(Sides& sides, std::size_t views, double seconds) {
     const auto start = std::chrono::steady_clock::now();
     std::chrono::duration<double> passed{};
     for (int round = 0; round < 3 || passed.count() < seconds; ++round) {
-        for (std::size_t view = 0; view < views; ++view)
+        for (std::size_t view = 0; view < views; ++view) {
             for (std::size_t i = 0; i < 3; ++i)
                 keep_shortest(shortest[view][i],
                               stages_of(sides.train.device(), [&] { directions[i].second(view); }));
+            if (round == 0)
+                sides.figures->mean_pairs +=
+                    static_cast<double>(sides.train.info().pairs) / static_cast<double>(views);
+        }
         passed = std::chrono::steady_clock::now() - start;
-    }
-    for (std::size_t view = 0; view < views; ++view) {
-        sides.train.forward(view);
-        sides.figures->mean_pairs +=
-            static_cast<double>(sides.train.info().pairs) / static_cast<double>(views);
     }
     for (const std::array<StageTimes, 3>& view : shortest)
         for (std::size_t i = 0; i < 3; ++i)
