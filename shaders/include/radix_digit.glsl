@@ -18,7 +18,9 @@ Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
     const uint most = max(least, ~least_inverse);
     const uint used = uint(max(findMSB(most - least) + 1, 1));
     const uint passes = (used + most_bits - 1) / most_bits;
-    const uint bits = (used + passes - 1) / passes;
+    // used / passes, rounded up, without a division, which lavapipe does lane by lane.
+    uint bits = most_bits;
+    [[unroll]] for (uint k = 1; k < 8; ++k) bits -= used + k * passes <= passes * most_bits ? 1 : 0;
     const uint idle = params.passes - passes;
     if (params.pass < idle) return Digit(0, 0, 0, false);
     return Digit(least, (params.pass - idle) * bits, bits, params.pass == idle);

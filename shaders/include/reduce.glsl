@@ -4,13 +4,18 @@
 #ifndef SPLAT_REDUCE_GLSL
 #define SPLAT_REDUCE_GLSL
 
+const uint kLog2MaxWorkgroup = 10;
+
 shared vec4 reduce_scratch[gl_WorkGroupSize.x];
 
 vec4 workgroup_sum(vec4 value) {
     const uint lane = gl_LocalInvocationID.x;
     barrier();  // the scratch of the call before may still be read
     reduce_scratch[lane] = value;
-    for (uint width = gl_WorkGroupSize.x / 2; width > 0; width /= 2) {
+    // Of a known length, so that drivers write it out: a loop's turns are limited on lavapipe (src/ops/launch.h).
+    for (uint step = 1; step <= kLog2MaxWorkgroup; ++step) {
+        const uint width = gl_WorkGroupSize.x >> step;
+        if (width == 0) continue;
         barrier();
         if (lane < width) reduce_scratch[lane] += reduce_scratch[lane + width];
     }

@@ -4,6 +4,7 @@
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in the subgroups before it.
 // Bindings (but range) and specialisation 10, 12 as there. Any subgroup size; a workgroup of whole subgroups.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 #include "lane_quads.glsl"

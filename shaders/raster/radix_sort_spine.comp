@@ -3,6 +3,7 @@
 // totals. One invocation does one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
 // kept, range. Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "params/radix_sort_params.h"
 
 layout(local_size_x_id = 0) in;

@@ -3,6 +3,7 @@
 // order of its invocations and counts with atomics in shared memory. table [workgroups][bins].
 // Bindings (but range) and specialisation 10 as there.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "lane_quads.glsl"
 #include "params/radix_sort_params.h"
 

@@ -1,7 +1,8 @@
 #version 460
 // First pair of every entry of the depth order, or first record of every item: chunks as in
 // tile_bin_reduce.comp.
-// Bindings: counts [V*N], order uvec2 (depth, item), sorted, sums [lanes]; begins. Specialisation: 10 = by index.
+// Bindings: counts [V*N] in that order, sorted (entries of the depth order), sums [lanes]; begins.
+// Specialisation: 10 = by index.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
@@ -9,10 +10,9 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kByIndex = false;
 UINTS(0, counts);
-UINTS(1, order);
-UINTS(2, sorted);
-UINTS(3, sums);
-layout(set = 0, binding = 4, std430) writeonly buffer Begins { uint begins[]; };
+UINTS(1, sorted);
+UINTS(2, sums);
+layout(set = 0, binding = 3, std430) writeonly buffer Begins { uint begins[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 void main() {
@@ -23,8 +23,7 @@ void main() {
     const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
     uint sum = LD1(sums, lane);
     for (uint i = begin; i < end; ++i) {
-        const uint item = kByIndex ? i : LD1(order, 2 * i + 1);
         begins[i] = sum;
-        sum += LD1(counts, item);
+        sum += LD1(counts, i);
     }
 }

@@ -1,8 +1,9 @@
 #version 460
 // Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
-// pass 2^32 - 1 stay there.
-// Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes]. Specialisation:
-// 10 = by index instead of depth.
+// pass 2^32 - 1 stay there. The counts by depth are kept for tile_bin_offsets.comp, as they come from all
+// over the memory.
+// Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes], ordered [V*N].
+// Specialisation: 10 = by index instead of depth; nothing is kept.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
@@ -14,6 +15,7 @@ UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);
 layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Ordered { uint ordered[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 void main() {
@@ -23,6 +25,10 @@ void main() {
     const uint chunk = (length + params.lanes - 1) / params.lanes;
     const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
     uint sum = 0;
-    for (uint i = begin; i < end; ++i) sum = saturating_add(sum, LD1(counts, kByIndex ? i : LD1(order, 2 * i + 1)));
+    for (uint i = begin; i < end; ++i) {
+        const uint count = LD1(counts, kByIndex ? i : LD1(order, 2 * i + 1));
+        if (!kByIndex) ordered[i] = count;
+        sum = saturating_add(sum, count);
+    }
     sums[lane] = sum;
 }

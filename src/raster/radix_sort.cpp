@@ -25,10 +25,24 @@ struct Plan {
     bool ranged;  ///< keys of all bits: digits of the bits by which they differ
 };
 
+/// How a set of kernels shares entries: lanes (or workgroups) for few and for many of them, entries
+/// that each further one is for, and the most that one can have: the turns of its loop, the 16 bits of
+/// a rank.
+struct Sharing {
+    std::uint32_t least, most, chunk, longest;
+};
+
+Sharing sharing_of(vk::Kernels kernels) {
+    if (kernels == vk::Kernels::kCpu) return {16, 256, 2048, 1U << 16};
+    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, ops::kMaxTurns};
+    return {32, 4096, 128, ops::kMaxTurns};
+}
+
 Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const vk::Kernels kernels = recorder.kernels();
     const bool plain = kernels == vk::Kernels::kPlain;
     const bool gpu = kernels == vk::Kernels::kGpu;
+    const Sharing sharing = sharing_of(kernels);
     const std::uint32_t most_bits = plain ? 4 : 8;
     const std::uint32_t bits = std::max(desc.key_bits, 1U);
     Plan plan{};
@@ -36,17 +50,12 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     plan.passes = (bits + most_bits - 1) / most_bits;
     plan.ranged = !gpu && bits == 32;
     plan.digit_bits = plan.ranged ? most_bits : (bits + plan.passes - 1) / plan.passes;
-    plan.chunk = gpu ? 4096 : plain ? 128 : 1024;
+    plan.chunk = sharing.chunk;
     const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / plan.chunk, 1U));
-    const auto least =  // chunks within the turns that a loop may take
-        std::bit_ceil(static_cast<std::uint32_t>(ceil_div(desc.capacity, ops::kMaxTurns)));
-    plan.lanes = std::max(std::clamp(wanted,
-                                     gpu     ? 1U
-                                     : plain ? 32U
-                                             : 16U,
-                                     gpu || plain ? 4096U : 256U),
-                          least);
-    plan.least = gpu ? plan.lanes : std::max(gpu || plain ? 32U : 16U, least);
+    const auto needed =
+        std::bit_ceil(static_cast<std::uint32_t>(ceil_div(desc.capacity, sharing.longest)));
+    plan.lanes = std::max(std::clamp(wanted, sharing.least, sharing.most), needed);
+    plan.least = gpu ? plan.lanes : std::max(sharing.least, needed);
     plan.groups = gpu ? plan.lanes : plan.lanes / plan.group;
     return plan;
 }
@@ -77,67 +86,96 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
     });
 }
 
-/// Sort by one digit: count, sum, move. Which pass is the first is known on the device if digits are
-/// by the range of the keys.
-Status sort_pass(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
-                 const RadixSortViews& views, std::uint32_t pass) {
+/// One digit. Which pass is the first is known on the device if digits are by the range of the keys, so
+/// that the kernels see the input, too.
+struct Pass {
+    params::RadixSortParams params;
+    std::vector<vk::SpecConstant> constants;
+    vk::BufferView input, entries, entries_out, seconds, seconds_out;
+    double count = 0;  ///< entries
+    double table = 0;  ///< bytes
+};
+
+Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& views,
+             std::uint32_t pass) {
+    const vk::BufferView& entries = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
+    return {.params = params_of(plan, desc, pass),
+            .constants = {{ops::kWorkgroupSizeId, plan.group},
+                          {10, plan.digit_bits},
+                          {12, desc.second ? 1U : 0U},
+                          {15, plan.ranged ? 1U : 0U}},
+            .input = plan.ranged ? views.input : entries,
+            .entries = entries,
+            .entries_out = views.sides[pass % 2],
+            .seconds = views.seconds[1 - pass % 2],
+            .seconds_out = views.seconds[pass % 2],
+            .count = double{1} * desc.capacity,
+            .table = double{4} * (plan.lanes << plan.digit_bits)};
+}
+
+Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
+                    const Pass& pass) {
     const vk::Kernels kernels = recorder.kernels();
-    const double entries = desc.capacity;
-    const double table = static_cast<double>(plan.lanes << plan.digit_bits) * 4;
-    const params::RadixSortParams params = params_of(plan, desc, pass);
-    const vk::BufferView& entries_in = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
-    const vk::SpecConstant group = {ops::kWorkgroupSizeId, plan.group};
-    const vk::SpecConstant digit = {10, plan.digit_bits};
-    const vk::SpecConstant ranged = {15, plan.ranged ? 1U : 0U};
-    std::vector<vk::SpecConstant> up = {group, digit};
-    std::vector<vk::SpecConstant> down = {group, digit, {12, desc.second ? 1U : 0U}};
-    const vk::BufferView& input = plan.ranged ? views.input : entries_in;
-    std::vector<vk::Access> counted = {vk::read(input), vk::read(entries_in), vk::read(views.count),
-                                       vk::read(views.kept), vk::write(views.table)};
-    std::vector<vk::Access> moved = {vk::read(input),
-                                     vk::read(entries_in),
-                                     vk::read(views.count),
-                                     vk::read_write(views.kept),
-                                     vk::read(views.table),
-                                     vk::read(views.totals),
-                                     vk::read(views.seconds[1 - pass % 2]),
-                                     vk::write(views.sides[pass % 2]),
-                                     vk::write(views.seconds[pass % 2])};
-    if (kernels != vk::Kernels::kGpu) {
-        up.push_back(ranged);
-        down.push_back(ranged);
-        counted.push_back(vk::read(views.range));
-        moved.push_back(vk::read(views.range));
-    }
-    SPLAT_TRY(recorder.dispatch({
+    std::vector<vk::Access> accesses = {vk::read(pass.input), vk::read(pass.entries),
+                                        vk::read(views.count), vk::read(views.kept),
+                                        vk::write(views.table)};
+    if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
+    if (kernels == vk::Kernels::kCpu) accesses.push_back(vk::write(views.ranks));
+    return recorder.dispatch({
         .op = "radix_sort",
         .shader = ops::pick(kernels, "radix_sort_upsweep", "radix_sort_upsweep_cpu",
                             "radix_sort_upsweep_gpu"),
-        .constants = up,
-        .push = params,
-        .accesses = counted,
+        .constants = pass.constants,
+        .push = pass.params,
+        .accesses = accesses,
         .groups = {plan.groups, 1, 1},
-        .work = {.flops = entries, .bytes = 8 * entries + table},
-    }));
-    SPLAT_TRY(recorder.dispatch({
+        .work = {.flops = pass.count, .bytes = 8 * pass.count + pass.table},
+    });
+}
+
+Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
+                  const Pass& pass) {
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    std::vector<vk::Access> accesses = {vk::read_write(views.table), vk::write(views.totals),
+                                        vk::read(views.count), vk::read(views.kept),
+                                        vk::read(views.range)};
+    if (cpu)
+        accesses = {vk::read(views.table), vk::read(views.count), vk::read(views.range),
+                    vk::write(views.places), vk::read_write(views.kept)};
+    return recorder.dispatch({
         .op = "radix_sort",
-        .shader = "radix_sort_spine",
-        .constants = {group, digit, ranged},
-        .push = params,
-        .accesses = {vk::read_write(views.table), vk::write(views.totals), vk::read(views.count),
-                     vk::read(views.kept), vk::read(views.range)},
-        .groups = {((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
-        .work = {.flops = table / 4, .bytes = 2 * table},
-    }));
+        .shader = cpu ? "radix_sort_spine_cpu" : "radix_sort_spine",
+        .constants = pass.constants,
+        .push = pass.params,
+        .accesses = accesses,
+        .groups = {cpu ? 1 : ((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
+        .work = {.flops = pass.table / 4, .bytes = 2 * pass.table},
+    });
+}
+
+Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
+                    const Pass& pass, bool second) {
+    const vk::Kernels kernels = recorder.kernels();
+    const bool cpu = kernels == vk::Kernels::kCpu;
+    std::vector<vk::Access> accesses = {vk::read(pass.input),
+                                        vk::read(pass.entries),
+                                        vk::read(views.count),
+                                        cpu ? vk::read(views.kept) : vk::read_write(views.kept),
+                                        vk::read(cpu ? views.places : views.table),
+                                        vk::read(cpu ? views.ranks : views.totals),
+                                        vk::read(pass.seconds),
+                                        vk::write(pass.entries_out),
+                                        vk::write(pass.seconds_out)};
+    if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
     return recorder.dispatch({
         .op = "radix_sort",
         .shader = ops::pick(kernels, "radix_sort_downsweep", "radix_sort_downsweep_cpu",
                             "radix_sort_downsweep_gpu"),
-        .constants = down,
-        .push = params,
-        .accesses = moved,
-        .groups = {plan.groups, 1, 1},
-        .work = {.flops = entries, .bytes = (desc.second ? 24 : 16) * entries + table},
+        .constants = pass.constants,
+        .push = pass.params,
+        .accesses = accesses,
+        .groups = {cpu ? plan.lanes : plan.groups, 1, 1},
+        .work = {.flops = pass.count, .bytes = (second ? 24 : 16) * pass.count + pass.table},
     });
 }
 
@@ -146,6 +184,12 @@ Status sort_pass(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
 std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const Plan plan = plan_for(recorder, desc);
     return std::uint64_t{4} * plan.lanes << plan.digit_bits;
+}
+
+std::uint64_t radix_sort_rank_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+    // 16 bits each, written for four entries at a time.
+    return recorder.kernels() == vk::Kernels::kCpu ? ceil_div(std::uint64_t{desc.capacity}, 4) * 8
+                                                   : 16;
 }
 
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc) {
@@ -157,8 +201,12 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
     // The first pass that works is known on the device alone, and with it the second values' side.
     SPLAT_ASSERT(!plan.ranged || !desc.second);
     if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, views));
-    for (std::uint32_t pass = 0; pass < plan.passes; ++pass)
-        SPLAT_TRY(sort_pass(recorder, plan, desc, views, pass));
+    for (std::uint32_t index = 0; index < plan.passes; ++index) {
+        const Pass pass = pass_of(plan, desc, views, index);
+        SPLAT_TRY(count_digits(recorder, plan, views, pass));
+        SPLAT_TRY(sum_counts(recorder, plan, views, pass));
+        SPLAT_TRY(move_entries(recorder, plan, views, pass, desc.second));
+    }
     return {};
 }
 

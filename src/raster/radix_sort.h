@@ -9,10 +9,13 @@ namespace splat::raster {
 /// A stable sort of entries: a 32-bit key and a 32-bit value, next to each other, so that one store
 /// moves both, and perhaps a second value. Their number is read on the device.
 struct RadixSortDesc {
-    std::uint32_t capacity = 0;   ///< entries that the arrays hold, at least 1
+    std::uint32_t capacity = 0;   ///< entries that the arrays hold, 1 to kMaxSorted
     std::uint32_t key_bits = 32;  ///< bits that take part, from the lowest
     bool second = false;          ///< there is a second value; key_bits < 32
 };
+
+/// Most entries: kernels for CPU devices sum the counters of 4096 chunks of 2^16.
+inline constexpr std::uint32_t kMaxSorted = 1U << 28;
 
 /// Counters of the longest digit.
 inline constexpr std::uint32_t kRadixBins = 256;
@@ -23,7 +26,9 @@ struct RadixSortViews {
                                             ///< sides[1] may be the input if key_bits < 32
     std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32, or 2 views of 16 bytes: those
                                             ///< of `sides`; seconds[1] is the input
-    vk::BufferView table;                   ///< radix_sort_table_bytes
+    vk::BufferView table;                   ///< radix_sort_table_bytes, workspace
+    vk::BufferView places;                  ///< as `table`; CPU devices only, as the next
+    vk::BufferView ranks;                   ///< radix_sort_rank_bytes, workspace
     vk::BufferView totals;                  ///< kRadixBins uint32
     vk::BufferView range;                   ///< 2 uint32, workspace: least key, least ~key
     vk::BufferView count;                   ///< uint32: number of entries
@@ -31,6 +36,7 @@ struct RadixSortViews {
 };
 
 std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
+std::uint64_t radix_sort_rank_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
 
 /// Which of the sides, and of the second values, holds the result.
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc);

@@ -22,7 +22,8 @@ struct TileBinViews {
     vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
     vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
-    vk::BufferView large;        ///< [V*N] uint32, workspace: entries with large footprints
+    vk::BufferView large;        ///< [V*N] uint32, workspace: counts by depth, then entries with
+                                 ///< large footprints
     vk::BufferView pair_count;   ///< uint32, out: pairs made
     vk::BufferView stats;        ///< kStatWords uint32, out
 };

@@ -31,6 +31,11 @@ std::uint64_t table_bytes(vk::Context& context, std::uint64_t capacity, std::uin
         recorder, {.capacity = static_cast<std::uint32_t>(capacity), .key_bits = bits});
 }
 
+std::uint64_t rank_bytes(vk::Context& context, std::uint64_t capacity) {
+    const vk::Recorder recorder(context);
+    return radix_sort_rank_bytes(recorder, {.capacity = static_cast<std::uint32_t>(capacity)});
+}
+
 }  // namespace
 
 Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t passes) {
@@ -57,6 +62,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&item_order[0], "depth order", 8 * items},
                            {&item_order[1], "depth order", 8 * items},
                            {&item_table, "sort table", table_bytes(context, items, 32)},
+                           {&item_places, "sort places", table_bytes(context, items, 32)},
+                           {&item_ranks, "sort ranks", rank_bytes(context, items)},
                            {&totals, "sort totals", 4 * kRadixBins},
                            {&key_range, "depth range", 16},
                            {&item_count, "item count", 16},
@@ -90,11 +97,14 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     std::uint64_t table = 0;  // fewer tiles in a window may mean fewer or longer digits
     for (std::uint32_t b = 1; b <= bits; ++b)
         table = std::max(table, table_bytes(context, wanted, b));
+    const std::uint64_t ranks = rank_bytes(context, wanted);
     SPLAT_ASSIGN(pair_bytes_, allocate(context, {{&fresh.entries[0], "pairs", entries},
                                                  {&fresh.entries[1], "pairs", entries},
                                                  {&fresh.slots[0], "record slots", slots},
                                                  {&fresh.slots[1], "record slots", slots},
                                                  {&fresh.table, "sort table", table},
+                                                 {&fresh.places, "sort places", table},
+                                                 {&fresh.ranks, "sort ranks", ranks},
                                                  {&fresh.record_a, "gradient records", record},
                                                  {&fresh.record_b, "gradient records", record},
                                                  {&fresh.record_c, "gradient records", record}}));
@@ -107,7 +117,7 @@ std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const Raster
     const std::uint64_t element = desc.backward ? 16 : 8;
     return static_cast<std::uint32_t>(
         std::min({device.limits.max_storage_buffer_bytes / element,
-                  device.limits.max_texel_elements / 2, std::uint64_t{1} << 30}));
+                  device.limits.max_texel_elements / 2, std::uint64_t{kMaxSorted}}));
 }
 
 }  // namespace splat::raster

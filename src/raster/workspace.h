@@ -25,13 +25,13 @@ class Workspace {
     std::uint32_t capacity = 0;
 
     vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
-    vk::Buffer item_keys, item_order[2], item_table;
+    vk::Buffer item_keys, item_order[2], item_table, item_places, item_ranks;
     vk::Buffer totals, key_range, item_count, sorted, unused[2], sums, stats, pair_count,
         kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
         pose;
     struct Pairs {
-        vk::Buffer entries[2], slots[2], table;
+        vk::Buffer entries[2], slots[2], table, places, ranks;
         vk::Buffer record_a, record_b, record_c;
     };
     Pairs pairs;

@@ -67,6 +67,10 @@ int bench(std::uint32_t count, int rounds) {
     const vk::Buffer none[2] = {device_buffer(context, 4), device_buffer(context, 4)};
     const vk::Buffer table =
         device_buffer(context, raster::radix_sort_table_bytes(recorder, desc) / 4);
+    const vk::Buffer places =
+        device_buffer(context, raster::radix_sort_table_bytes(recorder, desc) / 4);
+    const vk::Buffer ranks =
+        device_buffer(context, raster::radix_sort_rank_bytes(recorder, desc) / 4);
     const vk::Buffer totals = device_buffer(context, raster::kRadixBins);
     const vk::Buffer range = device_buffer(context, 2), kept = device_buffer(context, 1);
     const vk::Buffer entries = upload(context, std::vector<std::uint32_t>{count});
@@ -76,6 +80,8 @@ int bench(std::uint32_t count, int rounds) {
                                               {sides[0].range(), sides[1].range()},
                                               {none[0].range(), none[1].range()},
                                               table.range(),
+                                              places.range(),
+                                              ranks.range(),
                                               totals.range(),
                                               range.range(),
                                               entries.range(),

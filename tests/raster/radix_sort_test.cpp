@@ -89,6 +89,10 @@ class RadixSort : public KernelsTest {
         }
         const vk::Buffer table =
             device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
+        const vk::Buffer places =
+            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
+        const vk::Buffer ranks =
+            device_buffer(context(), raster::radix_sort_rank_bytes(recorder, desc) / 4);
         const vk::Buffer totals = device_buffer(context(), raster::kRadixBins);
         const vk::Buffer range = device_buffer(context(), 2);
         const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
@@ -98,6 +102,8 @@ class RadixSort : public KernelsTest {
                                       {sides[0].range(), sides[1].range()},
                                       {seconds[0].range(), seconds[1].range()},
                                       table.range(),
+                                      places.range(),
+                                      ranks.range(),
                                       totals.range(),
                                       range.range(),
                                       count.range(),

@@ -233,9 +233,6 @@ function(BenchMeasuresTheRasterizer)
     endif()
   endforeach()
   expect_image(${TEMP}/raster.svg 3c737667 500)
-  # A list that is too long for the plain kernels is drawn by the others.
-  vkrun(0 bench raster --orbit 1 --size 64x48 --seconds 0.01 --samples 1 --device cpu)
-  expect("${out}" "without plain kernels: rasterizer: [0-9]+ Gaussians on one tile" "forward +cpu" "backward +cpu")
 endfunction()
 
 function(BenchSaysWhenKernelsAreForced)

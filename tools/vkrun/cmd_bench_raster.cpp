@@ -16,8 +16,7 @@ namespace {
 
 constexpr const char* kBenchRasterFooter =
     R"(Each view is drawn by plain and by fast kernels in turn (A B A B) in this one process,
-forward and backward; by the fast ones alone if lists are longer than the device lets plain loops
-be ("plain_refusal" in JSON).
+forward and backward: at least three timed rounds, or one if they take long.
 
   render             forward without a backward pass to come; the row "forward" keeps what that needs
   min ms, median ms  wall time of a call, over all views and rounds

@@ -44,12 +44,10 @@ class Side {
             gradients_[name] = make_tensor(device, "grad_" + name, dims, {});
     }
 
-    splat_result draw(std::size_t view) {
-        return splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
-                                              &from_.cameras[view], 1, from_.background);
+    void forward(std::size_t view) {
+        check(splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
+                                             &from_.cameras[view], 1, from_.background));
     }
-
-    void forward(std::size_t view) { check(draw(view)); }
 
     void set_loss(const std::vector<float>& grad_rgb) {
         grad_rgb_ = make_tensor(device_, "grad_rgb",
@@ -134,15 +132,10 @@ void keep_shortest(StageTimes& shortest, const StageTimes& times) {
     }
 }
 
-/// Why plain kernels cannot draw the scene: a list longer than the device lets their loops be. ""
-/// if they can.
-std::string refusal_of(Side& plain, std::size_t views) {
-    for (std::size_t view = 0; view < views; ++view) {
-        const splat_result result = plain.draw(view);
-        if (result == SPLAT_ERROR_UNSUPPORTED) return splat_last_error_message();
-        check(result);
-    }
-    return "";
+/// Whether to go on measuring: for the time that is wanted, and for `rounds` if they take at most ten
+/// times as long.
+bool more_rounds(int round, int rounds, double passed, double wanted) {
+    return passed < wanted || (round < rounds && passed < 10 * wanted);
 }
 
 /// A rasterizer that only draws, and one that keeps what its backward pass needs.
@@ -180,7 +173,7 @@ void profile_stages(Sides& sides, std::size_t views, double seconds) {
     std::vector<std::array<StageTimes, 3>> shortest(views);
     const auto start = std::chrono::steady_clock::now();
     std::chrono::duration<double> passed{};
-    for (int round = 0; round < 3 || passed.count() < seconds; ++round) {
+    for (int round = 0; round < 1 || more_rounds(round, 3, passed.count(), seconds); ++round) {
         for (std::size_t view = 0; view < views; ++view) {
             for (std::size_t i = 0; i < 3; ++i)
                 keep_shortest(shortest[view][i],
@@ -267,12 +260,8 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     result.views = from.cameras.size();
     const RasterReference reference(from, effort.samples);
     std::vector<std::unique_ptr<Sides>> contenders;
-    if (effort.plain) {
-        auto plain = std::make_unique<Sides>(devices.plain.get(), from, result.plain);
-        result.plain_refusal = refusal_of(plain->train, result.views);
-        if (result.plain_refusal.empty()) contenders.push_back(std::move(plain));
-    }
-    const bool with_plain = !contenders.empty();
+    if (effort.plain)
+        contenders.push_back(std::make_unique<Sides>(devices.plain.get(), from, result.plain));
     contenders.push_back(std::make_unique<Sides>(devices.fast.get(), from, result.fast));
     for (const auto& sides : contenders) {
         sides->figures->kernels = kernels_name(info_of(sides->train.device()).kernels);
@@ -280,7 +269,8 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     }
     const auto start = std::chrono::steady_clock::now();
     std::chrono::duration<double> passed{};
-    for (int round = 0; round < 4 || passed.count() < effort.seconds; ++round) {
+    for (int round = 0; round < 2 || more_rounds(round, 4, passed.count(), effort.seconds);
+         ++round) {
         for (const auto& sides : contenders) {
             if (round == 1) sides->figures->forget_times();
             round_of(*sides, result.views);
@@ -289,7 +279,7 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     }
     contenders.clear();
     for (const bool plain : {true, false}) {
-        if (plain && !with_plain) continue;
+        if (plain && !effort.plain) continue;
         Sides sides((plain ? devices.plain_profiled : devices.fast_profiled).get(), from,
                     plain ? result.plain : result.fast);
         warm_up(sides, reference);

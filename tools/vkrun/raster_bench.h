@@ -69,7 +69,6 @@ struct RasterMeasurement {
     std::uint32_t height = 0;
     std::size_t views = 0;
     RasterFigures plain;        ///< kernels "" if not asked for, or refused
-    std::string plain_refusal;  ///< why plain kernels cannot draw the scene
     RasterFigures fast;
     std::vector<SkipFigures> skips;
     std::uint64_t fewest_pairs = 0;  ///< of the first view; 0 if not asked for

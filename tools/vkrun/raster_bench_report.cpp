@@ -84,7 +84,6 @@ Json raster_json(const RasterMeasurement& m) {
     json["height"] = m.height;
     json["views"] = m.views;
     if (!m.plain.kernels.empty()) json["plain"] = figures_json(m.plain);
-    if (!m.plain_refusal.empty()) json["plain_refusal"] = m.plain_refusal;
     json["fast"] = figures_json(m.fast);
     json["skips"] = Json::array();
     for (const SkipFigures& skip : m.skips)
@@ -110,7 +109,6 @@ std::string raster_table(const RasterMeasurement& m) {
         static_cast<unsigned long long>(m.fast.info.empty_tiles),
         static_cast<unsigned long long>(m.fast.info.tiles), bytes_text(m.fast.info.bytes).c_str(),
         m.fast.info.passes);
-    if (!m.plain_refusal.empty()) text += "  without plain kernels: " + m.plain_refusal + "\n";
     Table table({"  direction", "kernels", ">min ms", ">median ms", ">project", ">sort", ">bin",
                  ">blend", ">ns/pair", ">typical error", ">max error"});
     for (const Row& row : rows_of(m)) {

@@ -1,0 +1,56 @@
+#version 460
+// As radix_sort_spine.comp for devices whose shaders run on a CPU, and the places of the digits, too:
+// places [lanes][bins] where a lane's first entry of each digit goes. One workgroup of 8 lanes, a bin each;
+// needs a workgroup of one subgroup.
+// Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: 10 = most bits of a digit,
+// 15 = digits by the range of the keys.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "params/radix_sort_params.h"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kBits = 8;
+layout(constant_id = 15) const bool kRanged = false;
+UINTS(0, table);
+UINTS(1, input_count);
+UINTS(2, range);
+layout(set = 0, binding = 3, std430) writeonly buffer Places { uint places[]; };
+layout(set = 0, binding = 4, std430) buffer Kept { uint kept[]; };  // accumulates
+layout(push_constant) uniform Push { RadixSortParams params; };
+
+#include "radix_digit.glsl"
+
+void main() {
+    const uint lane = gl_LocalInvocationID.x & 7u;
+    const Digit digit =
+        kRanged ? ranged_digit(LD1(range, 0), LD1(range, 1), kBits) : fixed_digit(kBits);
+    if (digit.bits == 0) return;
+    const uint bins = 1u << digit.bits;
+    const uint lanes = lanes_for(digit.first ? min(LD1(input_count, 0), params.capacity) : kept[0]);
+    uint before = 0;  // entries of smaller digits
+    for (uint first = 0; first < bins; first += 8) {
+        const bool inside = first + lane < bins;
+        uint total = 0;
+        for (uint l = 0; l < lanes; l += 8)  // 8 per turn: lavapipe limits turns (src/ops/launch.h)
+            [[unroll]] for (uint j = 0; j < 8; ++j)
+                total += l + j < lanes ? LD1(table, (l + j) * bins + first + lane) : 0;
+        total = inside ? total : 0;
+        uint sum = total;
+        [[unroll]] for (uint step = 1; step < 8; step *= 2) {
+            const uint other = subgroupShuffle(sum, (lane - step) & 7u);
+            sum += lane >= step ? other : 0;
+        }
+        uint place = before + sum - total;
+        for (uint l = 0; l < lanes; l += 8) {
+            [[unroll]] for (uint j = 0; j < 8; ++j) {
+                const uint at = (l + j) * bins + first + lane;
+                if (inside && l + j < lanes) places[at] = place;
+                place += LD1(table, at);
+            }
+        }
+        before += subgroupShuffle(sum, 7u);
+    }
+    if (digit.first && lane == 0) kept[0] = before;
+}
