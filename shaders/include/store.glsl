@@ -8,27 +8,31 @@
 //   ST8(name, i, a, b)           writes its i-th element
 //   PAIRS_OUT(binding, name)     declares a writeonly array of uvec2
 //   ST2(name, i, v)              writes its i-th element
+//   UINT_QUADS_OUT(binding, name), STU4(name, i, v)   the same for uvec4
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
 
 #if TEXEL_LOADS
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-#define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { u64vec2 name[]; }
-#define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { u64vec4 name[]; }
-#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { uint64_t name[]; }
+#define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { u64vec2 name[]; }
+#define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { u64vec4 name[]; }
+#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { uint64_t name[]; }
+#define UINT_QUADS_OUT(slot, name) QUADS_OUT(slot, name)
 #define ST4(name, i, v) name[i] = packed_quad(v)
 #define ST2(name, i, v) name[i] = packUint2x32(v)
+#define STU4(name, i, v) name[i] = packed_bits(v)
 #define ST8(name, i, a, b) name[i] = u64vec4(packed_quad(a), packed_quad(b))
-u64vec2 packed_quad(vec4 v) {
-    const uvec4 bits = floatBitsToUint(v);
-    return u64vec2(packUint2x32(bits.xy), packUint2x32(bits.zw));
-}
+u64vec2 packed_bits(uvec4 bits) { return u64vec2(packUint2x32(bits.xy), packUint2x32(bits.zw)); }
+u64vec2 packed_quad(vec4 v) { return packed_bits(floatBitsToUint(v)); }
 #else
-#define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { vec4 name[]; }
-#define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { vec4 name[]; }
-#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Buffer { uvec2 name[]; }
+#define QUADS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { vec4 name[]; }
+#define OCTETS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { vec4 name[]; }
+#define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { uvec2 name[]; }
+#define UINT_QUADS_OUT(slot, name) \
+    layout(set = 0, binding = slot, std430) writeonly buffer name##Block { uvec4 name[]; }
 #define ST4(name, i, v) name[i] = v
+#define STU4(name, i, v) name[i] = v
 #define ST2(name, i, v) name[i] = v
 #define ST8(name, i, a, b) name[2 * (i)] = a, name[2 * (i) + 1] = b
 #endif

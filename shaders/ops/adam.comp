@@ -6,6 +6,7 @@
 // Bindings: value, grad, m, v, and again value, m, v to write; all quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/adam_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -13,9 +14,9 @@ QUADS(0, value);
 QUADS(1, grad);
 QUADS(2, m);
 QUADS(3, v);
-layout(set = 0, binding = 4, std430) writeonly buffer ValueOut { vec4 value_out[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer MOut { vec4 m_out[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer VOut { vec4 v_out[]; };
+QUADS_OUT(4, value_out);
+QUADS_OUT(5, m_out);
+QUADS_OUT(6, v_out);
 layout(push_constant) uniform Push { AdamParams params; };
 
 #include "launch.glsl"
@@ -27,7 +28,7 @@ void main() {
     const vec4 first = params.beta1 * LD4(m, i) + params.rest1 * g;
     const vec4 second = params.beta2 * LD4(v, i) + params.rest2 * g * g;
     const vec4 divisor = params.root_scale * sqrt(second) + params.eps;
-    value_out[i] = LD4(value, i) - params.step_size * (first / divisor);
-    m_out[i] = first;
-    v_out[i] = second;
+    ST4(value_out, i, LD4(value, i) - params.step_size * (first / divisor));
+    ST4(m_out, i, first);
+    ST4(v_out, i, second);
 }

@@ -4,12 +4,13 @@
 // grad_scores may be the memory of grad_weights.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/attention_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, weights);
 QUADS(1, grad_weights);
-layout(set = 0, binding = 2, std430) writeonly buffer GradScores { vec4 grad_scores[]; };
+QUADS_OUT(2, grad_scores);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 void main() {
@@ -22,6 +23,6 @@ void main() {
         sums += LD4(weights, at + q * params.n) * LD4(grad_weights, at + q * params.n);
     const float mean = (sums.x + sums.y) + (sums.z + sums.w);
     for (uint q = 0; q < quads; ++q)
-        grad_scores[at + q * params.n] =
-            params.scale * LD4(weights, at + q * params.n) * (LD4(grad_weights, at + q * params.n) - mean);
+        ST4(grad_scores, at + q * params.n,
+            params.scale * LD4(weights, at + q * params.n) * (LD4(grad_weights, at + q * params.n) - mean));
 }

@@ -5,11 +5,12 @@
 // memory: an element is written after it was read last).
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/attention_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, scores);
-layout(set = 0, binding = 1, std430) writeonly buffer Weights { vec4 weights[]; };
+QUADS_OUT(1, weights);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 const float kLowest = -3.402823466e38;
@@ -30,6 +31,5 @@ void main() {
         sums += mix(vec4(0), exp(LD4(scores, at + q * params.n) - top), keys_of(q));
     const float factor = 1.0 / ((sums.x + sums.y) + (sums.z + sums.w));
     for (uint q = 0; q < quads; ++q)
-        weights[at + q * params.n] =
-            mix(vec4(0), exp(LD4(scores, at + q * params.n) - top) * factor, keys_of(q));
+        ST4(weights, at + q * params.n, mix(vec4(0), exp(LD4(scores, at + q * params.n) - top) * factor, keys_of(q)));
 }

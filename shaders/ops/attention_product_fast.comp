@@ -10,6 +10,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/attention_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -17,7 +18,7 @@ layout(constant_id = 10) const uint kColumns = 8;
 layout(constant_id = 11) const uint kBlocks = 2;
 QUADS(0, s);
 QUADS(1, v);
-layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(2, y);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 #include "channels.glsl"
@@ -80,7 +81,7 @@ void main() {
             const vec4 value =
                 vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]);
             if (r < params.n)
-                y[to + quad * params.y_stride + r] = params.scale * channels_below(value, 4 * quad, params.m);
+                ST4(y, to + quad * params.y_stride + r, params.scale * channels_below(value, 4 * quad, params.m));
         }
     }
 }

@@ -4,11 +4,12 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/attention_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, s);
-layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(1, y);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 void main() {
@@ -26,5 +27,5 @@ void main() {
     values = transpose(values);
     const uint to = image * params.y_image + head * params.y_head + quad * params.y_stride + 4 * block;
     [[unroll]] for (uint i = 0; i < 4; ++i)
-        if (4 * block + i < params.m) y[to + i] = values[i];
+        if (4 * block + i < params.m) ST4(y, to + i, values[i]);
 }

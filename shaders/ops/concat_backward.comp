@@ -3,11 +3,12 @@
 // One invocation computes one quad of grad_x. Bindings: grad_y, grad_x, both quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/concat_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, grad_y);
-layout(set = 0, binding = 1, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(1, grad_x);
 layout(push_constant) uniform Push { ConcatParams params; };
 
 #include "channels.glsl"
@@ -22,5 +23,5 @@ void main() {
     const uint last = (params.a + params.b - 1) / 4;
     const vec4 low = LD4(grad_y, min(from / 4, last) * params.columns + column);
     const vec4 high = LD4(grad_y, min(from / 4 + 1, last) * params.columns + column);
-    grad_x[i] = channels_below(shifted(low, high, from % 4), first, params.count);
+    ST4(grad_x, i, channels_below(shifted(low, high, from % 4), first, params.count));
 }

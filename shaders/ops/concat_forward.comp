@@ -3,12 +3,13 @@
 // One invocation computes one quad of y. Bindings: a, b, y, all quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/concat_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, a);
 QUADS(1, b);
-layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(2, y);
 layout(push_constant) uniform Push { ConcatParams params; };
 
 #include "channels.glsl"
@@ -29,11 +30,11 @@ void main() {
     const uint column = i % params.columns;
     const vec4 of_a = LD4(a, min(first, params.a - 1) / 4 * params.columns + column);
     if (first + 4 <= params.a) {
-        y[i] = of_a;
+        ST4(y, i, of_a);
         return;
     }
     const uint ahead = first + 4 - params.a;  // channels of b up to the end of this quad
     const vec4 of_b = shifted(quad_of_b(int(ahead / 4) - 1, column), quad_of_b(int(ahead / 4), column), ahead % 4);
     const vec4 value = mix(of_b, of_a, lessThan(first + uvec4(0, 1, 2, 3), uvec4(params.a)));
-    y[i] = channels_below(value, first, channels);
+    ST4(y, i, channels_below(value, first, channels));
 }

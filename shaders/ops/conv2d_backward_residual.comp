@@ -3,11 +3,12 @@
 // Bindings: grad_y, grad_residual; both as quads [channels/4][N*H*W].
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/conv2d_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, grad_y);
-layout(set = 0, binding = 1, std430) writeonly buffer GradResidual { vec4 grad_residual[]; };
+QUADS_OUT(1, grad_residual);
 layout(push_constant) uniform Push { Conv2dParams dims; };
 
 #include "launch.glsl"
@@ -15,5 +16,5 @@ layout(push_constant) uniform Push { Conv2dParams dims; };
 void main() {
     const uint i = invocation_index(dims.groups_x);
     if (i >= (dims.out_channels + 3) / 4 * dims.n * dims.height * dims.width) return;
-    grad_residual[i] = dims.scale * LD4(grad_y, i);
+    ST4(grad_residual, i, dims.scale * LD4(grad_y, i));
 }

@@ -5,12 +5,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/dropout_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, grad_y);
 layout(set = 0, binding = 1, std430) readonly buffer Counter { uint counter[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(2, grad_x);
 layout(push_constant) uniform Push { DropoutParams params; };
 
 #include "launch.glsl"
@@ -22,5 +23,5 @@ void main() {
     const uvec4 random =
         philox(uvec4(i, counter[2], params.stream + counter[3], 0), uvec2(counter[0], counter[1]));
     const bvec4 keep = greaterThanEqual(random, uvec4(params.threshold));
-    grad_x[i] = mix(vec4(0), params.scale * LD4(grad_y, i), keep);
+    ST4(grad_x, i, mix(vec4(0), params.scale * LD4(grad_y, i), keep));
 }

@@ -4,12 +4,13 @@
 // Bindings: value, shadow, and shadow again to write; all quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/ema_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, value);
 QUADS(1, shadow);
-layout(set = 0, binding = 2, std430) writeonly buffer ShadowOut { vec4 shadow_out[]; };
+QUADS_OUT(2, shadow_out);
 layout(push_constant) uniform Push { EmaParams params; };
 
 #include "launch.glsl"
@@ -19,5 +20,5 @@ void main() {
     if (i >= params.quads) return;
     const vec4 online = LD4(value, i);
     const vec4 before = LD4(shadow, i);
-    shadow_out[i] = params.rest == 1 ? online : before - (before - online) * params.rest;
+    ST4(shadow_out, i, params.rest == 1 ? online : before - (before - online) * params.rest);
 }

@@ -3,12 +3,13 @@
 // Bindings: modulation quads, grad_y quads, grad_x quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/film_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, modulation);
 QUADS(1, grad_y);
-layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(2, grad_x);
 layout(push_constant) uniform Push { FilmParams params; };
 
 #include "film.glsl"
@@ -20,5 +21,5 @@ void main() {
     if (i >= (params.c + 3) / 4 * columns) return;
     const uint first = 4 * (i / columns);
     const vec4 gamma = params.shift != 0 ? vec4(1) : modulation_quad(first, i % columns / params.p);
-    grad_x[i] = channels_below(gamma * LD4(grad_y, i), first, params.c);
+    ST4(grad_x, i, channels_below(gamma * LD4(grad_y, i), first, params.c));
 }

@@ -4,12 +4,13 @@
 // Bindings: x quads, modulation quads, y quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/film_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, modulation);
-layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(2, y);
 layout(push_constant) uniform Push { FilmParams params; };
 
 #include "film.glsl"
@@ -26,5 +27,5 @@ void main() {
         value += modulation_quad(first, n);
     else
         value = modulation_quad(first, n) * value + modulation_quad(params.c + first, n);
-    y[i] = channels_below(value, first, params.c);
+    ST4(y, i, channels_below(value, first, params.c));
 }

@@ -8,12 +8,13 @@
 
 layout(local_size_x_id = 0) in;
 #include "gaussian_head.glsl"
+#include "store.glsl"
 QUADS(6, grad_means);
 QUADS(7, grad_opacities);
 QUADS(8, grad_scales);
 QUADS(9, grad_rotations);
 QUADS(10, grad_sh);
-layout(set = 0, binding = 11, std430) writeonly buffer GradNetOut { vec4 grad_net_out[]; };
+QUADS_OUT(11, grad_net_out);
 
 // By the rotation's four channels q.
 vec4 rotation_gradient(vec4 camera, vec4 q, vec4 grad) {
@@ -79,5 +80,5 @@ void main() {
     }
     [[unroll]] for (uint q = 0; q < kMostQuads; ++q)
         if (q < kQuads)
-            grad_net_out[q * count + g] = vec4(grad[4 * q], grad[4 * q + 1], grad[4 * q + 2], grad[4 * q + 3]);
+            ST4(grad_net_out, q * count + g, vec4(grad[4 * q], grad[4 * q + 1], grad[4 * q + 2], grad[4 * q + 3]));
 }

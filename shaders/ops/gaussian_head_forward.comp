@@ -12,10 +12,11 @@
 
 layout(local_size_x_id = 0) in;
 #include "gaussian_head.glsl"
+#include "store.glsl"
 layout(set = 0, binding = 6, std430) writeonly buffer Means { float means[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Opacities { float opacities[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Scales { float scales[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Rotations { vec4 rotations[]; };
+QUADS_OUT(9, rotations);
 layout(set = 0, binding = 10, std430) writeonly buffer Sh { float sh[]; };
 
 void main() {
@@ -41,7 +42,7 @@ void main() {
     const vec4 q = vec4(raw[kRotation], raw[kRotation + 1], raw[kRotation + 2], raw[kRotation + 3]);
 
     opacities[g] = dims.activate != 0 ? sigmoid(raw[kOpacity]) : raw[kOpacity];
-    rotations[g] = hamilton(camera.rotation, q / max(sqrt(dot(q, q)), kLeastNorm));
+    ST4(rotations, g, hamilton(camera.rotation, q / max(sqrt(dot(q, q)), kLeastNorm)));
     float turn[3][3];
     sh_turn(camera, turn);
     const uint first = 3 * g * (1 + 3 * kDegree);

@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/group_norm_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -14,7 +15,7 @@ QUADS(2, beta);
 layout(set = 0, binding = 3, std430) readonly buffer Mean { float mean_in[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Rstd { float rstd_in[]; };
 QUADS(5, grad_y);
-layout(set = 0, binding = 6, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(6, grad_x);
 layout(set = 0, binding = 7, std430) writeonly buffer Sums { vec2 sums[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
@@ -73,7 +74,7 @@ void main() {
             const vec4 xhat = (LD4(x, at + i) - mean) * rstd;
             vec4 grad_t = LD4(grad_y, at + i);
             if (fused) grad_t *= silu_derivative(scale * xhat + shift);
-            grad_x[at + i] = rstd * (scale * grad_t - average.x - xhat * average.y);
+            ST4(grad_x, at + i, rstd * (scale * grad_t - average.x - xhat * average.y));
         }
     }
 }

@@ -5,13 +5,14 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/group_norm_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, gamma);
 QUADS(2, beta);
-layout(set = 0, binding = 3, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(3, y);
 layout(set = 0, binding = 4, std430) writeonly buffer Mean { float mean_out[]; };
 layout(set = 0, binding = 5, std430) writeonly buffer Rstd { float rstd_out[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
@@ -81,11 +82,11 @@ void main() {
         for (uint i = 0; i < whole; i += kUnroll * step)
             [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
                 const vec4 t = scale * ((LD4(x, at + i + u * step) - mean) * rstd) + shift;
-                y[at + i + u * step] = fused ? silu(t) : t;
+                ST4(y, at + i + u * step, fused ? silu(t) : t);
             }
         for (uint i = whole; i + lane < pixels; i += step) {
             const vec4 t = scale * ((LD4(x, at + i) - mean) * rstd) + shift;
-            y[at + i] = fused ? silu(t) : t;
+            ST4(y, at + i, fused ? silu(t) : t);
         }
     }
     if (lane == 0) {

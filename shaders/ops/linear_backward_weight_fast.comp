@@ -10,12 +10,13 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, grad_y);
-layout(set = 0, binding = 2, std430) writeonly buffer Partial { vec4 partial[]; };
+QUADS_OUT(2, partial);
 layout(push_constant) uniform Push { LinearParams dims; };
 
 #include "linear_slices.glsl"
@@ -64,5 +65,5 @@ void main() {
     if (in_quad >= in_quads) return;
     const uint at = (gl_WorkGroupID.z * dims.out_features + 4 * out_quad) * in_quads + in_quad;
     [[unroll]] for (uint o = 0; o < 32; ++o)
-        if (4 * out_quad + o < dims.out_features) partial[at + o * in_quads] = totals[o];
+        if (4 * out_quad + o < dims.out_features) ST4(partial, at + o * in_quads, totals[o]);
 }

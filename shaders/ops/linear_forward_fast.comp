@@ -14,6 +14,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
@@ -24,7 +25,7 @@ QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);
 QUADS(3, residual);
-layout(set = 0, binding = 4, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(4, y);
 layout(push_constant) uniform Push { LinearParams dims; };
 
 // Quads of k per loop turn: 2 of 8 columns unroll to more code than the instruction cache of a Zen 3 core
@@ -83,7 +84,7 @@ void main() {
             if (r >= dims.rows) continue;
             vec4 value = vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
             if (kResidual != 0) value += LD4(residual, quad * dims.rows + r);
-            y[quad * dims.rows + r] = value * dims.scale;
+            ST4(y, quad * dims.rows + r, value * dims.scale);
         }
     }
 }

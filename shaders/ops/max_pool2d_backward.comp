@@ -4,12 +4,13 @@
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/max_pool2d_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 QUADS(1, grad_y);
-layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(2, grad_x);
 layout(push_constant) uniform Push { MaxPool2dParams params; };
 
 #include "launch.glsl"
@@ -37,5 +38,5 @@ void main() {
     }
     const vec4 grad = LD4(grad_y, inside ? (plane * rows + row / 2) * columns + column / 2 : 0);
     const uvec4 own = uvec4(row % 2 * 2 + column % 2);
-    grad_x[i] = inside ? mix(vec4(0), grad, equal(first, own)) : vec4(0);
+    ST4(grad_x, i, inside ? mix(vec4(0), grad, equal(first, own)) : vec4(0));
 }

@@ -3,11 +3,12 @@
 // One invocation computes one quad of y. Bindings: x, y, both quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/max_pool2d_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
-layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(1, y);
 layout(push_constant) uniform Push { MaxPool2dParams params; };
 
 #include "launch.glsl"
@@ -22,5 +23,5 @@ void main() {
     const uint at = (plane * params.height + 2 * row) * params.width + 2 * (i % width);
     const vec4 upper = max(LD4(x, at), LD4(x, at + 1));
     const uint below = at + params.width;
-    y[i] = max(upper, max(LD4(x, below), LD4(x, below + 1)));
+    ST4(y, i, max(upper, max(LD4(x, below), LD4(x, below + 1))));
 }

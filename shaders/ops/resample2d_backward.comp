@@ -3,12 +3,13 @@
 // One invocation computes one quad. Bindings: grad_y (named x, as in the include) quads, filter [taps], grad_x quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/resample2d_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
 layout(set = 0, binding = 1, std430) readonly buffer Filter { float filter_taps[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(2, grad_x);
 layout(push_constant) uniform Push { Resample2dParams params; };
 
 #include "launch.glsl"
@@ -17,5 +18,5 @@ layout(push_constant) uniform Push { Resample2dParams params; };
 void main() {
     const uint i = invocation_index(params.groups_x);
     uint plane, row, column;
-    if (resample_place(i, plane, row, column)) grad_x[i] = resample(plane, row, column);
+    if (resample_place(i, plane, row, column)) ST4(grad_x, i, resample(plane, row, column));
 }

@@ -2,11 +2,12 @@
 // y = x * sigmoid(x). One invocation computes one quad. Bindings: x, y, both quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/activation_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
-layout(set = 0, binding = 1, std430) writeonly buffer Y { vec4 y[]; };
+QUADS_OUT(1, y);
 layout(push_constant) uniform Push { ActivationParams params; };
 
 #include "launch.glsl"
@@ -14,5 +15,5 @@ layout(push_constant) uniform Push { ActivationParams params; };
 
 void main() {
     const uint i = invocation_index(params.groups_x);
-    if (i < params.quads) y[i] = silu(LD4(x, i));
+    if (i < params.quads) ST4(y, i, silu(LD4(x, i)));
 }

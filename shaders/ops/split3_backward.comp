@@ -4,13 +4,14 @@
 // 3c channels.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/split3_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, grad_a);
 QUADS(1, grad_b);
 QUADS(2, grad_c);
-layout(set = 0, binding = 3, std430) writeonly buffer GradX { vec4 grad_x[]; };
+QUADS_OUT(3, grad_x);
 layout(push_constant) uniform Push { Split3Params params; };
 
 #include "launch.glsl"
@@ -24,7 +25,7 @@ void main() {
     const vec4 a = LD4(grad_a, i);
     const vec4 b = LD4(grad_b, i);
     const vec4 c = LD4(grad_c, i);
-    grad_x[at] = vec4(a.x, b.x, c.x, a.y);
-    if (first + 1 < quads) grad_x[at + params.columns] = vec4(b.y, c.y, a.z, b.z);
-    if (first + 2 < quads) grad_x[at + 2 * params.columns] = vec4(c.z, a.w, b.w, c.w);
+    ST4(grad_x, at, vec4(a.x, b.x, c.x, a.y));
+    if (first + 1 < quads) ST4(grad_x, at + params.columns, vec4(b.y, c.y, a.z, b.z));
+    if (first + 2 < quads) ST4(grad_x, at + 2 * params.columns, vec4(c.z, a.w, b.w, c.w));
 }

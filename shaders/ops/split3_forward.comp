@@ -3,13 +3,14 @@
 // One invocation computes one quad of each part. Bindings: x quads of 3c channels; a, b, c quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/split3_params.h"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, x);
-layout(set = 0, binding = 1, std430) writeonly buffer A { vec4 a[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer B { vec4 b[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer C { vec4 c[]; };
+QUADS_OUT(1, a);
+QUADS_OUT(2, b);
+QUADS_OUT(3, c);
 layout(push_constant) uniform Push { Split3Params params; };
 
 #include "launch.glsl"
@@ -28,7 +29,7 @@ void main() {
     const vec4 u = quad_of(first, column);
     const vec4 v = quad_of(first + 1, column);
     const vec4 w = quad_of(first + 2, column);
-    a[i] = vec4(u.x, u.w, v.z, w.y);
-    b[i] = vec4(u.y, v.x, v.w, w.z);
-    c[i] = vec4(u.z, v.y, w.x, w.w);
+    ST4(a, i, vec4(u.x, u.w, v.z, w.y));
+    ST4(b, i, vec4(u.y, v.x, v.w, w.z));
+    ST4(c, i, vec4(u.z, v.y, w.x, w.w));
 }

@@ -13,6 +13,7 @@
 #include "blend.glsl"
 #include "blend_blocks.glsl"
 #include "load.glsl"
+#include "store.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kDepth = false;
@@ -27,9 +28,9 @@ QUADS(4, background);
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
 QUADS(6, grad_image);
 layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_depth[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
+QUADS_OUT(8, record_a);
+QUADS_OUT(9, record_b);
+QUADS_OUT(10, record_c);
 UINTS(11, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
@@ -173,9 +174,9 @@ float load_block(const int block, uint lane, uvec2 corner, uint view, vec3 backg
 }
 
 void store(uint slot, float record[kSums]) {
-    record_a[slot] = vec4(record[0], record[1], record[2], record[3]);
-    record_b[slot] = vec4(record[4], record[5], record[6], record[7]);
-    record_c[slot] = vec4(record[8], record[9], record[10], record[11]);
+    ST4(record_a, slot, vec4(record[0], record[1], record[2], record[3]));
+    ST4(record_b, slot, vec4(record[4], record[5], record[6], record[7]));
+    ST4(record_c, slot, vec4(record[8], record[9], record[10], record[11]));
 }
 
 void main() {

@@ -15,6 +15,7 @@
 #include "blend.glsl"
 #include "blend_blocks.glsl"
 #include "load.glsl"
+#include "store.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
@@ -26,9 +27,9 @@ UINTS(1, pairs);
 QUADS(2, normals);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
-layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
+QUADS_OUT(5, image);
+PAIRS_OUT(6, state);
+QUADS_OUT(7, extra);
 UINTS(8, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
@@ -61,11 +62,11 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
 }
 
 void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind, vec2 depth_count) {
-    image[pixel] = vec4(color + left * behind, 1.0 - left);
-    if (!kNormals) state[pixel] = vec2(left, entries);
+    ST4(image, pixel, vec4(color + left * behind, 1.0 - left));
+    if (!kNormals) ST2(state, pixel, floatBitsToUint(vec2(left, entries)));
     if (kExtra) {
         const float expected = depth_count.x / max(1.0 - left, kExpectedAlphaMin);
-        extra[pixel] = vec4(depth_count.x, expected, depth_count.y, 0);
+        ST4(extra, pixel, vec4(depth_count.x, expected, depth_count.y, 0));
     }
 }
 

@@ -10,6 +10,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
+#include "store.glsl"
 #include "projection_backward.glsl"
 #include "sh.glsl"
 
@@ -29,7 +30,7 @@ QUADS(8, record_c);
 layout(set = 0, binding = 9, std430) buffer GradGaussians { vec4 grad_gaussians[]; };  // accumulates
 layout(set = 0, binding = 10, std430) buffer GradColors { vec4 grad_colors[]; };       // accumulates
 layout(set = 0, binding = 11, std430) buffer Exported { vec4 exported[]; };            // accumulates
-layout(set = 0, binding = 12, std430) writeonly buffer Pose { vec4 pose[]; };
+QUADS_OUT(12, pose);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -169,9 +170,9 @@ void main() {
             pose1 = workgroup_sum(pose1);
             pose2 = workgroup_sum(pose2);
             if (gl_LocalInvocationID.x == 0) {
-                pose[(group * params.views + v) * 3] = pose0;
-                pose[(group * params.views + v) * 3 + 1] = pose1;
-                pose[(group * params.views + v) * 3 + 2] = pose2;
+                ST4(pose, (group * params.views + v) * 3, pose0);
+                ST4(pose, (group * params.views + v) * 3 + 1, pose1);
+                ST4(pose, (group * params.views + v) * 3 + 2, pose2);
             }
         }
     }

@@ -7,7 +7,7 @@
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
-// (bits of the depth, item), radii [V*N] vec2, footprints [V*N] uvec4.
+// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec4.
 // Specialisation: 10 = degree of the spherical harmonics.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -22,11 +22,11 @@ layout(constant_id = 10) const uint kDegree = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);
-layout(set = 0, binding = 3, std430) writeonly buffer Splats { vec4 splats[]; };
+QUADS_OUT(3, splats);
 layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
 PAIRS_OUT(5, keys);
-layout(set = 0, binding = 6, std430) writeonly buffer Radii { vec2 radii[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Footprints { uvec4 footprints[]; };
+PAIRS_OUT(6, radii);
+UINT_QUADS_OUT(7, footprints);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -149,12 +149,12 @@ void main() {
             count = 0;
         }
     }
-    splats[item * 3] = a;
-    splats[item * 3 + 1] = b;
-    splats[item * 3 + 2] = vec4(color, half_size);
+    ST4(splats, item * 3, a);
+    ST4(splats, item * 3 + 1, b);
+    ST4(splats, item * 3 + 2, vec4(color, half_size));
     counts[item] = count;
-    footprints[item] = uvec4(packed, count);
+    STU4(footprints, item, uvec4(packed, count));
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
     ST2(keys, item, uvec2(sorted ? floatBitsToUint(z) : 0xFFFFFFFFu, item));
-    radii[item] = valid ? radius : vec2(0);
+    ST2(radii, item, floatBitsToUint(valid ? radius : vec2(0)));
 }

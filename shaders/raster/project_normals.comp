@@ -5,13 +5,14 @@
 // Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
+#include "store.glsl"
 #include "projection.glsl"
 
 layout(local_size_x_id = 0) in;
 QUADS(0, gaussians);
 QUADS(1, cameras);
 UINTS(2, counts);
-layout(set = 0, binding = 3, std430) writeonly buffer Normals { vec4 normals[]; };
+QUADS_OUT(3, normals);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -31,5 +32,5 @@ void main() {
     const vec3 normal = normalize(view.rotation * axis);
     const vec3 mean = view.rotation * LD4(gaussians, index * 3).xyz + view.translation;
     const bool known = LD1(counts, item) > 0 && finite(normal);
-    normals[item] = known ? vec4(dot(normal, mean) > 0.0 ? -normal : normal, 0) : vec4(0);
+    ST4(normals, item, known ? vec4(dot(normal, mean) > 0.0 ? -normal : normal, 0) : vec4(0));
 }

@@ -6,8 +6,9 @@
 
 layout(local_size_x_id = 0) in;
 #include "feature_distance.glsl"
+#include "store.glsl"
 QUADS(3, grad_y);
-layout(set = 0, binding = 4, std430) writeonly buffer GradA { vec4 grad_a[]; };
+QUADS_OUT(4, grad_a);
 #include "launch.glsl"
 
 void main() {
@@ -24,6 +25,6 @@ void main() {
     const float scale = zero ? 0.0 : LD4(grad_y, i / params.pixels).x * params.scale;
     for (uint c = 0; 4 * c < params.channels; ++c) {
         const vec4 u = 2 * weights(c) * difference(c, i, lengths);
-        grad_a[c * step + i] = scale * (u * inverse - LD4(a, c * step + i) * back);
+        ST4(grad_a, c * step + i, scale * (u * inverse - LD4(a, c * step + i) * back));
     }
 }

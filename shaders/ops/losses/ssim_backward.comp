@@ -8,11 +8,12 @@
 
 layout(local_size_x_id = 0) in;
 #include "ssim.glsl"
+#include "store.glsl"
 QUADS(0, a);
 QUADS(1, b);
 QUADS(2, rows);
 QUADS(3, grad_loss);
-layout(set = 0, binding = 4, std430) writeonly buffer GradA { vec4 grad_a[]; };
+QUADS_OUT(4, grad_a);
 
 #include "channels.glsl"
 #include "launch.glsl"
@@ -30,5 +31,5 @@ void main() {
     }
     const vec4 sum = d[0] + 2 * LD4(a, i) * d[1] + LD4(b, i) * d[2];
     const uint first = 4 * (i / (dims.n * dims.height * dims.width));
-    grad_a[i] = channels_below((LD4(grad_loss, 0).x * dims.scale) * sum, first, dims.c);
+    ST4(grad_a, i, channels_below((LD4(grad_loss, 0).x * dims.scale) * sum, first, dims.c));
 }

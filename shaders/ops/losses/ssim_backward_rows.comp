@@ -6,8 +6,9 @@
 
 layout(local_size_x_id = 0) in;
 #include "ssim.glsl"
+#include "store.glsl"
 QUADS(0, slopes);
-layout(set = 0, binding = 1, std430) writeonly buffer Rows { vec4 rows[]; };
+QUADS_OUT(1, rows);
 
 #include "launch.glsl"
 
@@ -22,5 +23,5 @@ void main() {
         const float weight = tap_weight(tap, x, dims.width);
         [[unroll]] for (uint k = 0; k < 3; ++k) sums[k] += weight * LD4(slopes, k * dims.quads + at);
     }
-    [[unroll]] for (uint k = 0; k < 3; ++k) rows[k * dims.quads + i] = sums[k];
+    [[unroll]] for (uint k = 0; k < 3; ++k) ST4(rows, k * dims.quads + i, sums[k]);
 }

@@ -9,8 +9,9 @@
 
 layout(local_size_x_id = 0) in;
 #include "ssim.glsl"
+#include "store.glsl"
 QUADS(0, rows);
-layout(set = 0, binding = 1, std430) writeonly buffer Slopes { vec4 slopes[]; };
+QUADS_OUT(1, slopes);
 layout(set = 0, binding = 2, std430) writeonly buffer Partial { float partial[]; };
 
 #include "channels.glsl"
@@ -33,9 +34,9 @@ vec4 similarity(uint i) {
     const vec4 b1 = m[0] * m[0] + m[1] * m[1] + kC1;
     const vec4 b2 = (m[2] - m[0] * m[0]) + (m[3] - m[1] * m[1]) + kC2;
     const vec4 s = a1 * a2 / (b1 * b2);
-    slopes[i] = 2 * (m[1] * (a2 - a1) / (b1 * b2) + m[0] * s * (1 / b2 - 1 / b1));
-    slopes[dims.quads + i] = -s / b2;
-    slopes[2 * dims.quads + i] = 2 * a1 / (b1 * b2);
+    ST4(slopes, i, 2 * (m[1] * (a2 - a1) / (b1 * b2) + m[0] * s * (1 / b2 - 1 / b1)));
+    ST4(slopes, dims.quads + i, -s / b2);
+    ST4(slopes, 2 * dims.quads + i, 2 * a1 / (b1 * b2));
     const uint first = 4 * (i / (dims.n * dims.height * dims.width));
     return channels_below(s, first, dims.c);
 }

@@ -6,9 +6,10 @@
 
 layout(local_size_x_id = 0) in;
 #include "ssim.glsl"
+#include "store.glsl"
 QUADS(0, a);
 QUADS(1, b);
-layout(set = 0, binding = 2, std430) writeonly buffer Rows { vec4 rows[]; };
+QUADS_OUT(2, rows);
 
 #include "launch.glsl"
 
@@ -29,5 +30,5 @@ void main() {
         sums[3] += wq * q;
         sums[4] += wp * q;
     }
-    [[unroll]] for (uint k = 0; k < 5; ++k) rows[k * dims.quads + i] = sums[k];
+    [[unroll]] for (uint k = 0; k < 5; ++k) ST4(rows, k * dims.quads + i, sums[k]);
 }
