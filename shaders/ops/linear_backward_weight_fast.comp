@@ -1,10 +1,11 @@
 #version 460
 // partial[s] = grad_y^T x over the rows of slice s, as register tiles: lane l of every 8 holds one
-// quad of input features and, from its own quad of output features, gives four of the 32 factors that
+// quad of input features and, from its own quad of output features, gives four of the factors that
 // constant shuffles broadcast. Rows are summed in blocks of 64, then the blocks, as in
 // linear_backward_weight.comp; linear_backward_weight_reduce.comp sums the slices.
-// One subgroup of 8 lanes computes 32 by 32 weights of one slice.
+// One subgroup of 8 lanes computes 4 kOutQuads by 32 weights of one slice.
 // Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], partial [slices][out][in/4] vec4.
+// Specialisation: 0 workgroup size, 10 kOutQuads, up to 8.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -14,6 +15,7 @@
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const uint kOutQuads = 8;
 QUADS(0, x);
 QUADS(1, grad_y);
 QUADS_OUT(2, partial);
@@ -29,7 +31,7 @@ void main() {
     const uint lane = gl_SubgroupInvocationID & 7u;
     const uint tile = gl_WorkGroupID.x * (gl_WorkGroupSize.x / 8) + gl_LocalInvocationID.x / 8;
     const uint in_quad = tile * 8 + lane;
-    const uint out_quad = gl_WorkGroupID.y * 8;
+    const uint out_quad = gl_WorkGroupID.y * kOutQuads;
     // Quads beyond the edge are computed from the last one and not stored: all lanes must take part
     // in the shuffles.
     const uint x_at = min(in_quad, in_quads - 1) * dims.rows;
@@ -38,12 +40,12 @@ void main() {
     const uint begin = slice_begin(gl_WorkGroupID.z);
     const uint end = slice_end(gl_WorkGroupID.z);
 
-    vec4 totals[32];
-    [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] = vec4(0);
+    vec4 totals[4 * kOutQuads];
+    [[unroll]] for (uint o = 0; o < 4 * kOutQuads; ++o) totals[o] = vec4(0);
     for (uint first = begin; first < end; first += kBlock) {
         const uint last = min(first + kBlock, end);
-        vec4 sums[32];
-        [[unroll]] for (uint o = 0; o < 32; ++o) sums[o] = vec4(0);
+        vec4 sums[4 * kOutQuads];
+        [[unroll]] for (uint o = 0; o < 4 * kOutQuads; ++o) sums[o] = vec4(0);
         for (uint r = first; r < last; r += kDepth) {
             vec4 v[kDepth];
             vec4 g[kDepth];
@@ -54,16 +56,16 @@ void main() {
                 v[u] = r + u < last ? value : vec4(0);
             }
             [[unroll]] for (uint u = 0; u < kDepth; ++u) g[u] = LD4(grad_y, grad_at + min(r + u, last - 1));
-            [[unroll]] for (uint m = 0; m < 8; ++m)
+            [[unroll]] for (uint m = 0; m < kOutQuads; ++m)
                 [[unroll]] for (uint c = 0; c < 4; ++c)
                     sums[4 * m + c] += (subgroupShuffle(g[0][c], m) * v[0] + subgroupShuffle(g[1][c], m) * v[1]) +
                                        (subgroupShuffle(g[2][c], m) * v[2] + subgroupShuffle(g[3][c], m) * v[3]);
         }
-        [[unroll]] for (uint o = 0; o < 32; ++o) totals[o] += sums[o];
+        [[unroll]] for (uint o = 0; o < 4 * kOutQuads; ++o) totals[o] += sums[o];
     }
 
     if (in_quad >= in_quads) return;
     const uint at = (gl_WorkGroupID.z * dims.out_features + 4 * out_quad) * in_quads + in_quad;
-    [[unroll]] for (uint o = 0; o < 32; ++o)
+    [[unroll]] for (uint o = 0; o < 4 * kOutQuads; ++o)
         if (4 * out_quad + o < dims.out_features) ST4(partial, at + o * in_quads, totals[o]);
 }

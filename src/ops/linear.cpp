@@ -22,8 +22,8 @@ constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
 constexpr std::uint32_t kResidualId = 12;
 
-Tile tile_for(std::uint32_t rows) {
-    return rows >= 64 ? Tile{8, 2} : Tile{1, 2};
+Tile tile_for(const LinearDesc& desc) {
+    return {desc.rows >= 64 ? 8U : 1U, desc.out_features <= 8 ? 1U : 2U};
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
@@ -45,8 +45,9 @@ vk::Work product_work(const LinearDesc& desc) {
 /// The plain kernels loop over all features of a row in one invocation, see kMaxTurns.
 constexpr std::uint32_t kMaxFeatures = 65535;
 
-/// linear_backward_weight_fast.comp: features per tile, both ways.
+/// linear_backward_weight_fast.comp: most features per tile, both ways.
 constexpr std::uint32_t kTile = 32;
+constexpr std::uint32_t kOutQuadsId = 10;
 
 /// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
 /// enough to give every core or multiprocessor work, but none of less than a few blocks of 64 rows.
@@ -69,7 +70,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const Tile tile = tile_for(desc.rows);
+    const Tile tile = tile_for(desc);
     // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
@@ -215,17 +216,22 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     const Kernels kernels = recorder.kernels();
     const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
     vk::Groups groups = per_weight;
+    std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
         const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)),
-                  static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile)), 1};
+        // Tiles of equal size: the 72 taps of an adapter are three of 24, not of 32.
+        const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
+        const std::uint64_t out_quads = ceil_div(desc.out_features, 4);
+        constants.push_back(
+            {kOutQuadsId, static_cast<std::uint32_t>(ceil_div(out_quads, out_tiles))});
+        groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};
     }
     groups[2] = params.slices;
     SPLAT_TRY(recorder.dispatch({
         .op = "linear_backward_weight",
         .shader = pick(kernels, "linear_backward_weight", "linear_backward_weight_cpu",
                        "linear_backward_weight_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes}},
+        .constants = constants,
         .push = params,
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(partial)},
         .groups = groups,
