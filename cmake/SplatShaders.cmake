@@ -6,7 +6,7 @@
 #   FAST     modules <stem>_cpu and <stem>_gpu from <stem>_fast.comp: the same source, reading its
 #            arrays through texel buffers on CPU devices and storage buffers on GPUs
 #            (shaders/include/load.glsl)
-#   LOADS    modules <stem> and <stem>_cpu from <stem>.comp, which differ in the same way only
+#   LOADS    modules <stem> and <stem>_cpu from <stem>.comp, which differ in the same way
 #   CPU      module <stem>_cpu from <stem>_cpu.comp, which reads through texel buffers
 function(splat_shader_library target)
   cmake_parse_arguments(ARG "" "" "SHADERS;FAST;LOADS;CPU" ${ARGN})

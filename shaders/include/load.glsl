@@ -1,6 +1,6 @@
 // How fast kernels read arrays of vec4. A storage-buffer load costs lavapipe 8 guarded scalar
 // loads, a texel-buffer load a few vector instructions; GPUs prefer storage buffers. One source,
-// two modules: see splat_fast_shader in shaders/CMakeLists.txt.
+// two modules: see cmake/SplatShaders.cmake.
 //
 //   QUADS(binding, name)    declares a readonly array of vec4
 //   LD4(name, i)            reads its i-th element

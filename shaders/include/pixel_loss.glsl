@@ -4,6 +4,7 @@
 #define SPLAT_PIXEL_LOSS_GLSL
 
 #include "load.glsl"
+#include "store.glsl"
 #include "params/loss_params.h"
 
 QUADS(0, a);
@@ -28,7 +29,7 @@ void sum_chunk() {
 }
 #else
 QUADS(2, grad_loss);
-layout(set = 0, binding = 3, std430) writeonly buffer GradA { vec4 grad_a[]; };
+QUADS_OUT(3, grad_a);
 #include "launch.glsl"
 
 // One invocation computes one quad.
@@ -36,7 +37,7 @@ void slope_of_quad() {
     const uint i = invocation_index(params.groups_x);
     if (i >= params.quads) return;
     const vec4 difference = LD4(a, i) - LD4(b, i);
-    grad_a[i] = (LD4(grad_loss, 0).x * params.scale) * SLOPE(difference);
+    ST4(grad_a, i, (LD4(grad_loss, 0).x * params.scale) * SLOPE(difference));
 }
 #endif
 

@@ -11,9 +11,9 @@ struct Digit {
     bool first;  // nothing was sorted before: entries come from the input
 };
 
-// The bits by which keys differ from the least one, in as few digits of at most `most_bits` as they
-// take, all alike. `least` and `least_inverse`: least key, least complement of a key; both ~0 without
-// keys.
+// The bits by which keys differ from the least one, in as few digits of at most `most_bits` (8 or fewer)
+// as they take, all alike. `least` and `least_inverse`: least key, least complement of a key; both ~0
+// without keys.
 Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
     const uint most = max(least, ~least_inverse);
     const uint used = uint(max(findMSB(most - least) + 1, 1));

@@ -13,7 +13,7 @@ namespace {
 using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image)
-/// would leave it idle.
+/// would leave it idle; few features (adapters) leave a second block idle.
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
@@ -219,7 +219,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
         const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        // Tiles of equal size: the 72 taps of an adapter are three of 24, not of 32.
+        // As equal as they go: the 72 taps of an adapter are three of 24, not of 32.
         const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
         const std::uint64_t out_quads = ceil_div(desc.out_features, 4);
         constants.push_back(

@@ -18,7 +18,7 @@ struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
     std::uint32_t passes;
-    std::uint32_t lanes;  ///< or workgroups, with the kernels for GPUs
+    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs where entries are moved
     std::uint32_t least;  ///< of them for few entries
     std::uint32_t chunk;  ///< entries for each of them
     std::uint32_t groups;
@@ -197,6 +197,7 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 }
 
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
+    SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
     const Plan plan = plan_for(recorder, desc);
     // The first pass that works is known on the device alone, and with it the second values' side.
     SPLAT_ASSERT(!plan.ranged || !desc.second);

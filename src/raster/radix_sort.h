@@ -14,7 +14,8 @@ struct RadixSortDesc {
     bool second = false;          ///< there is a second value; key_bits < 32
 };
 
-/// Most entries: kernels for CPU devices sum the counters of 4096 chunks of 2^16.
+/// Most entries: one invocation sums the counters of all chunks, 4096 of 2^16 entries on CPU devices,
+/// 16384 of 2^14 with other kernels.
 inline constexpr std::uint32_t kMaxSorted = 1U << 28;
 
 /// Counters of the longest digit.
@@ -27,9 +28,9 @@ struct RadixSortViews {
     std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32, or 2 views of 16 bytes: those
                                             ///< of `sides`; seconds[1] is the input
     vk::BufferView table;                   ///< radix_sort_table_bytes, workspace
-    vk::BufferView places;                  ///< as `table`; CPU devices only, as the next
-    vk::BufferView ranks;                   ///< radix_sort_rank_bytes, workspace
-    vk::BufferView totals;                  ///< kRadixBins uint32
+    vk::BufferView places;                  ///< as `table`; this and the next for kernels for CPU
+    vk::BufferView ranks;                   ///< devices alone: radix_sort_rank_bytes
+    vk::BufferView totals;                  ///< kRadixBins uint32; for the others
     vk::BufferView range;                   ///< 2 uint32, workspace: least key, least ~key
     vk::BufferView count;                   ///< uint32: number of entries
     vk::BufferView kept;                    ///< uint32, out: entries that stayed

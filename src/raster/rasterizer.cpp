@@ -8,9 +8,6 @@
 namespace splat::raster {
 namespace {
 
-/// Views whose pose gradients one invocation can sum there, at 23 turns each.
-constexpr std::uint32_t kMaxPoseViews = 1900;
-
 /// Pairs per item to begin with; what a scene needs is known after its first frame.
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
@@ -52,12 +49,6 @@ Status Rasterizer::check_device() const {
                      "rasterizer: a row of %u tiles in %u views, expected at most %llu in all",
                      desc_.tiles_x(), desc_.views,
                      static_cast<unsigned long long>(kMaxWindowTiles));
-    if (desc_.grad_pose && desc_.views > kMaxPoseViews &&
-        context_.device().info().kind == vk::DeviceKind::kCpu)
-        return error(Code::kUnsupported,
-                     "rasterizer: pose gradients of %u views, but the device takes at most %u at a "
-                     "time: render fewer views per call",
-                     desc_.views, kMaxPoseViews);
     return {};
 }
 

@@ -58,7 +58,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
         .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
                      vk::write(views.sums), vk::write(views.large)},
         .groups = groups,
-        .work = {.flops = items, .bytes = 8 * items},
+        .work = {.flops = items, .bytes = (by_index ? 4 : 16) * items},
     }));
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
@@ -78,7 +78,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
         .accesses = {vk::read(by_index ? views.counts : views.large), vk::read(views.sorted),
                      vk::read(views.sums), vk::write(by_index ? views.slot_begins : views.begins)},
         .groups = groups,
-        .work = {.flops = items, .bytes = 12 * items},
+        .work = {.flops = items, .bytes = 8 * items},
     });
 }
 

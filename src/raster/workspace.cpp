@@ -31,6 +31,11 @@ std::uint64_t table_bytes(vk::Context& context, std::uint64_t capacity, std::uin
         recorder, {.capacity = static_cast<std::uint32_t>(capacity), .key_bits = bits});
 }
 
+/// Of what kernels for CPU devices alone use.
+std::uint64_t cpu_bytes(vk::Context& context, std::uint64_t bytes) {
+    return context.device().kernels() == vk::Kernels::kCpu ? bytes : 0;
+}
+
 std::uint64_t rank_bytes(vk::Context& context, std::uint64_t capacity) {
     const vk::Recorder recorder(context);
     return radix_sort_rank_bytes(recorder, {.capacity = static_cast<std::uint32_t>(capacity)});
@@ -62,7 +67,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&item_order[0], "depth order", 8 * items},
                            {&item_order[1], "depth order", 8 * items},
                            {&item_table, "sort table", table_bytes(context, items, 32)},
-                           {&item_places, "sort places", table_bytes(context, items, 32)},
+                           {&item_places, "sort places",
+                            cpu_bytes(context, table_bytes(context, items, 32))},
                            {&item_ranks, "sort ranks", rank_bytes(context, items)},
                            {&totals, "sort totals", 4 * kRadixBins},
                            {&key_range, "depth range", 16},
@@ -98,16 +104,17 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     for (std::uint32_t b = 1; b <= bits; ++b)
         table = std::max(table, table_bytes(context, wanted, b));
     const std::uint64_t ranks = rank_bytes(context, wanted);
-    SPLAT_ASSIGN(pair_bytes_, allocate(context, {{&fresh.entries[0], "pairs", entries},
-                                                 {&fresh.entries[1], "pairs", entries},
-                                                 {&fresh.slots[0], "record slots", slots},
-                                                 {&fresh.slots[1], "record slots", slots},
-                                                 {&fresh.table, "sort table", table},
-                                                 {&fresh.places, "sort places", table},
-                                                 {&fresh.ranks, "sort ranks", ranks},
-                                                 {&fresh.record_a, "gradient records", record},
-                                                 {&fresh.record_b, "gradient records", record},
-                                                 {&fresh.record_c, "gradient records", record}}));
+    SPLAT_ASSIGN(pair_bytes_,
+                 allocate(context, {{&fresh.entries[0], "pairs", entries},
+                                    {&fresh.entries[1], "pairs", entries},
+                                    {&fresh.slots[0], "record slots", slots},
+                                    {&fresh.slots[1], "record slots", slots},
+                                    {&fresh.table, "sort table", table},
+                                    {&fresh.places, "sort places", cpu_bytes(context, table)},
+                                    {&fresh.ranks, "sort ranks", ranks},
+                                    {&fresh.record_a, "gradient records", record},
+                                    {&fresh.record_b, "gradient records", record},
+                                    {&fresh.record_c, "gradient records", record}}));
     pairs = std::move(fresh);
     capacity = wanted;
     return {};

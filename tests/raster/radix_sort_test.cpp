@@ -208,6 +208,8 @@ TEST_P(RadixSortFull, SortsMoreThanOneDispatchOfWorkgroups) {
     if (is_gpu_on_cpu()) GTEST_SKIP() << "kernels for GPUs take minutes on a CPU device";
     constexpr std::size_t kCount = std::size_t{65535} * 256 + 1;
     expect_sorted(make_keys(Keys::kRandom, kCount, 32), kCount, 32, "65535 * 256 + 1 random keys");
+    // Ranks of all 16 bits.
+    expect_sorted(make_keys(Keys::kConstant, kCount, 8), kCount, 8, "65535 * 256 + 1 equal keys");
 }
 
 TEST_P(RadixSortFull, SortsTenMillion) {

@@ -51,7 +51,8 @@ Result<Hashes> same_hash(vk::Context& context, const RasterCase& scene, const Ra
             SPLAT_ASSIGN(const Hashes hashes, frame(context, session, scene.pixels()));
             if (run == 0 && again == 0) first = hashes;
             if (hashes != first)
-                return error(Code::kInternal, "run %d, frame %d differs from the first", run, again);
+                return error(Code::kInternal, "run %d, frame %d differs from the first", run,
+                             again);
         }
     }
     return first;
@@ -83,8 +84,7 @@ int print_all(int runs) {
                     continue;
                 }
                 std::printf("%s %s %s image %016llx gradients %016llx\n", scene.name.c_str(),
-                            mode.name, what,
-                            static_cast<unsigned long long>(hashes.value().image),
+                            mode.name, what, static_cast<unsigned long long>(hashes.value().image),
                             static_cast<unsigned long long>(hashes.value().gradients));
             }
         }

@@ -86,9 +86,9 @@ TEST_P(RasterizerViewsFull, EqualSingleCalls) {
     }
 }
 
-/// Sums by the pose go through a loop with several turns per view, and lavapipe's loops end after
-/// 65535 in all: refused, or right to the last of many views.
-TEST_P(RasterizerViewsFull, ManyViewsArePossibleOrRefused) {
+/// As many views as there may be (kMaxWindowTiles): gradients go through loops with turns for each, and
+/// lavapipe's loops end after 65535 in all.
+TEST_P(RasterizerViewsFull, ManyViewsAreRightToTheLast) {
     const RasterCase scene = random_scene({3, 8, 8}, 92, 0);
     raster::RasterDesc desc = with_gradients(raster_desc(scene, kRasterModes[1]));
     RasterSession single(context(), scene, desc);
@@ -96,10 +96,9 @@ TEST_P(RasterizerViewsFull, ManyViewsArePossibleOrRefused) {
     const std::vector<float> weights = normal_fill(4 * scene.pixels(), 3);
     ASSERT_OK(single.backward(weights));
     const std::vector<float> expected = pose_of(context(), single);
-    for (const std::uint32_t views : {1000U, 1900U, 5000U}) {
+    for (const std::uint32_t views : {1000U, 20000U}) {
         desc.views = views;
         RasterSession many(context(), scene, desc);
-        if (many.status().code() == Code::kUnsupported) continue;
         ASSERT_OK(many.status());
         ASSERT_OK(many.forward());
         std::vector<float> all;

@@ -269,7 +269,7 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
     }
     const auto start = std::chrono::steady_clock::now();
     std::chrono::duration<double> passed{};
-    for (int round = 0; round < 2 || more_rounds(round, 4, passed.count(), effort.seconds);
+    for (int round = 0; round < 1 || more_rounds(round, 4, passed.count(), effort.seconds);
          ++round) {
         for (const auto& sides : contenders) {
             if (round == 1) sides->figures->forget_times();

@@ -68,7 +68,7 @@ struct RasterMeasurement {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::size_t views = 0;
-    RasterFigures plain;        ///< kernels "" if not asked for, or refused
+    RasterFigures plain;  ///< kernels "" if not asked for
     RasterFigures fast;
     std::vector<SkipFigures> skips;
     std::uint64_t fewest_pairs = 0;  ///< of the first view; 0 if not asked for
