@@ -219,11 +219,11 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
         const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        // As equal as they go: the 72 taps of an adapter are three of 24, not of 32.
+        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes, as each takes
+        // seconds to compile under bounds checks.
         const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
-        const std::uint64_t out_quads = ceil_div(desc.out_features, 4);
-        constants.push_back(
-            {kOutQuadsId, static_cast<std::uint32_t>(ceil_div(out_quads, out_tiles))});
+        const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
+        constants.push_back({kOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});
         groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};
     }
     groups[2] = params.slices;
