@@ -3,9 +3,8 @@
 # A static library of embedded SPIR-V with its table (src/vk/shaders.h). Paths have no extension and
 # are relative to the calling folder; a module is named after its file.
 #   SHADERS  one module <stem> from <stem>.comp
-#   FAST     modules <stem>_cpu and <stem>_gpu from <stem>_fast.comp: the same source, reading its
-#            arrays through texel buffers on CPU devices and storage buffers on GPUs
-#            (shaders/include/load.glsl)
+#   FAST     modules <stem>_cpu and <stem>_gpu from <stem>_fast.comp: the same source, reading and
+#            writing its arrays as each does fastest (shaders/include/load.glsl, store.glsl)
 #   LOADS    modules <stem> and <stem>_cpu from <stem>.comp, which differ in the same way
 #   CPU      module <stem>_cpu from <stem>_cpu.comp, which reads through texel buffers
 function(splat_shader_library target)

@@ -10,7 +10,8 @@ inline constexpr std::uint32_t kWorkgroupSizeId = 0;
 /// The name of the shader for the kernels in use.
 const char* pick(vk::Kernels kernels, const char* plain, const char* cpu, const char* gpu);
 
-/// The same for a kernel of two modules that differ in how they read and write: LOADS in shaders/README.md.
+/// The same for a kernel of two modules that differ in how they read and write: LOADS in
+/// shaders/README.md.
 inline const char* pick(vk::Kernels kernels, const char* plain, const char* cpu) {
     return pick(kernels, plain, cpu, plain);
 }

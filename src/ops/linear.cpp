@@ -219,8 +219,8 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
         const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes, as each takes
-        // seconds to compile under bounds checks.
+        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes: each is
+        // one more pipeline.
         const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
         constants.push_back({kOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});

@@ -127,7 +127,7 @@ Status Rasterizer::grow(std::uint64_t needed) {
 // Entries of a tile's list that the kernels can walk, see ops/launch.h; other devices have no limit.
 // A loop that ends counts a turn, too: plain, 66 for 64 entries, 1 for each in the backward pass, 34
 // with the kernels for GPUs; 3 and 10 for 8 entries with those for CPUs. Measured with
-// tests/raster/rasterizer_memory_test.cpp: 63551, 65534, 1927; 174760, 52424.
+// tests/raster/rasterizer_memory_test.cpp: 63551 (backward to 63000, no further), 1927; 174760, 52424.
 std::uint64_t Rasterizer::list_limit() const {
     if (context_.device().info().kind != vk::DeviceKind::kCpu) return ~std::uint64_t{0};
     const vk::Kernels kernels = context_.device().kernels();

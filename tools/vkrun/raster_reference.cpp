@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "ref/rasterize_ref.h"
@@ -59,6 +60,12 @@ double largest_of(const std::vector<double>& values) {
     return largest;
 }
 
+/// Infinite if `got` is not a number, which a maximum would pass over.
+double off_by(float got, double expected) {
+    const double off = std::abs(static_cast<double>(got) - expected);
+    return std::isfinite(off) ? off : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 std::uint64_t fewest_pairs(const RasterCase& from) {
@@ -113,8 +120,7 @@ RasterError RasterReference::compare(
     std::vector<double> differences;
     for (std::size_t i = 0; i < pixels_.size(); ++i)
         for (std::size_t k = 0; k < 3; ++k)
-            differences.push_back(
-                std::abs(static_cast<double>(rgb[3 * pixels_[i] + k]) - rgb_[3 * i + k]));
+            differences.push_back(off_by(rgb[3 * pixels_[i] + k], rgb_[3 * i + k]));
     std::sort(differences.begin(), differences.end());
     if (!differences.empty()) {
         error.max_rgb = differences.back();
@@ -131,7 +137,7 @@ RasterError RasterReference::compare(
         const bool zero = largest <= 1e-9 * largest_of_all;
         double off = 0;
         for (std::size_t i = 0; i < expected.size(); ++i)
-            off = std::max(off, std::abs(static_cast<double>(got[i]) - expected[i]));
+            off = std::max(off, off_by(got[i], expected[i]));
         if (largest_of_all > 0)
             error.max_gradient =
                 std::max(error.max_gradient, off / (zero ? largest_of_all : largest));
