@@ -68,6 +68,6 @@ void main() {
     [[unroll]] for (uint q = 0; q < kQuads; ++q) {
         if (in_quad + q >= in_quads) continue;
         [[unroll]] for (uint o = 0; o < kOut; ++o)
-            if (first_out + o < dims.out_channels) ST4(product, to + o * in_quads + q, sums[o * kQuads + q]);
+            if (first_out + o < dims.out_channels) ST4(product, to + o * in_quads + q, sums[o * kQuads + q] * dims.one);
     }
 }

@@ -16,8 +16,8 @@
 #include "params/conv2d_winograd_params.h"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kColumns = 8;
-layout(constant_id = 12) const uint kBlocks = 2;
+layout(constant_id = 11) const uint kColumns = 4;
+layout(constant_id = 12) const uint kBlocks = 4;
 QUADS(0, transformed);
 QUADS(1, weight);
 OCTETS_OUT(2, product);
@@ -57,6 +57,7 @@ void main() {
         at += (quad & 1u) == 0 ? 1 : 2 * dims.stride - 1;
     }
 
+    [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] *= dims.one;  // see store.glsl
     [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
         const uint block = gl_WorkGroupID.y * kBlocks + b;
         if (block >= blocks) break;

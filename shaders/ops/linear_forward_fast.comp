@@ -18,8 +18,8 @@
 #include "params/linear_params.h"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kColumns = 8;
-layout(constant_id = 11) const uint kBlocks = 2;
+layout(constant_id = 10) const uint kColumns = 4;
+layout(constant_id = 11) const uint kBlocks = 4;
 layout(constant_id = 12) const uint kResidual = 1;
 QUADS(0, x);
 QUADS(1, weight);
@@ -28,9 +28,9 @@ QUADS(3, residual);
 QUADS_OUT(4, y);
 layout(push_constant) uniform Push { LinearParams dims; };
 
-// Quads of k per loop turn: 2 of 8 columns unroll to more code than the instruction cache of a Zen 3 core
+// Quads of k per loop turn: 2 of a large tile unroll to more code than the instruction cache of a Zen 3 core
 // holds, a fifth slower.
-const uint kDepth = kColumns >= 8 ? 1 : 2;
+const uint kDepth = kColumns * kBlocks > 8 ? 1 : 2;
 
 void main() {
     const uint quads = (dims.in_features + 3) / 4;
@@ -40,6 +40,9 @@ void main() {
     const uint first_row = row_group * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
     const uint first_block = gl_WorkGroupID.x * kBlocks;
     const uint lane = gl_SubgroupInvocationID & 7u;
+    uint packed_rows[kBlocks];  // blocks beyond the last are computed from it and not stored
+    [[unroll]] for (uint b = 0; b < kBlocks; ++b)
+        packed_rows[b] = min(first_block + b, (dims.out_features - 1) / 8) * padded_quads * 8 + lane;
 
     float sums[kBlocks * 8 * kColumns];  // [block][feature of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
@@ -56,7 +59,7 @@ void main() {
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
             vec4 w[kDepth];
             [[unroll]] for (uint u = 0; u < kDepth; ++u)
-                w[u] = LD4(weight, ((first_block + b) * padded_quads + q + u) * 8 + lane);
+                w[u] = LD4(weight, packed_rows[b] + (q + u) * 8);
             [[unroll]] for (uint m = 0; m < 8; ++m)
                 [[unroll]] for (uint u = 0; u < kDepth; ++u) {
                     const float w0 = subgroupShuffle(w[u].x, m);

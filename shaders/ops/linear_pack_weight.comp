@@ -2,9 +2,9 @@
 // Weights in the order in which linear_forward_fast.comp reads them:
 //   packed[b][q][m] = (w[8b+m][4q], ..., w[8b+m][4q+3]),  w = weight or, when transposed, its
 //   transpose; zero beyond the edges.
-// Blocks and quads come in pairs, because linear_forward_fast.comp takes two of both at once.
+// Quads come in pairs, because linear_forward_fast.comp may take two of them at once.
 // in_features and out_features are those of w. One invocation writes one quad.
-// Bindings: weight row-major, packed [2*ceil(out/16)][2*ceil(in/8)][8] vec4.
+// Bindings: weight row-major, packed [ceil(out/8)][2*ceil(in/8)][8] vec4.
 #extension GL_GOOGLE_include_directive : require
 #include "params/linear_params.h"
 
@@ -18,7 +18,7 @@ layout(push_constant) uniform Push { LinearParams dims; };
 void main() {
     const uint quads = (dims.in_features + 7) / 8 * 2;
     const uint i = invocation_index(dims.groups_x);
-    if (i >= (dims.out_features + 15) / 16 * quads * 16) return;
+    if (i >= (dims.out_features + 7) / 8 * quads * 8) return;
     const uint o = i / (8 * quads) * 8 + i % 8;
     const uint q = i / 8 % quads;
     vec4 value = vec4(0);

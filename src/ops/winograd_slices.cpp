@@ -13,8 +13,9 @@ namespace {
 constexpr std::uint64_t kCpuSliceBytes = std::uint64_t{9} << 20;
 constexpr std::uint64_t kGpuSliceBytes = std::uint64_t{96} << 20;
 
-/// From so many tiles on, register tiles are wide; below, they are tall, and few lanes idle.
-constexpr std::uint32_t kWideFrom = 64;
+/// From so many tiles on, register tiles are square, which need the fewest fetches for their products; below, they are
+/// tall, and few lanes idle.
+constexpr std::uint32_t kSquareFrom = 64;
 
 }  // namespace
 
@@ -36,9 +37,9 @@ WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& d
     WinogradSlices slices{};
     slices.all = desc.n * params.tiles_x * params.tiles_y;
     slices.lanes = cpu ? 8 : workgroup_size(recorder.device(), 64);
-    const bool wide = slices.all >= kWideFrom;
-    slices.columns = cpu ? (wide ? 8 : 2) : 1;
-    slices.blocks = cpu ? (wide ? 2 : 8) : 2;
+    const bool square = slices.all >= kSquareFrom;
+    slices.columns = cpu ? (square ? 4 : 2) : 1;
+    slices.blocks = cpu ? (square ? 4 : 8) : 2;
     const std::uint64_t step = std::uint64_t{slices.lanes} * slices.columns;
     const std::uint64_t channels = round_up(desc.in_channels, 8) + round_up(desc.out_channels, 8);
     const std::uint64_t most = std::max<std::uint64_t>(
@@ -63,6 +64,7 @@ params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc) {
     params.scale = desc.scale;
     params.slices = 1;
     params.places = winograd_places(desc);
+    params.one = 1;
     return params;
 }
 

@@ -27,6 +27,7 @@ struct Conv2dWinogradParams {
     uint slices;      // backward weight: how many products are summed
     uint places;      // (m + 2)^2
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h
+    float one;        // 1, unknown to a compiler: see store.glsl
 };
 
 #ifdef __cplusplus
