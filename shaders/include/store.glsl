@@ -11,8 +11,8 @@
 //   UINT_QUADS_OUT(binding, name), STU4(name, i, v)   the same for uvec4
 //
 // Eight lanes of 64-bit integers are a register of 512 bits where there is AVX-512. Sums of a loop that are
-// stored as they are then live in such registers all through the loop, a sixth slower on a Skylake core: those
-// instructions close one of its vector ports. A product with a factor of 1 that the compiler does not know ends it.
+// stored as they are then live in such registers all through the loop, a sixth slower on a Skylake server. A product
+// with a factor of 1 that the compiler does not know ends it.
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL

@@ -14,7 +14,8 @@ using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image)
 /// would leave it idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about
-/// as long as three fifths of a block (by its instructions on lavapipe).
+/// as long as three fifths of a block (by its instructions on lavapipe). A single block takes twice the rows, as its
+/// fetches serve the fewest products.
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
