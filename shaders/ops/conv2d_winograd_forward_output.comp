@@ -19,6 +19,7 @@ QUADS(0, product);
 QUADS(1, bias);
 QUADS(2, residual);
 QUADS_OUT(3, y);
+OCTETS_OUT(3, y_pairs);  // the same
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
 #include "winograd_tile.glsl"
@@ -49,7 +50,11 @@ void main() {
             const uint at = base + j * dims.width + i;
             vec4 value = values[j * kRow + i] + shift;
             if (kResidual != 0) value += LD4(residual, at);
-            ST4(y, at, value * dims.scale);
+            values[j * kRow + i] = value * dims.scale;
+            if (kExact == 0)
+                ST4(y, at, values[j * kRow + i]);
+            else if (i % 2 == 1)
+                ST8(y_pairs, at / 2, values[j * kRow + i - 1], values[j * kRow + i]);
         }
     }
 }

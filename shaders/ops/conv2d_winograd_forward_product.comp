@@ -6,7 +6,8 @@
 // places.
 // Bindings: transformed [places][ceil(C/8)][stride] pairs of quads, weight from
 // conv2d_winograd_forward_weight.comp, product [places][ceil(K/8)][stride] pairs of quads.
-// Specialisation: 0 workgroup size (a multiple of 8), 11 kColumns, 12 kBlocks.
+// Specialisation: 0 workgroup size (a multiple of 8), 11 kColumns, 12 kBlocks, 13 kDepth: quads of channels per turn of
+// the loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -18,6 +19,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 11) const uint kColumns = 4;
 layout(constant_id = 12) const uint kBlocks = 4;
+layout(constant_id = 13) const uint kDepth = 1;
 QUADS(0, transformed);
 QUADS(1, weight);
 OCTETS_OUT(2, product);
@@ -37,24 +39,29 @@ void main() {
         rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
     uint at = (place * octets * dims.stride + column) * 2;
 
-    // One quad of channels per turn: two unroll to more code than the instruction cache of a Zen 3 core holds, a sixth
-    // slower.
-    for (uint quad = 0; quad < 2 * octets; ++quad) {
-        vec4 v[kColumns];
-        [[unroll]] for (uint a = 0; a < kColumns; ++a) v[a] = LD4(transformed, at + 2 * a * gl_WorkGroupSize.x);
+    for (uint quad = 0; quad < 2 * octets; quad += kDepth) {
+        vec4 v[kDepth * kColumns];
+        [[unroll]] for (uint d = 0; d < kDepth; ++d)
+            [[unroll]] for (uint a = 0; a < kColumns; ++a)
+                v[d * kColumns + a] = LD4(transformed, at + d + 2 * a * gl_WorkGroupSize.x);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-            const vec4 w = LD4(weight, rows[b] + quad * 8);
+            vec4 w[kDepth];
+            [[unroll]] for (uint d = 0; d < kDepth; ++d) w[d] = LD4(weight, rows[b] + (quad + d) * 8);
             [[unroll]] for (uint m = 0; m < 8; ++m) {
-                const float w0 = subgroupShuffle(w.x, m);
-                const float w1 = subgroupShuffle(w.y, m);
-                const float w2 = subgroupShuffle(w.z, m);
-                const float w3 = subgroupShuffle(w.w, m);
-                [[unroll]] for (uint a = 0; a < kColumns; ++a)
-                    sums[(b * 8 + m) * kColumns + a] +=
-                        (w0 * v[a].x + w1 * v[a].y) + (w2 * v[a].z + w3 * v[a].w);
+                vec4 u[kDepth];
+                [[unroll]] for (uint d = 0; d < kDepth; ++d)
+                    u[d] = vec4(subgroupShuffle(w[d].x, m), subgroupShuffle(w[d].y, m), subgroupShuffle(w[d].z, m),
+                                subgroupShuffle(w[d].w, m));
+                [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                    const uint s = (b * 8 + m) * kColumns + a;
+                    [[unroll]] for (uint d = 0; d < kDepth; ++d) {
+                        const vec4 k = v[d * kColumns + a];
+                        sums[s] += (u[d].x * k.x + u[d].y * k.y) + (u[d].z * k.z + u[d].w * k.w);
+                    }
+                }
             }
         }
-        at += (quad & 1u) == 0 ? 1 : 2 * dims.stride - 1;
+        at += kDepth == 2 ? 2 * dims.stride : (quad & 1u) == 0 ? 1 : 2 * dims.stride - 1;
     }
 
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] *= dims.one;  // see store.glsl

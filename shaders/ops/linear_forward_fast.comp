@@ -28,8 +28,8 @@ QUADS(3, residual);
 QUADS_OUT(4, y);
 layout(push_constant) uniform Push { LinearParams dims; };
 
-// Quads of k per loop turn: 2 of a large tile unroll to more code than the instruction cache of a Zen 3 core
-// holds, a fifth slower.
+// Quads of k per loop turn: 2 of a large tile unroll to more code than the instruction cache of a core holds, a fifth
+// slower on Zen 3.
 const uint kDepth = kColumns * kBlocks > 8 ? 1 : 2;
 
 void main() {

@@ -14,6 +14,7 @@ using vk::Kernels;
 
 constexpr std::uint32_t kWinogradColumnsId = 11;
 constexpr std::uint32_t kWinogradBlocksId = 12;
+constexpr std::uint32_t kWinogradDepthId = 13;
 constexpr std::uint32_t kResidualId = 11;
 constexpr std::uint32_t kExactId = 12;
 
@@ -100,7 +101,8 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
                                       "conv2d_winograd_forward_product_cpu"),
             .constants = {{kWorkgroupSizeId, slices.lanes},
                           {kWinogradColumnsId, slices.columns},
-                          {kWinogradBlocksId, slices.blocks}},
+                          {kWinogradBlocksId, slices.blocks},
+                          {kWinogradDepthId, slices.depth}},
             .push = params,
             .accesses = {vk::read(space.input), vk::read(weight), vk::write(space.product)},
             .groups = {slices.groups(params.tiles) / slices.columns,

@@ -19,6 +19,7 @@ struct WinogradSlices {
     std::uint32_t lanes;    ///< workgroup size
     std::uint32_t columns;  ///< register tile of the product: tiles of each lane ...
     std::uint32_t blocks;   ///< ... by 8 * blocks output channels
+    std::uint32_t depth;    ///< quads of input channels per turn of its loop
 
     /// Workgroups of the transforms for `count` tiles: a multiple of `columns`.
     [[nodiscard]] std::uint32_t groups(std::uint32_t count) const;

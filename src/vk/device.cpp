@@ -59,6 +59,15 @@ Kernels best_kernels(const DeviceInfo& info) {
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 
+/// Whether this machine's CPU, which is the device where that is one, has 32 vector registers.
+bool host_has_many_registers() {
+#if defined(__GNUC__) && defined(__x86_64__)
+    return __builtin_cpu_supports("avx512vl") != 0;
+#else
+    return false;
+#endif
+}
+
 std::string why_unusable(const DeviceInfo& info, bool has_queue) {
     if (info.vulkan_version < VK_API_VERSION_1_2)
         return format("Vulkan %u.%u, libsplat needs 1.2 or later",
@@ -118,6 +127,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
                        VK_SUBGROUP_FEATURE_VOTE_BIT);
     info.features.subgroup_arithmetic = has_operations(VK_SUBGROUP_FEATURE_ARITHMETIC_BIT);
     info.features.int64 = features.features.shaderInt64 == VK_TRUE;
+    info.features.many_registers = info.kind == DeviceKind::kCpu && host_has_many_registers();
 
     VkPhysicalDeviceMemoryProperties memory{};
     instance.get_memory_properties(physical, &memory);

@@ -75,9 +75,12 @@ class Parser {
         std::sort(
             out_.bindings.begin(), out_.bindings.end(),
             [](const ShaderBinding& a, const ShaderBinding& b) { return a.binding < b.binding; });
+        out_.bindings.erase(std::unique(out_.bindings.begin(), out_.bindings.end()),
+                            out_.bindings.end());
         for (std::uint32_t i = 0; i < out_.bindings.size(); ++i)
             if (out_.bindings[i].binding != i)
-                return error(Code::kInternal, "shader bindings have a gap before %u", i);
+                return error(Code::kInternal,
+                             "shader bindings have a gap before %u, or two meanings", i);
         return out_;
     }
 

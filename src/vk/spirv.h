@@ -17,12 +17,15 @@ enum class DescriptorType : int {
     kIntQuadTexelBuffer
 };
 
-/// One binding of descriptor set 0, as the shader declares it.
+/// One binding of descriptor set 0, as the shader declares it, once or more often in the same way (an array seen as
+/// elements of two sizes).
 struct ShaderBinding {
     std::uint32_t binding = 0;
     DescriptorType type = DescriptorType::kStorageBuffer;
     bool reads = true;   ///< not declared writeonly
     bool writes = true;  ///< not declared readonly
+
+    bool operator==(const ShaderBinding&) const = default;
 };
 
 /// What a compute shader asks of its host, read from its SPIR-V.

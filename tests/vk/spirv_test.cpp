@@ -40,6 +40,9 @@ TEST(Spirv, ReadsBindingsAndPushConstants) {
     EXPECT_FALSE(texel.bindings[0].writes);
     EXPECT_EQ(texel.bindings[1].type, DescriptorType::kStorageBuffer);
 
+    const ShaderInterface twice = interface_of("conv2d_winograd_forward_output_cpu");
+    EXPECT_EQ(twice.bindings.size(), 4U) << "one of them is declared twice";
+
     const ShaderInterface count = interface_of("test_count_groups");
     EXPECT_TRUE(count.uses_num_workgroups);
     EXPECT_EQ(count.push_bytes, 0U);

@@ -1,0 +1,51 @@
+// Register tiles are chosen by the registers of the CPU: whichever is chosen, sums are taken in the same order.
+#include <gtest/gtest.h>
+
+#include "conv2d_case.h"
+#include "support/gpu_env.h"
+
+namespace splat::test {
+namespace {
+
+OpCall linear_call(const MatrixShape& s, std::uint64_t seed) {
+    OpCall call;
+    call.op = "linear";
+    call.inputs = {{{s.rows, s.in}, normal_fill(std::size_t{s.rows} * s.in, seed)},
+                   {{s.out, s.in}, normal_fill(std::size_t{s.out} * s.in, seed + 1)},
+                   {{s.out}, normal_fill(s.out, seed + 2)}};
+    call.grad_outputs = {{{s.rows, s.out}, normal_fill(std::size_t{s.rows} * s.out, seed + 3)}};
+    return call;
+}
+
+TEST(RegisterTiles, GiveTheSameBits) {
+    std::shared_ptr<vk::Context> contexts[2];
+    for (const bool many : {false, true}) {
+        vk::ContextDesc desc = context_desc(vk::Kernels::kCpu);
+        desc.device.fake = [many](vk::DeviceInfo& info) { info.features.many_registers = many; };
+        contexts[many ? 1 : 0] = make_context(desc);
+        ASSERT_NE(contexts[many ? 1 : 0], nullptr);
+    }
+    std::vector<OpCall> calls;
+    // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles.
+    for (const int winograd : {2, 4})
+        for (const ConvShape& shape :
+             {ConvShape{1, 20, 31, 30, 27, 3}, ConvShape{1, 9, 32, 32, 12, 3}}) {
+            Conv2dCase c = Conv2dCase::normal(shape, 810);
+            c.winograd = winograd;
+            calls.push_back(c.call());
+        }
+    // One to four blocks of 8 outputs, rows that fill no tile.
+    for (const std::uint32_t out : {5U, 13U, 24U, 29U, 72U})
+        calls.push_back(linear_call({101, 19, out}, 820));
+    for (const OpCall& call : calls) {
+        const OpResult few = run_op(*contexts[0], call);
+        const OpResult many = run_op(*contexts[1], call);
+        ASSERT_OK(few.status);
+        ASSERT_OK(many.status);
+        EXPECT_EQ(few.outputs, many.outputs) << call.op;
+        EXPECT_EQ(few.grad_inputs, many.grad_inputs) << call.op;
+    }
+}
+
+}  // namespace
+}  // namespace splat::test
