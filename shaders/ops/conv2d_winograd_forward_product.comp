@@ -39,7 +39,8 @@ void main() {
         rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
     uint at = (place * octets * dims.stride + column) * 2;
 
-    for (uint quad = 0; quad < 2 * octets; quad += kDepth) {
+    uint quad = 0;
+    do {
         vec4 v[kDepth * kColumns];
         [[unroll]] for (uint d = 0; d < kDepth; ++d)
             [[unroll]] for (uint a = 0; a < kColumns; ++a)
@@ -62,7 +63,8 @@ void main() {
             }
         }
         at += kDepth == 2 ? 2 * dims.stride : (quad & 1u) == 0 ? 1 : 2 * dims.stride - 1;
-    }
+        quad += kDepth;
+    } while (quad < 2 * octets);
 
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] *= dims.one;  // see store.glsl
     [[unroll]] for (uint b = 0; b < kBlocks; ++b) {

@@ -39,7 +39,8 @@ void main() {
     const float per_root = sqrt(per_count);
 
     vec4 sum = vec4(0);
-    for (uint q = 0; q < quads; ++q) {
+    uint q = 0;
+    do {
         const uint at = start + q * columns + lane;
         vec4 of_quad = vec4(0);
         for (uint i = 0; i < whole; i += kUnroll * step)
@@ -47,12 +48,13 @@ void main() {
                 of_quad += LD4(x, at + i + u * step) * per_count;
         for (uint i = whole; i + lane < pixels; i += step) of_quad += LD4(x, at + i) * per_count;
         sum += of_quad;
-    }
+    } while (++q < quads);
     const float guess = across(workgroup_sum(sum));
 
     vec4 residual = vec4(0);
     vec4 square = vec4(0);
-    for (uint q = 0; q < quads; ++q) {
+    q = 0;
+    do {
         const uint at = start + q * columns + lane;
         vec4 first = vec4(0);
         vec4 second = vec4(0);
@@ -69,13 +71,14 @@ void main() {
         }
         residual += first;
         square += second;
-    }
+    } while (++q < quads);
     const vec2 moments = workgroup_sum(vec2(across(residual), across(square)));
     const float mean = guess + moments.x;
     const float rstd = 1.0 / sqrt(max(moments.y - moments.x * moments.x, 0.0) + dims.eps);
 
     const bool fused = dims.silu != 0;
-    for (uint q = 0; q < quads; ++q) {
+    q = 0;
+    do {
         const vec4 scale = LD4(gamma, g * quads + q);
         const vec4 shift = LD4(beta, g * quads + q);
         const uint at = start + q * columns + lane;
@@ -88,7 +91,7 @@ void main() {
             const vec4 t = scale * ((LD4(x, at + i) - mean) * rstd) + shift;
             ST4(y, at + i, fused ? silu(t) : t);
         }
-    }
+    } while (++q < quads);
     if (lane == 0) {
         mean_out[n * dims.groups + g] = mean;
         rstd_out[n * dims.groups + g] = rstd;

@@ -41,9 +41,9 @@ const int kBlocks = 4;
 const int kPixels = kBlocks * kRows;
 const uint kSums = 12;
 
-// Entries that are walked block by block, which may take 37 turns of loops for 8 of them; more are walked once
-// for all blocks, which takes 10 and gives the same bits. lavapipe has 65535 (src/ops/launch.h), enough for
-// 14160 entries by block.
+// Entries that are walked block by block, which may take 33 turns of loops for 8 of them; more are walked once
+// for all blocks, which takes 9 and gives the same bits. lavapipe has 65535 (src/ops/launch.h), enough for
+// 15880 entries by block.
 const uint kMostByBlock = 14000;
 
 // Per pixel of the lane, block by block: transmittance, what lies behind, gradients, entries before the stop.
@@ -137,7 +137,9 @@ void walk(const int block, const bool all, uint lane, uint k, uvec2 range, uvec2
     e.rgb = LD4(splats, item * 3 + 2).rgb;
     e.place = float(place);
     own.turn = (kept >> lane & 1u) != 0 ? bitCount(kept >> lane) - 1 : 8;  // of those after it
-    [[dont_unroll]] for (uint turn = 0; turn < turns; ++turn) {
+    uint turn = 0;
+    if (turns == 0) return;
+    [[dont_unroll]] do {
         const Entry first = of_lane(e, 0);
         blend_block(block, lane, first, turn, own);
         if (all) {
@@ -146,7 +148,7 @@ void walk(const int block, const bool all, uint lane, uint k, uvec2 range, uvec2
             blend_block(3, lane, first, turn, own);
         }
         e = of_lane(e, (lane + 1u) & 7u);
-    }
+    } while (++turn < turns);
 }
 
 // Pixels of block `block`. Returns: entries that one of them reached.

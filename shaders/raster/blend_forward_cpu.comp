@@ -45,7 +45,8 @@ struct Waiting {
 
 // Look at list entries from `seen` on until 8 wait, or the list ends.
 void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting waiting) {
-    while (seen < range.y && waiting.count < 8) {
+    if (seen >= range.y || waiting.count >= 8) return;
+    do {
         const uint mine = min(seen + lane, range.y - 1);
         const uint candidate = LD1(pairs, 2 * mine + 1);
         const vec2 mean = LD4(splats, candidate * 3).xy;
@@ -58,7 +59,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         waiting.next_entries = seen + place_of_bit(kept, before + 8);
         waiting.count += bitCount(kept);
         seen += 8;
-    }
+    } while (seen < range.y && waiting.count < 8);
 }
 
 void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind, vec2 depth_count) {
@@ -95,7 +96,8 @@ void main() {
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
     uint seen = range.x;
     Waiting waiting = Waiting(0, 0, 0);
-    while (seen < range.y || waiting.count > 0) {
+    bool stopped = false;
+    do {
         look_ahead(range, low, lane, seen, waiting);
         const bool filled = lane < waiting.count;
         const uint entry = filled ? waiting.entries : range.x;
@@ -137,9 +139,9 @@ void main() {
         if (!kNoEarlyOut) {
             float most = t[0];
             [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, t[r]);
-            if (subgroupAll(most <= 0.0)) break;
+            stopped = subgroupAll(most <= 0.0);
         }
-    }
+    } while (!stopped && (seen < range.y || waiting.count > 0));
     if (!column_inside) return;
     const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {

@@ -144,7 +144,8 @@ void main() {
     grad_q = vec4(0);
     grad_opacity = 0;
     [[unroll]] for (uint i = 0; i < 4 * kColorQuads; ++i) grad_sh[i] = 0;
-    for (uint v = 0; v < params.views; ++v) {
+    uint v = 0;
+    do {
         const uint item = v * params.gaussians + params.first + index;
         const uint pairs = present ? LD1(counts, item) : 0;
         Records records = Records(vec4(0), vec4(0), vec4(0), 0.0);
@@ -175,7 +176,7 @@ void main() {
                 ST4(pose, (group * params.views + v) * 3 + 2, pose2);
             }
         }
-    }
+    } while (++v < params.views);
     if (!present) return;
     if (normalise && grad_q != vec4(0)) grad_q = (grad_q - dot(grad_q, q) * q) / q_norm;
     const bool add = params.accumulate != 0;

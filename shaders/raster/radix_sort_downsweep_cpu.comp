@@ -31,7 +31,8 @@ layout(push_constant) uniform Push { RadixSortParams params; };
 
 // Moves the entries of `pairs`, two to a lane. `from_input` as in radix_sort_upsweep_cpu.comp.
 void move_entries(const bool from_input, uvec2 pairs, uint lane, uint count, uint row, Digit digit) {
-    for (uint at = pairs.x + lane; at < pairs.y; at += 8) {
+    uint at = pairs.x + lane;
+    if (at < pairs.y) do {
         const uvec4 two = from_input ? LDU4(inputs, at) : LDU4(entries, at);
         const uint of_two = LD1(ranks, at);
         const uvec4 second = kSecond ? LDU4(seconds, at / 2) : uvec4(0);
@@ -44,7 +45,8 @@ void move_entries(const bool from_input, uvec2 pairs, uint lane, uint count, uin
                 if (kSecond) seconds_out[place] = (at & 1u) == 0 ? second[e] : second[2 + e];
             }
         }
-    }
+        at += 8;
+    } while (at < pairs.y);
 }
 
 void main() {

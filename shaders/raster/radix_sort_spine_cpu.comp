@@ -30,12 +30,16 @@ void main() {
     const uint bins = 1u << digit.bits;
     const uint lanes = lanes_for(digit.first ? min(LD1(input_count, 0), params.capacity) : kept[0]);
     uint before = 0;  // entries of smaller digits
-    for (uint first = 0; first < bins; first += 8) {
+    uint first = 0;
+    do {
         const bool inside = first + lane < bins;
         uint total = 0;
-        for (uint l = 0; l < lanes; l += 8)  // 8 per turn: lavapipe limits turns (src/ops/launch.h)
+        uint l = 0;
+        do {  // 8 per turn: lavapipe limits turns (src/ops/launch.h)
             [[unroll]] for (uint j = 0; j < 8; ++j)
                 total += l + j < lanes ? LD1(table, (l + j) * bins + first + lane) : 0;
+            l += 8;
+        } while (l < lanes);
         total = inside ? total : 0;
         uint sum = total;
         [[unroll]] for (uint step = 1; step < 8; step *= 2) {
@@ -43,14 +47,17 @@ void main() {
             sum += lane >= step ? other : 0;
         }
         uint place = before + sum - total;
-        for (uint l = 0; l < lanes; l += 8) {
+        l = 0;
+        do {
             [[unroll]] for (uint j = 0; j < 8; ++j) {
                 const uint at = (l + j) * bins + first + lane;
                 if (inside && l + j < lanes) places[at] = place;
                 place += LD1(table, at);
             }
-        }
+            l += 8;
+        } while (l < lanes);
         before += subgroupShuffle(sum, 7u);
-    }
+        first += 8;
+    } while (first < bins);
     if (digit.first && lane == 0) kept[0] = before;
 }

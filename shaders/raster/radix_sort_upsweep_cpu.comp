@@ -28,7 +28,8 @@ uint counters[1u << kBits];
 
 // Counts the entries of `quads`. `from_input` is constant: a choice in the loop would read both arrays.
 void count_entries(const bool from_input, uvec2 quads, uint count, Digit digit) {
-    for (uint i = quads.x; i < quads.y; ++i) {
+    uint i = quads.x;
+    if (i < quads.y) do {
         uvec2 of_quad;
         [[unroll]] for (uint h = 0; h < 2; ++h) {
             const uint at = 2 * i + h;
@@ -43,7 +44,7 @@ void count_entries(const bool from_input, uvec2 quads, uint count, Digit digit) 
             of_quad[h] = of_two[0] | of_two[1] << 16;
         }
         ST2(ranks, i, of_quad);
-    }
+    } while (++i < quads.y);
 }
 
 void main() {

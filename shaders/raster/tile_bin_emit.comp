@@ -28,6 +28,11 @@ layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
 
+// Of a packed footprint, rows without tiles have no bits.
+uint first_row(uvec2 rows) {
+    return rows.x != 0 ? uint(findLSB(rows.x)) / 8u : 4u + uint(findLSB(rows.y)) / 8u;
+}
+
 void main() {
     const uint at = invocation_index(params.groups_x);
     if (at >= LD1(sorted, 0) || LD1(pair_count, 0) == 0) return;
@@ -42,18 +47,18 @@ void main() {
     const uint tiles_x = (params.width + 15) >> 4;
     const uint window = item / params.gaussians * (params.row_end - params.row_begin);
     const uint corner = (window + (packed.x >> 16) - params.row_begin) * tiles_x + (packed.x & 0xFFFFu);
-    uint row = 0, column = 0;
-    uvec2 rest = packed.yz;  // from the current row on
-    for (uint pair = 0; pair < packed.w;) {
-        const bool done = column >= (rest.x & 15u);  // a turn of its own: rows may be empty
-        if (!done) {
-            const uint tile = corner + row * tiles_x + (rest.x >> 4 & 15u) + column;
-            ST2(pairs, begin + pair, uvec2(tile, item));
-            if (kSlots) slots[begin + pair] = slot + pair;
-        }
-        pair += done ? 0 : 1;
-        column = done ? 0 : column + 1;
-        row += done ? 1 : 0;
-        rest = done ? uvec2(rest.x >> 8 | rest.y << 24, rest.y >> 8) : rest;
-    }
+    if (packed.w == 0) return;
+    uvec2 rest = packed.yz;  // of the rows that are left
+    uint row = first_row(rest), column = 0, pair = 0;
+    do {
+        const uint bits = rest[row >> 2] >> 8u * (row & 3u);
+        const uint tile = corner + row * tiles_x + (bits >> 4 & 15u) + column;
+        ST2(pairs, begin + pair, uvec2(tile, item));
+        if (kSlots) slots[begin + pair] = slot + pair;
+        ++column;
+        const bool done = column >= (bits & 15u);
+        if (done) rest[row >> 2] ^= (bits & 255u) << 8u * (row & 3u);
+        row = done ? first_row(rest) : row;
+        column = done ? 0 : column;
+    } while (++pair < packed.w);
 }

@@ -33,18 +33,22 @@ void main() {
     const uint tile = invocation_index(params.groups_x);
     const uint own = length_of(tile);
     uint rank = 0;
-    for (uint k = 0; k < params.tiles; k += 8) {
+    uint k = 0;
+    do {
         const uint lengths = length_of(k + lane);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const uint other = subgroupShuffle(lengths, j);
             rank += other > own || (other == own && k + j < tile) ? 1 : 0;
         }
-    }
+        k += 8;
+    } while (k < params.tiles);
     const uint own_turn = dealt(rank);
     uint place = 0;
-    for (uint k = 0; k < params.tiles; k += 8) {
+    k = 0;
+    do {
         const uint turns = k + lane < params.tiles ? dealt(k + lane) : ~0u;
         [[unroll]] for (uint j = 0; j < 8; ++j) place += subgroupShuffle(turns, j) < own_turn ? 1 : 0;
-    }
+        k += 8;
+    } while (k < params.tiles);
     if (tile < params.tiles) order[place] = tile;
 }

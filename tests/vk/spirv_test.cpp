@@ -40,8 +40,10 @@ TEST(Spirv, ReadsBindingsAndPushConstants) {
     EXPECT_FALSE(texel.bindings[0].writes);
     EXPECT_EQ(texel.bindings[1].type, DescriptorType::kStorageBuffer);
 
-    const ShaderInterface twice = interface_of("conv2d_winograd_forward_output_cpu");
-    EXPECT_EQ(twice.bindings.size(), 4U) << "one of them is declared twice";
+    const ShaderInterface twice = interface_of("test_two_views");
+    ASSERT_EQ(twice.bindings.size(), 2U);
+    EXPECT_EQ(twice.bindings[0].binding, 0U);
+    EXPECT_EQ(twice.bindings[1].binding, 1U);
 
     const ShaderInterface count = interface_of("test_count_groups");
     EXPECT_TRUE(count.uses_num_workgroups);
@@ -62,6 +64,20 @@ TEST(Spirv, RefusesWhatIsNoModule) {
     const std::vector<std::uint32_t> zeros(100, 0);
     EXPECT_ERROR(reflect(none).status(), Code::kInternal, "SPIR-V");
     EXPECT_ERROR(reflect(zeros).status(), Code::kInternal, "SPIR-V");
+}
+
+TEST(Spirv, RefusesABindingOfTwoMeanings) {
+    const ShaderModule* module = find_shader("test_two_views");
+    ASSERT_NE(module, nullptr);
+    // Without the decoration NonReadable (25) of the second view of binding 1, that is read and the first is not.
+    std::vector<std::uint32_t> words(module->words.begin(), module->words.end());
+    constexpr std::uint32_t kMemberDecorate = 72, kNonReadable = 25;
+    for (std::size_t at = words.size() - 4; at >= 5; --at)
+        if (words[at] == (4U << 16 | kMemberDecorate) && words[at + 3] == kNonReadable) {
+            words[at + 3] = 0;  // RelaxedPrecision
+            break;
+        }
+    EXPECT_ERROR(reflect(words).status(), Code::kInternal, "two meanings");
 }
 
 TEST(Spirv, SurvivesTruncation) {

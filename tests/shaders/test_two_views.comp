@@ -1,0 +1,14 @@
+#version 450
+// y[i] = 2 x[i], of which the first half is written in pairs: one array seen as elements of two sizes.
+layout(local_size_x_id = 0) in;
+layout(std430, set = 0, binding = 0) readonly buffer X { float x[]; };
+layout(std430, set = 0, binding = 1) writeonly buffer Y { float y[]; };
+layout(std430, set = 0, binding = 1) writeonly buffer Pairs { vec2 y_pairs[]; };
+layout(push_constant) uniform Params { uint n; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= n / 2) return;
+    if (i < n / 4) y_pairs[i] = 2 * vec2(x[2 * i], x[2 * i + 1]);
+    y[n / 2 + i] = 2 * x[n / 2 + i];
+}
