@@ -16,7 +16,8 @@ void Profile::add(std::string_view op, std::string_view shader, double milliseco
         entry.times_ms[entry.count % kMaxTimes] = static_cast<float>(milliseconds);
     ++entry.count;
     entry.total_ms += milliseconds;
-    entry.work = work;
+    entry.work.bytes += work.bytes;
+    entry.work.flops += work.flops;
 }
 
 void Profile::reset() {
@@ -39,14 +40,16 @@ std::vector<Profile::Row> Profile::rows() const {
 
 std::string Profile::json(const std::string& device) const {
     std::string ops;
-    for (const Row& row : rows())
+    for (const Row& row : rows()) {
+        const auto count = static_cast<double>(row.entry->count);
         ops += format(
             "%s\n  {\"op\": %s, \"kernel\": %s, \"count\": %llu, \"total_ms\": %.9g, "
             "\"min_ms\": %.9g, \"median_ms\": %.9g, \"bytes\": %.17g, \"flops\": %.17g}",
             ops.empty() ? "" : ",", json_quote(row.key->first).c_str(),
             json_quote(row.key->second).c_str(), static_cast<unsigned long long>(row.entry->count),
-            row.entry->total_ms, row.entry->min_ms, row.median_ms, row.entry->work.bytes,
-            row.entry->work.flops);
+            row.entry->total_ms, row.entry->min_ms, row.median_ms, row.entry->work.bytes / count,
+            row.entry->work.flops / count);
+    }
     return format("{\"device\": %s,\n \"ops\": [%s]}", json_quote(device).c_str(), ops.c_str());
 }
 
@@ -55,7 +58,7 @@ std::string Profile::table(const std::string& device) const {
     text += format("%-28s %-32s %8s %10s %10s %10s %8s %8s\n", "op", "kernel", "count", "total ms",
                    "min ms", "median ms", "GB/s", "GFLOP/s");
     for (const Row& row : rows()) {
-        const double seconds = row.entry->min_ms * 1e-3;
+        const double seconds = row.entry->total_ms * 1e-3;
         const auto rate = [seconds](double amount) {
             return seconds > 0 ? amount / seconds * 1e-9 : 0.0;
         };

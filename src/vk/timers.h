@@ -18,8 +18,9 @@ class Profile {
     void reset();
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes",
-    /// "flops"}]}, longest first.
+    /// "flops"}]}, longest first; bytes and flops of a dispatch in the mean.
     [[nodiscard]] std::string json(const std::string& device) const;
+    /// The same for people, with rates over all the time.
     [[nodiscard]] std::string table(const std::string& device) const;
 
   private:
@@ -28,7 +29,7 @@ class Profile {
         std::uint64_t count = 0;
         double total_ms = 0;
         double min_ms = 0;
-        Work work;
+        Work work;  ///< of all dispatches
     };
     struct Row {
         const std::pair<std::string, std::string>* key;

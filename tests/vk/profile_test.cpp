@@ -12,7 +12,8 @@ namespace {
 
 TEST(Profile, SumsUpByOperatorAndShader) {
     Profile profile;
-    for (const double ms : {3.0, 1.0, 2.0, 5.0, 4.0}) profile.add("a", "a_cpu", ms, {10, 20});
+    for (const double ms : {3.0, 1.0, 2.0, 5.0, 4.0})
+        profile.add("a", "a_cpu", ms, {10 * ms, 2e7 * ms});
     profile.add("b", "b_plain", 100, {});
     const Json json = std::move(parse_json(profile.json("a \"device\""), "profile").value());
     EXPECT_EQ(json["device"], "a \"device\"");
@@ -24,10 +25,11 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_EQ(a["total_ms"], 15);
     EXPECT_EQ(a["min_ms"], 1);
     EXPECT_EQ(a["median_ms"], 3);
-    EXPECT_EQ(a["flops"], 10);
-    EXPECT_EQ(a["bytes"], 20);
+    EXPECT_EQ(a["flops"], 30) << "the mean";
+    EXPECT_EQ(a["bytes"], 6e7);
     const std::string table = profile.table("device");
     EXPECT_NE(table.find("a_cpu"), std::string::npos);
+    EXPECT_NE(table.find("20.00"), std::string::npos) << "GB/s of all dispatches: " << table;
     EXPECT_LT(table.find("b_plain"), table.find("a_cpu"));
     profile.reset();
     EXPECT_EQ(parse_json(profile.json("x"), "profile").value()["ops"].size(), 0U);
