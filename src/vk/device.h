@@ -42,8 +42,7 @@ struct DeviceFeatures {
     bool subgroup_arithmetic = false;
     bool int64 = false;
     bool unified_memory = false;
-    bool many_registers =
-        false;  ///< a CPU of 32 vector registers (AVX-512), which can be kept busy with more code
+    bool many_registers = false;  ///< a CPU with 32 vector registers (AVX-512)
 };
 
 struct DeviceInfo {

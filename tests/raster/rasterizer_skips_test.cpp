@@ -142,5 +142,23 @@ TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
     }
 }
 
+/// Needles so faint that they pass between the pixel centres of whole rows of tiles, and meet others further on.
+TEST_P(RasterizerSkips, EmptyRowsWithinAFootprint) {
+    RasterCase scene = random_scene({4000, 150, 130}, 78, 0);
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        scene.opacities[i] = 0.00398F + 0.00001F * static_cast<float>(i % 16);
+        for (std::size_t k = 0; k < 3; ++k) scene.scales[3 * i + k] *= k == 0 ? 40 : 0.01F;
+    }
+    const raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
+    raster::RasterDesc all = desc;
+    all.skips.exact_tiles = false;
+    const RasterRun with = run_raster(context(), scene, desc);
+    const RasterRun without = run_raster(context(), scene, all);
+    ASSERT_OK(with.status);
+    ASSERT_OK(without.status);
+    EXPECT_GT(with.stats.pairs, 0U);
+    EXPECT_EQ(with.image, without.image);
+}
+
 }  // namespace
 }  // namespace splat::test
