@@ -97,7 +97,7 @@ void main() {
     uint seen = range.x;
     Waiting waiting = Waiting(0, 0, 0);
     bool stopped = false;
-    do {
+    if (seen < range.y) do {
         look_ahead(range, low, lane, seen, waiting);
         const bool filled = lane < waiting.count;
         const uint entry = filled ? waiting.entries : range.x;
