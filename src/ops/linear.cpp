@@ -81,7 +81,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const Tile tile = tile_for(desc, recorder.device().features.many_registers);
+    const Tile tile = tile_for(desc, cpu && recorder.device().features.many_registers);
     // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
