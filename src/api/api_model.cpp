@@ -143,8 +143,9 @@ Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& na
                      name.c_str());
     if (!gradient) return parameter->value;
     if (parameter->grad.block == nullptr)
-        return error(Code::kInvalidState, "parameter '%s' is not trained and has no gradient",
-                     name.c_str() + 5);
+        return error(Code::kInvalidState, "parameter '%s' has no gradient: %s", name.c_str() + 5,
+                     parameter->trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
+                                          : "the configuration does not train it");
     return parameter->grad;
 }
 

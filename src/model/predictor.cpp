@@ -42,7 +42,8 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
     SPLAT_TRY(check(config));
     std::unique_ptr<Predictor> made(new Predictor(context, config, options));
     SPLAT_TRY(made->build());
-    SPLAT_ASSIGN(nn::Parameters parameters, nn::Parameters::create(context, made->graph_));
+    SPLAT_ASSIGN(nn::Parameters parameters,
+                 nn::Parameters::create(context, made->graph_, options.gradients));
     made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
     nn::ExecutorDesc desc;
     desc.outputs = made->outputs_;

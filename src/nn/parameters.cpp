@@ -16,17 +16,18 @@ struct Place {
     std::uint64_t offset;
 };
 
-/// Parameters in order, one behind the other, in blocks of at most kBlockBytes (or of one parameter).
-std::vector<Place> places_of(const std::vector<Parameter>& parameters, bool trainable,
-                             std::uint64_t alignment, std::vector<std::uint64_t>& block_bytes) {
-    std::vector<Place> places(parameters.size());
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-        if (parameters[i].trainable != trainable) continue;
+/// The parameters `members` one behind the other, in blocks of at most kBlockBytes (or of one
+/// parameter).
+std::vector<Place> places_of(const std::vector<Parameter>& parameters,
+                             const std::vector<std::size_t>& members, std::uint64_t alignment,
+                             std::vector<std::uint64_t>& block_bytes) {
+    std::vector<Place> places;
+    for (const std::size_t i : members) {
         const std::uint64_t bytes =
             round_up(vk::quad_bytes(parameters[i].shape.elements()), alignment);
         if (block_bytes.empty() || block_bytes.back() + bytes > kBlockBytes)
             block_bytes.push_back(0);
-        places[i] = {block_bytes.size() - 1, block_bytes.back()};
+        places.push_back({block_bytes.size() - 1, block_bytes.back()});
         block_bytes.back() += bytes;
     }
     return places;
@@ -42,7 +43,7 @@ vk::BufferView view_of(const vk::Buffer& block, std::uint64_t offset, const Shap
 
 }  // namespace
 
-Result<Parameters> Parameters::create(vk::Context& context, const Graph& graph) {
+Result<Parameters> Parameters::create(vk::Context& context, const Graph& graph, bool gradients) {
     Parameters made(context);
     made.index_.resize(graph.values().size());
     for (std::size_t id = 0; id < graph.values().size(); ++id) {
@@ -57,12 +58,15 @@ Result<Parameters> Parameters::create(vk::Context& context, const Graph& graph) 
         made.parameters_.push_back({value.name, value.shape, value.trainable, {}, {}});
     }
     const std::uint64_t alignment = context.device().info().limits.offset_alignment;
-    for (const bool trainable : {true, false}) {
+    for (const bool graded : {true, false}) {
+        std::vector<std::size_t> members;
+        for (std::size_t i = 0; i < made.parameters_.size(); ++i)
+            if ((gradients && made.parameters_[i].trainable) == graded) members.push_back(i);
         std::vector<std::uint64_t> bytes;
-        const std::vector<Place> places = places_of(made.parameters_, trainable, alignment, bytes);
-        // For each block its values, then, if trainable, its gradients.
+        const std::vector<Place> places = places_of(made.parameters_, members, alignment, bytes);
+        // For each block its values, then its gradients.
         const std::size_t first = made.buffers_.size();
-        const std::size_t copies = trainable ? 2 : 1;
+        const std::size_t copies = graded ? 2 : 1;
         for (const std::uint64_t size : bytes)
             for (std::size_t copy = 0; copy < copies; ++copy) {
                 SPLAT_ASSIGN(vk::Buffer buffer,
@@ -71,16 +75,15 @@ Result<Parameters> Parameters::create(vk::Context& context, const Graph& graph) 
                 SPLAT_TRY(context.fill(buffer.range(), 0));
                 made.buffers_.push_back(std::move(buffer));
             }
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            Parameter& parameter = made.parameters_[i];
-            if (parameter.trainable != trainable) continue;
+        for (std::size_t i = 0; i < members.size(); ++i) {
+            Parameter& parameter = made.parameters_[members[i]];
             const std::size_t block = first + copies * places[i].block;
             parameter.value = view_of(made.buffers_[block], places[i].offset, parameter.shape);
-            if (trainable)
+            if (graded)
                 parameter.grad =
                     view_of(made.buffers_[block + 1], places[i].offset, parameter.shape);
         }
-        if (trainable)
+        if (graded)
             for (std::size_t block = 0; block < bytes.size(); ++block)
                 made.blocks_.push_back({made.buffers_[first + 2 * block].range(),
                                         made.buffers_[first + 2 * block + 1].range()});

@@ -14,7 +14,7 @@ struct Parameter {
     Shape shape;
     bool trainable = false;
     vk::BufferView value;
-    vk::BufferView grad;  ///< without a buffer if frozen
+    vk::BufferView grad;  ///< without a buffer if frozen or made without gradients
 };
 
 /// A stretch of device memory that holds the values of several trainable parameters, and one of the
@@ -25,12 +25,12 @@ struct ParameterBlock {
     vk::BufferView grads;
 };
 
-/// The parameters of a graph on the device. Trainable ones lie in blocks together with their
-/// gradients; frozen ones have no gradient.
+/// The parameters of a graph on the device. Those with gradients lie in blocks together with them.
 class Parameters {
   public:
-    /// All zero. Errors: kOutOfDeviceMemory.
-    static Result<Parameters> create(vk::Context& context, const Graph& graph);
+    /// All zero; without `gradients`, no parameter has any. Errors: kOutOfDeviceMemory.
+    static Result<Parameters> create(vk::Context& context, const Graph& graph,
+                                     bool gradients = true);
 
     [[nodiscard]] const std::vector<Parameter>& all() const { return parameters_; }
     [[nodiscard]] std::span<const ParameterBlock> blocks() const { return blocks_; }

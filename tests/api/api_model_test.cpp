@@ -100,7 +100,13 @@ TEST_F(ApiModel, ConfigurationChoosesWhatIsTrained) {
     for (const char* name : {"grad:network_with_offset.out.bias",
                              "grad:network_with_offset.encoder.enc.16x16_conv.weight"})
         EXPECT_REFUSED(splat_model_read(model, name, image_.data(), 3000),
-                       SPLAT_ERROR_INVALID_STATE, "is not trained");
+                       SPLAT_ERROR_INVALID_STATE, "the configuration does not train it");
+    desc.flags = 0;
+    Model inference;
+    ASSERT_DONE(splat_model_create(device_, &desc, inference.out()));
+    EXPECT_REFUSED(
+        splat_model_read(inference, "grad:network_with_offset.out.weight", image_.data(), 3000),
+        SPLAT_ERROR_INVALID_STATE, "made without SPLAT_MODEL_GRADIENTS");
     const std::string wrong = std::string(kSmallModel) + "\nopt: {freeze: [nothing]}";
     desc.config = wrong.c_str();
     EXPECT_REFUSED(splat_model_create(device_, &desc, model.out()), SPLAT_ERROR_INVALID_ARGUMENT,

@@ -113,5 +113,23 @@ TEST_F(GraphRules, ParametersLieInBlocksWithTheirGradients) {
     EXPECT_EQ(parameters.find("c"), nullptr);
 }
 
+TEST_F(GraphRules, ParametersWithoutGradientsTakeMemoryForValuesOnly) {
+    Graph graph(*context_);
+    graph.parameter("a", {1000, 1000});
+    graph.parameter("frozen", {7}, false);
+    const auto bytes_of = [&](bool gradients) {
+        const std::uint64_t before = context_->memory().use().live;
+        auto made = nn::Parameters::create(*context_, graph, gradients);
+        EXPECT_OK(made.status());
+        const nn::Parameter& a = *made.value().find("a");
+        EXPECT_TRUE(a.trainable);
+        EXPECT_EQ(a.grad.block != nullptr, gradients);
+        EXPECT_EQ(made.value().blocks().size(), gradients ? 1U : 0U);
+        EXPECT_OK(made.value().zero_gradients());
+        return context_->memory().use().live - before;
+    };
+    EXPECT_EQ(bytes_of(true), bytes_of(false) + 4000000);
+}
+
 }  // namespace
 }  // namespace splat::test
