@@ -90,7 +90,8 @@ uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
                                        ivec2(params.row_begin, params.row_end));
     uint count = 0;
     const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
-    for (int row = f.rect.y; row < f.rect.w; ++row) {
+    int row = f.rect.y;
+    if (row < f.rect.w) do {
         const ivec2 columns = tile_columns(f, row, size);
         const uint length = uint(max(columns.y - columns.x, 0));
         count += length;
@@ -98,7 +99,7 @@ uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
         const uint shift = 8u * uint(row - f.rect.y);
         if (shift < 32u) packed.y |= bits << shift;
         if (shift >= 32u) packed.z |= bits << (shift - 32u);
-    }
+    } while (++row < f.rect.w);
     packed.x = small ? uint(f.rect.x) | uint(f.rect.y) << 16 : kNotPacked;
     return count;
 }

@@ -27,11 +27,7 @@ layout(set = 0, binding = 9, std430) buffer Stats { uint stats[]; };  // accumul
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
-
-// Of a packed footprint, rows without tiles have no bits.
-uint first_row(uvec2 rows) {
-    return rows.x != 0 ? uint(findLSB(rows.x)) / 8u : 4u + uint(findLSB(rows.y)) / 8u;
-}
+#include "tile_bin.glsl"
 
 void main() {
     const uint at = invocation_index(params.groups_x);
@@ -44,21 +40,11 @@ void main() {
     }
     const uint begin = LD1(begins, at);
     const uint slot = kSlots ? LD1(slot_begins, item) : 0;
-    const uint tiles_x = (params.width + 15) >> 4;
-    const uint window = item / params.gaussians * (params.row_end - params.row_begin);
-    const uint corner = (window + (packed.x >> 16) - params.row_begin) * tiles_x + (packed.x & 0xFFFFu);
     if (packed.w == 0) return;
-    uvec2 rest = packed.yz;  // of the rows that are left
-    uint row = first_row(rest), column = 0, pair = 0;
+    TileWalk walk = first_tile(packed, item);
+    uint pair = 0;
     do {
-        const uint bits = rest[row >> 2] >> 8u * (row & 3u);
-        const uint tile = corner + row * tiles_x + (bits >> 4 & 15u) + column;
-        ST2(pairs, begin + pair, uvec2(tile, item));
+        ST2(pairs, begin + pair, uvec2(take_tile(walk), item));
         if (kSlots) slots[begin + pair] = slot + pair;
-        ++column;
-        const bool done = column >= (bits & 15u);
-        if (done) rest[row >> 2] ^= (bits & 255u) << 8u * (row & 3u);
-        row = done ? first_row(rest) : row;
-        column = done ? 0 : column;
     } while (++pair < packed.w);
 }

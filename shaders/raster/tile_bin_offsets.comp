@@ -15,14 +15,14 @@ UINTS(2, sums);
 layout(set = 0, binding = 3, std430) writeonly buffer Begins { uint begins[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
+#include "tile_bin.glsl"
+
 void main() {
     const uint lane = gl_GlobalInvocationID.x;
     if (lane >= params.lanes) return;
-    const uint length = kByIndex ? params.items : LD1(sorted, 0);
-    const uint chunk = (length + params.lanes - 1) / params.lanes;
-    const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
+    const uvec2 chunk = tile_chunk(lane, kByIndex ? params.items : LD1(sorted, 0));
     uint sum = LD1(sums, lane);
-    for (uint i = begin; i < end; ++i) {
+    for (uint i = chunk.x; i < chunk.y; ++i) {
         begins[i] = sum;
         sum += LD1(counts, i);
     }

@@ -18,14 +18,14 @@ layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
 layout(set = 0, binding = 4, std430) writeonly buffer Ordered { uint ordered[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
+#include "tile_bin.glsl"
+
 void main() {
     const uint lane = gl_GlobalInvocationID.x;
     if (lane >= params.lanes) return;
-    const uint length = kByIndex ? params.items : LD1(sorted, 0);
-    const uint chunk = (length + params.lanes - 1) / params.lanes;
-    const uint begin = min(lane * chunk, length), end = min(begin + chunk, length);
+    const uvec2 chunk = tile_chunk(lane, kByIndex ? params.items : LD1(sorted, 0));
     uint sum = 0;
-    for (uint i = begin; i < end; ++i) {
+    for (uint i = chunk.x; i < chunk.y; ++i) {
         const uint count = LD1(counts, kByIndex ? i : LD1(order, 2 * i + 1));
         if (!kByIndex) ordered[i] = count;
         sum = saturating_add(sum, count);

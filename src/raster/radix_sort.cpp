@@ -33,7 +33,7 @@ struct Sharing {
 };
 
 Sharing sharing_of(vk::Kernels kernels) {
-    if (kernels == vk::Kernels::kCpu) return {16, 256, 2048, 1U << 16};
+    if (kernels == vk::Kernels::kCpu) return {16, 64, 2048, 1U << 16};
     if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, ops::kMaxTurns};
     return {32, 4096, 128, ops::kMaxTurns};
 }

@@ -13,6 +13,11 @@ namespace {
 constexpr std::uint32_t kBinGroup = 64;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
+/// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
+/// 65535 turns in all (src/ops/launch.h), and 8 entries take one and one for each tile of the largest of
+/// their packed footprints, of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
+constexpr std::uint64_t kMaxChunk = std::uint64_t{65535} / (1 + 8 * 15) * 8;
+
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
 }
@@ -41,7 +46,8 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
     return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 16);
 }
 
-/// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index.
+/// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index. On
+/// CPU devices those by depth are left as sums of chunks.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
     const vk::Kernels kernels = recorder.kernels();
@@ -49,15 +55,18 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     const vk::Groups groups = {params.lanes / group, 1, 1};
     const std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, group},
                                                      {10, by_index ? 1U : 0U}};
+    const bool cpu = kernels == vk::Kernels::kCpu;
     const double items = params.items;
+    std::vector<vk::Access> accesses = {vk::read(views.counts), vk::read(views.order),
+                                        vk::read(views.sorted), vk::write(views.sums)};
+    if (!cpu) accesses.push_back(vk::write(views.large));
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
-        .shader = ops::pick(kernels, "tile_bin_reduce", "tile_bin_reduce_cpu", "tile_bin_reduce"),
+        .shader = cpu ? "tile_bin_reduce_cpu" : "tile_bin_reduce",
         .constants = constants,
         .push = params,
-        .accesses = {vk::read(views.counts), vk::read(views.order), vk::read(views.sorted),
-                     vk::write(views.sums), vk::write(views.large)},
-        .groups = groups,
+        .accesses = accesses,
+        .groups = cpu ? vk::Groups{params.lanes, 1, 1} : groups,
         .work = {.flops = items, .bytes = (by_index ? 4 : 16) * items},
     }));
     SPLAT_TRY(recorder.dispatch({
@@ -69,6 +78,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                      vk::write(views.pair_count)},
         .work = {.flops = double{1} * params.lanes, .bytes = 8.0 * params.lanes},
     }));
+    if (cpu && !by_index) return {};
     return recorder.dispatch({
         .op = "tile_bin",
         .shader =
@@ -82,14 +92,43 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     });
 }
 
+/// The pairs of all footprints that are packed.
+Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParams params,
+            const TileBinViews& views) {
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint32_t group = ops::workgroup_size(recorder.device(), cpu ? 8 : kBinGroup);
+    const vk::Groups groups = cpu ? vk::Groups{params.lanes, 1, 1}
+                                  : ops::groups_for(recorder.device(), desc.items(), group);
+    params.groups_x = groups[0];
+    const auto items = static_cast<double>(desc.items());
+    std::vector<vk::Access> accesses = {
+        vk::read(views.order),       vk::read(cpu ? views.sums : views.begins),
+        vk::read(views.slot_begins), vk::read(views.sorted),
+        vk::read(views.pair_count),  vk::read(views.footprints),
+        vk::write(views.pairs),      vk::write(views.slots),
+        vk::write(views.large)};
+    if (cpu) accesses.push_back(vk::write(views.begins));
+    accesses.push_back(vk::read_write(views.stats));
+    return recorder.dispatch({
+        .op = "tile_bin",
+        .shader = cpu ? "tile_bin_emit_cpu" : "tile_bin_emit",
+        .constants = {{ops::kWorkgroupSizeId, group}, {10, desc.backward ? 1U : 0U}},
+        .push = params,
+        .accesses = accesses,
+        .groups = groups,
+        .work = {.flops = 200 * items, .bytes = 32 * items + 12.0 * params.capacity},
+    });
+}
+
 }  // namespace
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
     // Chunks of 64 or more, few enough lanes that one invocation can scan their sums.
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
-    const auto least =
-        std::bit_ceil(static_cast<std::uint32_t>(ceil_div(std::uint64_t{items}, ops::kMaxTurns)));
-    const std::uint32_t most = recorder.kernels() == vk::Kernels::kCpu ? 512 : 4096;
+    const auto least = std::bit_ceil(static_cast<std::uint32_t>(
+        ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : ops::kMaxTurns)));
+    const std::uint32_t most = cpu ? 512 : 4096;
     return std::max(std::clamp(std::bit_ceil(items / 64), 64U, most), least);
 }
 
@@ -102,25 +141,10 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
     params::TileBinParams params = params_of(recorder, desc, bin.window);
     params.capacity = bin.capacity;
     const auto items = static_cast<double>(desc.items());
-    SPLAT_TRY(scan_counts(recorder, params, views, false));
     if (desc.backward) SPLAT_TRY(scan_counts(recorder, params, views, true));
+    SPLAT_TRY(scan_counts(recorder, params, views, false));  // its sums are still needed
+    SPLAT_TRY(emit(recorder, desc, params, views));
     const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
-    const vk::Groups groups = ops::groups_for(recorder.device(), desc.items(), group);
-    params.groups_x = groups[0];
-    const vk::SpecConstant slots = {10, desc.backward ? 1U : 0U};
-    SPLAT_TRY(recorder.dispatch({
-        .op = "tile_bin",
-        .shader =
-            ops::pick(recorder.kernels(), "tile_bin_emit", "tile_bin_emit_cpu", "tile_bin_emit"),
-        .constants = {{ops::kWorkgroupSizeId, group}, slots},
-        .push = params,
-        .accesses = {vk::read(views.order), vk::read(views.begins), vk::read(views.slot_begins),
-                     vk::read(views.sorted), vk::read(views.pair_count), vk::read(views.footprints),
-                     vk::write(views.pairs), vk::write(views.slots), vk::write(views.large),
-                     vk::read_write(views.stats)},
-        .groups = groups,
-        .work = {.flops = 200 * items, .bytes = 32 * items + 12.0 * bin.capacity},
-    }));
     const std::uint64_t share = large_share(recorder, desc, bin.window);
     const vk::Groups large_groups =
         ops::groups_for(recorder.device(), ceil_div(desc.items(), share), group);
@@ -130,7 +154,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .op = "tile_bin",
         .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
                             "tile_bin_emit_large"),
-        .constants = {{ops::kWorkgroupSizeId, group}, slots},
+        .constants = {{ops::kWorkgroupSizeId, group}, {10, desc.backward ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),

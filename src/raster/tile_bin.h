@@ -18,7 +18,7 @@ struct TileBinViews {
     vk::BufferView order;        ///< [V*N,2] uint32: depth, item; by depth
     vk::BufferView sorted;       ///< uint32: their number
     vk::BufferView sums;         ///< tile_bin_lanes uint32, workspace
-    vk::BufferView begins;       ///< [V*N] uint32, out: first pair of an entry of `order`
+    vk::BufferView begins;       ///< [V*N] uint32, workspace: first pair of an entry of `order`
     vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
     vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/checked_math.h"
 #include "ops/op_harness.h"
 #include "raster/raster_scenes.h"
 #include "raster/raster_session.h"
+#include "raster/tile_bin.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -249,6 +251,22 @@ TEST_P(RasterizerMemory, WalksByBlocksAreThoseOfTiles) {
     if (GetParam() != vk::Kernels::kCpu) GTEST_SKIP() << "the others walk tiles only";
     for (const std::size_t count : {1, 13, 500, 13991, 14000, 16000})
         expect_same_by_blocks(context(), count);
+}
+
+/// Of chunks of binning: 8 lanes that walk their entries take a turn for 8 of them and one for each of the
+/// 120 tiles of the largest packed footprint; one lane takes one for each entry.
+TEST_P(RasterizerMemory, ChunksOfBinningFitTheTurnsOfLoops) {
+    const vk::Recorder recorder(context());
+    raster::RasterDesc desc;
+    desc.views = 1;
+    for (const std::uint32_t items : {1U, 2215936U, 2215937U, 5000000U, 100000000U}) {
+        desc.gaussians = items;
+        const std::uint64_t chunk =
+            ceil_div(std::uint64_t{items}, raster::tile_bin_lanes(recorder, desc));
+        const std::uint64_t turns =
+            GetParam() == vk::Kernels::kCpu ? ceil_div(chunk, 8) * 121 : chunk;
+        EXPECT_LE(turns, 65535U) << items;
+    }
 }
 
 class RasterizerMemoryFull : public RasterizerMemory {};

@@ -1,0 +1,36 @@
+#version 460
+// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums a chunk, and no
+// counts are kept, as tile_bin_emit_cpu.comp sums them again. Needs a workgroup of one subgroup.
+// Bindings: counts, order, sorted; sums. Specialisation as there.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "load.glsl"
+#include "params/tile_bin_params.h"
+#include "saturating.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 10) const bool kByIndex = false;
+UINTS(0, counts);
+UINTS(1, order);
+UINTS(2, sorted);
+layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
+layout(push_constant) uniform Push { TileBinParams params; };
+
+#include "tile_bin.glsl"
+
+void main() {
+    const uint lane = gl_LocalInvocationID.x & 7u;
+    const uvec2 chunk = tile_chunk(gl_WorkGroupID.x, kByIndex ? params.items : LD1(sorted, 0));
+    uint sum = 0;
+    uint i = chunk.x;
+    if (i < chunk.y) do {  // as many turns for all lanes
+        const uint at = min(i + lane, chunk.y - 1);
+        const uint count = LD1(counts, kByIndex ? at : LD1(order, 2 * at + 1));
+        sum = saturating_add(sum, i + lane < chunk.y ? count : 0);
+        i += 8;
+    } while (i < chunk.y);
+    [[unroll]] for (uint step = 1; step < 8; step *= 2)
+        sum = saturating_add(sum, subgroupShuffle(sum, lane ^ step));
+    if (lane == 0) sums[gl_WorkGroupID.x] = sum;
+}
