@@ -11,7 +11,7 @@ struct Digit {
     bool first;  // nothing was sorted before: entries come from the input
 };
 
-// The bits by which keys differ from the least one, in as few digits of at most `most_bits` (8 or fewer)
+// The bits by which keys differ from the least one, in as few digits of at most `most_bits` (9 or fewer)
 // as they take, all alike. `least` and `least_inverse`: least key, least complement of a key; both ~0
 // without keys.
 Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
@@ -20,7 +20,7 @@ Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
     const uint passes = (used + most_bits - 1) / most_bits;
     // used / passes, rounded up, without a division, which lavapipe does lane by lane.
     uint bits = most_bits;
-    [[unroll]] for (uint k = 1; k < 8; ++k) bits -= used + k * passes <= passes * most_bits ? 1 : 0;
+    [[unroll]] for (uint k = 1; k < 9; ++k) bits -= used + k * passes <= passes * most_bits ? 1 : 0;
     const uint idle = params.passes - passes;
     if (params.pass < idle) return Digit(0, 0, 0, false);
     return Digit(least, (params.pass - idle) * bits, bits, params.pass == idle);

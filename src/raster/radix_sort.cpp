@@ -12,8 +12,9 @@ namespace {
 
 /// Shape of the sort on a device. A lane has a counter for each value of a digit; on GPUs they are
 /// per subgroup and fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to
-/// 8 bits: depths within a factor of 4 take three passes. A lane's chunk is longer than its 256
-/// counters, or they would take most of the time.
+/// 9 bits: depths within a factor of 65536, whose bits differ in 27, take three passes (8 bits: within one
+/// of 4), and 512 tiles take one. A lane's chunk is longer than its 512 counters, or they would take most
+/// of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
@@ -43,7 +44,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const bool plain = kernels == vk::Kernels::kPlain;
     const bool gpu = kernels == vk::Kernels::kGpu;
     const Sharing sharing = sharing_of(kernels);
-    const std::uint32_t most_bits = plain ? 4 : 8;
+    const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
     const std::uint32_t bits = std::max(desc.key_bits, 1U);
     Plan plan{};
     plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);

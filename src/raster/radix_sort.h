@@ -18,7 +18,7 @@ struct RadixSortDesc {
 /// 16384 of 2^14 with other kernels.
 inline constexpr std::uint32_t kMaxSorted = 1U << 28;
 
-/// Counters of the longest digit.
+/// Counters of the longest digit where `totals` are kept.
 inline constexpr std::uint32_t kRadixBins = 256;
 
 struct RadixSortViews {

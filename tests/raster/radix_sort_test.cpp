@@ -184,7 +184,7 @@ TEST_P(RadixSort, CarriesASecondValue) {
 
 /// Digits are of the bits by which keys differ: those of keys that lie close together, anywhere.
 TEST_P(RadixSort, TakesKeysOfAnyRange) {
-    for (const std::uint32_t bits : {0U, 1U, 3U, 7U, 8U, 24U, 25U, 31U})
+    for (const std::uint32_t bits : {0U, 1U, 3U, 7U, 8U, 9U, 10U, 18U, 24U, 25U, 27U, 28U, 31U})
         for (const std::uint32_t low : {0U, 0x3F7FFFF0U, 0x7FFFFFFFU}) {
             Words keys = make_keys(Keys::kRandom, 2500, bits);
             for (std::size_t i = 0; i < keys.size(); ++i) {
