@@ -945,7 +945,7 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 typedef struct splat_model_s* splat_model;
 
 enum {
-    SPLAT_MODEL_GRADIENTS = 1u << 0,  /* splat_model_backward is wanted: memory for gradients */
+    SPLAT_MODEL_GRADIENTS = 1u << 0,  /* splat_model_backward is wanted: takes memory for gradients */
     SPLAT_MODEL_TRAINING = 1u << 1,   /* dropout acts */
     SPLAT_MODEL_LOW_MEMORY = 1u << 2  /* prepare weights anew in every pass: slower */
 };

@@ -90,7 +90,7 @@ uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
                                        ivec2(params.row_begin, params.row_end));
     uint count = 0;
     const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
-    int row = f.rect.y;
+    int row = f.rect.y;  // lanes end at different turns, but lose no sum here (shaders/README.md)
     if (row < f.rect.w) do {
         const ivec2 columns = tile_columns(f, row, size);
         const uint length = uint(max(columns.y - columns.x, 0));

@@ -1,8 +1,8 @@
 #version 460
 // As tile_bin_emit.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes walks a chunk of the depth
-// order, of tile_bin_reduce_cpu.comp, and knows where each entry's pairs begin; only of large footprints it
-// keeps that. Needs a workgroup of one subgroup.
-// Bindings: order, sums [lanes] first pair of each chunk, slot_begins, sorted, pair_count, footprints;
+// order, of tile_bin_reduce_cpu.comp, and knows where each entry's pairs begin; it stores first pairs of large
+// footprints alone. Needs a workgroup of one subgroup.
+// Bindings: order, sums [params.lanes] first pair of each chunk, slot_begins, sorted, pair_count, footprints;
 // pairs, slots, large, begins [sorted] of entries with large footprints, stats. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -14,7 +14,7 @@ namespace splat::model {
 /// How a predictor is run.
 struct PredictorOptions {
     std::uint32_t objects = 1;  ///< per pass, each with the configuration's number of views
-    bool gradients = false;     ///< plan and record the backward pass
+    bool gradients = false;     ///< plan and record the backward pass; else parameters have none
     bool input_gradient = false;
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
     BuildOptions build;

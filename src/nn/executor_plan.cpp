@@ -303,6 +303,7 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
         grads_[root] = tensor(value.name, bytes, clock_);
         if (value.kind == ValueKind::kParameter) {
             tensors_[grads_[root]].placed = false;
+            SPLAT_ASSERT(parameters_.of(root).grad.block != nullptr);
             tensors_[grads_[root]].view = parameters_.of(root).grad;
         } else if (value.layout == Layout::kRowMajor) {
             call.zeros.push_back(grads_[root]);  // row-major gradients are summed in place

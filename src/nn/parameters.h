@@ -25,7 +25,7 @@ struct ParameterBlock {
     vk::BufferView grads;
 };
 
-/// The parameters of a graph on the device. Those with gradients lie in blocks together with them.
+/// The parameters of a graph on the device. Those that have gradients lie in blocks, beside blocks of these.
 class Parameters {
   public:
     /// All zero; without `gradients`, no parameter has any. Errors: kOutOfDeviceMemory.

@@ -28,13 +28,14 @@ struct Plan {
 
 /// How a set of kernels shares entries: lanes (or workgroups) for few and for many of them, entries
 /// that each further one is for, and the most that one can have: the turns of its loop, the 16 bits of
-/// a rank.
+/// a rank. On CPU devices one workgroup sums the counts, longer for more chunks; 8 chunks are one workgroup
+/// of counting, so 128 give work to 16 threads.
 struct Sharing {
     std::uint32_t least, most, chunk, longest;
 };
 
 Sharing sharing_of(vk::Kernels kernels) {
-    if (kernels == vk::Kernels::kCpu) return {16, 64, 2048, 1U << 16};
+    if (kernels == vk::Kernels::kCpu) return {16, 128, 4096, 1U << 16};
     if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, ops::kMaxTurns};
     return {32, 4096, 128, ops::kMaxTurns};
 }

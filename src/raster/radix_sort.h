@@ -14,9 +14,10 @@ struct RadixSortDesc {
     bool second = false;          ///< there is a second value; key_bits < 32
 };
 
-/// Most entries: one invocation sums the counters of all chunks, 4096 of 2^16 entries on CPU devices,
-/// 16384 of 2^14 with other kernels.
-inline constexpr std::uint32_t kMaxSorted = 1U << 28;
+/// Most entries: one invocation sums the counters of all chunks, 2048 of 2^16 entries on CPU devices,
+/// where it takes a turn for each 8 of them twice for each 8 of 512 digits, 8192 of 2^14 with other
+/// kernels.
+inline constexpr std::uint32_t kMaxSorted = 1U << 27;
 
 /// Counters of the longest digit where `totals` are kept.
 inline constexpr std::uint32_t kRadixBins = 256;

@@ -15,17 +15,18 @@ struct TileBinViews {
     vk::BufferView splats;  ///< of project_forward
     vk::BufferView counts;
     vk::BufferView footprints;
-    vk::BufferView order;        ///< [V*N,2] uint32: depth, item; by depth
-    vk::BufferView sorted;       ///< uint32: their number
-    vk::BufferView sums;         ///< tile_bin_lanes uint32, workspace
-    vk::BufferView begins;       ///< [V*N] uint32, workspace: first pair of an entry of `order`
+    vk::BufferView order;   ///< [V*N,2] uint32: depth, item; by depth
+    vk::BufferView sorted;  ///< uint32: their number
+    vk::BufferView sums;    ///< tile_bin_lanes uint32, workspace
+    vk::BufferView begins;  ///< [V*N] uint32, workspace: first pair of an entry of `order`, on CPU
+                            ///< devices of those with large footprints alone
     vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
     vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
-    vk::BufferView large;        ///< [V*N] uint32, workspace: counts by depth, then entries with
-                                 ///< large footprints
-    vk::BufferView pair_count;   ///< uint32, out: pairs made
-    vk::BufferView stats;        ///< kStatWords uint32, out
+    vk::BufferView large;  ///< [V*N] uint32, workspace: counts by depth (not on CPU devices), then
+                           ///< entries with large footprints
+    vk::BufferView pair_count;  ///< uint32, out: pairs made
+    vk::BufferView stats;       ///< kStatWords uint32, out
 };
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);

@@ -34,7 +34,7 @@ void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {
 
 /// Asks for large pages (2 MiB on x86-64) where the memory of a CPU device lies: the first touch of
 /// each page is a fault, and a gigabyte in pages of 4 KiB has 262,144 of them. Advice only: a
-/// kernel without it changes nothing.
+/// system without it changes nothing.
 void advise_large_pages(std::byte* host, std::uint64_t bytes) {
 #ifdef MADV_HUGEPAGE
     const long page = sysconf(_SC_PAGESIZE);

@@ -157,7 +157,7 @@ class RadixSort : public KernelsTest {
 SPLAT_INSTANTIATE_KERNELS(RadixSort);
 
 TEST_P(RadixSort, IsStableAtEverySize) {
-    for (const std::size_t count : {0, 1, 2, 31, 255, 256, 257, 1023, 4097, 65537})
+    for (const std::size_t count : {0, 1, 2, 31, 255, 256, 257, 1023, 4097, 65537, 200003})
         expect_all_kinds(count, 32);
 }
 
@@ -210,6 +210,13 @@ TEST_P(RadixSortFull, SortsMoreThanOneDispatchOfWorkgroups) {
     expect_sorted(make_keys(Keys::kRandom, kCount, 32), kCount, 32, "65535 * 256 + 1 random keys");
     // Ranks of all 16 bits.
     expect_sorted(make_keys(Keys::kConstant, kCount, 8), kCount, 8, "65535 * 256 + 1 equal keys");
+}
+
+TEST_P(RadixSortFull, SortsTheLongestChunks) {
+    if (is_gpu_on_cpu()) GTEST_SKIP() << "kernels for GPUs take minutes on a CPU device";
+    constexpr std::size_t kCount =
+        8388607;  // 128 chunks of 65536 on CPU devices, the last one shorter
+    expect_sorted(make_keys(Keys::kConstant, kCount, 8), kCount, 8, "8388607 equal keys");
 }
 
 TEST_P(RadixSortFull, SortsTenMillion) {

@@ -261,8 +261,9 @@ TEST_P(RasterizerMemory, ChunksOfBinningFitTheTurnsOfLoops) {
     desc.views = 1;
     for (const std::uint32_t items : {1U, 2215936U, 2215937U, 5000000U, 100000000U}) {
         desc.gaussians = items;
-        const std::uint64_t chunk =
-            ceil_div(std::uint64_t{items}, raster::tile_bin_lanes(recorder, desc));
+        const std::uint32_t lanes = raster::tile_bin_lanes(recorder, desc);
+        EXPECT_LE(lanes, 65535U) << "workgroups of a dispatch, and turns of the scan; " << items;
+        const std::uint64_t chunk = ceil_div(std::uint64_t{items}, lanes);
         const std::uint64_t turns =
             GetParam() == vk::Kernels::kCpu ? ceil_div(chunk, 8) * 121 : chunk;
         EXPECT_LE(turns, 65535U) << items;
