@@ -72,10 +72,11 @@ class RasterScenario : ScenarioCalls {
   private:
     bool make_scene() {
         const splat_scene_desc desc = sample_.desc();
+        const std::string file = folder_.scene();  // the call's own allocations alone may fail
         return create("splat_scene_create", made_,
                       [&](splat_scene* out) { return splat_scene_create(&desc, out); }) &&
                call("splat_scene_save",
-                    [&] { return splat_scene_save(made_, folder_.scene().c_str(), nullptr); });
+                    [&] { return splat_scene_save(made_, file.c_str(), nullptr); });
     }
 
     bool load_files() {
