@@ -141,8 +141,7 @@ Result<std::unique_ptr<LpipsNet>> LpipsNet::create(vk::Context& context, const L
     std::unique_ptr<LpipsNet> made(new LpipsNet(context));
     made->build(desc);
     SPLAT_TRY(made->graph_.status());
-    SPLAT_ASSIGN(nn::Parameters parameters,
-                 nn::Parameters::create(context, made->graph_, desc.gradients));
+    SPLAT_ASSIGN(nn::Parameters parameters, nn::Parameters::create(context, made->graph_));
     made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
     SPLAT_TRY(made->load(weights));
     nn::ExecutorDesc executor;
