@@ -23,8 +23,6 @@ layout(push_constant) uniform Push { AttentionParams params; };
 
 #include "channels.glsl"
 
-const uint kDepth = 2;  // quads of k per loop turn
-
 void main() {
     const uint quads = (params.k + 3) / 4;
     const uint first_column = gl_WorkGroupID.x * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;
@@ -46,28 +44,21 @@ void main() {
     [[unroll]] for (uint b = 0; b < kBlocks; ++b)
         row[b] = from_s + min((first_block + b) * 8 + lane, params.m - 1);
 
-    for (uint q = 0; q < quads; q += kDepth) {
-        vec4 vs[kDepth * kColumns];
-        [[unroll]] for (uint u = 0; u < kDepth; ++u)
-            [[unroll]] for (uint a = 0; a < kColumns; ++a)  // a quad too many is multiplied by zero
-                vs[u * kColumns + a] = LD4(v, min(q + u, quads - 1) * params.v_stride + column[a]);
+    for (uint q = 0; q < quads; ++q) {
+        vec4 vs[kColumns];
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) vs[a] = LD4(v, q * params.v_stride + column[a]);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-            vec4 w[kDepth];
-            [[unroll]] for (uint u = 0; u < kDepth; ++u) {
-                const vec4 value = LD4(s, min(q + u, quads - 1) * params.s_stride + row[b]);
-                w[u] = q + u < quads ? value : vec4(0);
-            }
-            [[unroll]] for (uint m = 0; m < 8; ++m)
-                [[unroll]] for (uint u = 0; u < kDepth; ++u) {
-                    const float w0 = subgroupShuffle(w[u].x, m);
-                    const float w1 = subgroupShuffle(w[u].y, m);
-                    const float w2 = subgroupShuffle(w[u].z, m);
-                    const float w3 = subgroupShuffle(w[u].w, m);
-                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
-                        const vec4 k = vs[u * kColumns + a];
-                        sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
-                    }
+            const vec4 w = LD4(s, q * params.s_stride + row[b]);
+            [[unroll]] for (uint m = 0; m < 8; ++m) {
+                const float w0 = subgroupShuffle(w.x, m);
+                const float w1 = subgroupShuffle(w.y, m);
+                const float w2 = subgroupShuffle(w.z, m);
+                const float w3 = subgroupShuffle(w.w, m);
+                [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                    const vec4 k = vs[a];
+                    sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
                 }
+            }
         }
     }
 

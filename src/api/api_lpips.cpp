@@ -1,18 +1,16 @@
-#include <cmath>
-
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/finite.h"
 
 using namespace splat;
 
 namespace {
 
 Status check_finite(const char* name, std::span<const float> values) {
-    for (std::size_t i = 0; i < values.size(); ++i)
-        if (!std::isfinite(values[i]))
-            return error(Code::kInvalidArgument, "%s holds %g at %zu, expected finite numbers",
-                         name, static_cast<double>(values[i]), i);
-    return {};
+    const std::size_t bad = find_not_finite(values);
+    if (bad == values.size()) return {};
+    return error(Code::kInvalidArgument, "%s holds %g at %zu, expected finite numbers", name,
+                 static_cast<double>(values[bad]), bad);
 }
 
 }  // namespace

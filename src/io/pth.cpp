@@ -40,7 +40,7 @@ bool is_contiguous(const View& view) {
 }
 
 /// Copies in row-major order; the view has been checked against `from`.
-void gather(const View& view, const std::vector<float>& from, std::vector<float>& to) {
+void gather(const View& view, std::span<const float> from, std::span<float> to) {
     std::vector<std::int64_t> index(view.dims.size(), 0);
     const std::size_t last = view.dims.size() - 1;
     const auto row = static_cast<std::size_t>(view.dims[last]);

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/checked_math.h"
+#include "core/finite.h"
 #include "core/shape.h"
 
 namespace splat::io {
@@ -171,13 +172,12 @@ std::uint64_t NamedTensors::elements() const {
 }
 
 Status check_finite(const NamedTensor& tensor) {
-    const auto bad = std::find_if(tensor.values.begin(), tensor.values.end(),
-                                  [](float value) { return !std::isfinite(value); });
-    if (bad == tensor.values.end()) return {};
+    const std::size_t bad = find_not_finite(tensor.values);
+    if (bad == tensor.values.size()) return {};
     return error(Code::kInvalidArgument,
-                 "'%s' holds %f at element %td, expected finite weights; the training that wrote "
+                 "'%s' holds %f at element %zu, expected finite weights; the training that wrote "
                  "them failed, or the file is damaged",
-                 tensor.name.c_str(), static_cast<double>(*bad), bad - tensor.values.begin());
+                 tensor.name.c_str(), static_cast<double>(tensor.values[bad]), bad);
 }
 
 Status check_finite(const NamedTensors& tensors) {

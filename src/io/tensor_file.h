@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/large_vector.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -29,7 +30,7 @@ struct NamedTensor {
     std::string name;
     std::vector<std::int64_t> dims;      ///< outermost first; empty: one number; 0: no numbers
     NumberType type = NumberType::kF32;  ///< in the file
-    std::vector<float> values;
+    LargeVector<float> values;
 };
 
 /// The product of dims. Errors: kInvalidArgument for more than kMaxRank dimensions, a negative one,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/finite.h"
+
 namespace splat::model {
 namespace {
 
@@ -63,12 +65,11 @@ Result<const NamedTensor*> find(std::span<const NamedTensors* const> weights,
                 return error(Code::kShape, "LPIPS: tensor '%s' has shape %s, expected %s",
                              name.c_str(), io::dims_text(tensor->dims).c_str(),
                              parameter.shape.text().c_str());
-            const auto bad = std::find_if(tensor->values.begin(), tensor->values.end(),
-                                          [](float value) { return !std::isfinite(value); });
-            if (bad != tensor->values.end())
+            const std::size_t bad = find_not_finite(tensor->values);
+            if (bad != tensor->values.size())
                 return error(Code::kInvalidArgument,
-                             "LPIPS: tensor '%s' holds %g at %td, expected finite numbers",
-                             name.c_str(), static_cast<double>(*bad), bad - tensor->values.begin());
+                             "LPIPS: tensor '%s' holds %g at %zu, expected finite numbers",
+                             name.c_str(), static_cast<double>(tensor->values[bad]), bad);
             return tensor;
         }
     return error(

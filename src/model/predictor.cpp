@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/finite.h"
+
 namespace splat::model {
 namespace {
 
@@ -17,11 +19,10 @@ Status expect_count(const char* name, std::size_t got, std::size_t expected) {
 }
 
 Status expect_finite(const char* name, std::span<const float> values) {
-    const auto bad = std::find_if(values.begin(), values.end(),
-                                  [](float value) { return !std::isfinite(value); });
-    if (bad == values.end()) return {};
-    return error(Code::kInvalidArgument, "predictor: '%s' holds %g at %td, expected finite numbers",
-                 name, static_cast<double>(*bad), bad - values.begin());
+    const std::size_t bad = find_not_finite(values);
+    if (bad == values.size()) return {};
+    return error(Code::kInvalidArgument, "predictor: '%s' holds %g at %zu, expected finite numbers",
+                 name, static_cast<double>(values[bad]), bad);
 }
 
 /// The published network gets each vector with its halves exchanged.

@@ -178,7 +178,7 @@ Status load_state(Predictor& predictor, const NamedTensors& tensors, const LoadO
 namespace {
 
 Status add(NamedTensors& to, const std::string& name, const Shape& shape,
-           std::vector<float> values) {
+           LargeVector<float> values) {
     std::vector<std::int64_t> dims;
     for (std::uint32_t i = 0; i < shape.rank(); ++i) dims.push_back(shape[i]);
     return to.add({name, std::move(dims), io::NumberType::kF32, std::move(values)});
@@ -186,7 +186,7 @@ Status add(NamedTensors& to, const std::string& name, const Shape& shape,
 
 Status add_parameters(Predictor& predictor, NamedTensors& to) {
     for (const nn::Parameter& parameter : predictor.parameters().all()) {
-        std::vector<float> values;
+        LargeVector<float> values;
         SPLAT_TRY(predictor.parameters().read(parameter.value, values));
         SPLAT_TRY(add(to, parameter.name, parameter.shape, std::move(values)));
     }

@@ -104,11 +104,6 @@ Status Parameters::write(const Parameter& parameter, std::span<const float> valu
     return context_->write(parameter.value, values.data(), values.size_bytes());
 }
 
-Status Parameters::read(const vk::BufferView& view, std::vector<float>& values) {
-    values.resize(view.shape.elements());
-    return context_->read(view, values.data(), values.size() * sizeof(float));
-}
-
 Status Parameters::zero_gradients() {
     for (const ParameterBlock& block : blocks_) SPLAT_TRY(context_->fill(block.grads, 0));
     return {};

@@ -43,7 +43,11 @@ class Parameters {
 
     /// Row-major elements, as many as the shape has. Errors: those of Context::write and read.
     Status write(const Parameter& parameter, std::span<const float> values);
-    Status read(const vk::BufferView& view, std::vector<float>& values);
+    template <class Floats>
+    Status read(const vk::BufferView& view, Floats& values) {
+        values.resize(view.shape.elements());
+        return context_->read(view, values.data(), values.size() * sizeof(float));
+    }
 
     Status zero_gradients();
 

@@ -14,8 +14,9 @@ using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image)
 /// would leave it idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about
-/// as long as three fifths of a block (by its instructions on lavapipe). A single block takes twice the rows, as its
-/// fetches serve the fewest products; so does any on a CPU of many registers, where larger code gains a tenth (Zen 5).
+/// as long as three fifths of a block (by its instructions on lavapipe). 1, 2 or 4 blocks, as every form takes lavapipe
+/// 20 to 50 ms to compile. A single block takes twice the rows, as its fetches serve the fewest products; so does any on
+/// a CPU of many registers, where larger code gains a tenth (Zen 5).
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
@@ -31,7 +32,7 @@ Tile tile_for(const LinearDesc& desc, bool many_registers) {
         return ceil_div(blocks, height) * (5 * height + 3);
     };
     std::uint32_t best = 1;
-    for (std::uint32_t height = 2; height <= kMostBlocks; ++height)
+    for (std::uint32_t height = 2; height <= kMostBlocks; height *= 2)
         if (cost(height) <= cost(best)) best = height;
     if (desc.rows < 32) return {1, best};
     return {best == 1 || (many_registers && desc.rows >= 64) ? 8U : 4U, best};

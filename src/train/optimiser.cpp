@@ -116,7 +116,7 @@ vk::BufferView Optimiser::part(const nn::Parameter& parameter, vk::Buffer State:
     return {};
 }
 
-Status Optimiser::read_average(const nn::Parameter& parameter, std::vector<float>& values) {
+Status Optimiser::read_average(const nn::Parameter& parameter, LargeVector<float>& values) {
     const bool averaged = config_.ema && parameter.trainable && steps_ > 0;
     return parameters_->read(averaged ? part(parameter, &State::average) : parameter.value, values);
 }
@@ -164,7 +164,7 @@ Status Optimiser::load(const io::NamedTensors& tensors, std::uint64_t steps) {
     for (const nn::Parameter& parameter : parameters_->all()) {
         if (!parameter.trainable) continue;
         for (const Kind& kind : kinds()) {
-            const std::vector<float>& values = tensors.find(kind.prefix + parameter.name)->values;
+            const LargeVector<float>& values = tensors.find(kind.prefix + parameter.name)->values;
             SPLAT_TRY(context_->write(part(parameter, kind.buffer), values.data(),
                                       values.size() * sizeof(float)));
         }

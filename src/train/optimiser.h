@@ -28,7 +28,7 @@ class Optimiser {
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
 
     /// A copy of the averaged values of a parameter, or of its own where nothing is averaged.
-    Status read_average(const nn::Parameter& parameter, std::vector<float>& values);
+    Status read_average(const nn::Parameter& parameter, LargeVector<float>& values);
 
     /// Moments and averages of trainable parameters as "m:NAME", "v:NAME" and "ema:NAME".
     Status save(io::NamedTensors& tensors);

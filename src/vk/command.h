@@ -82,7 +82,7 @@ struct Command {
     CommandKind kind = CommandKind::kBarrier;
     std::string op;
     std::vector<Access> accesses;  ///< for an indirect dispatch the last one is the group counts
-    const Pipeline* pipeline = nullptr;
+    Pipeline* pipeline = nullptr;
     const char* shader = "";
     PushData push;
     Groups base{0, 0, 0};

@@ -176,6 +176,8 @@ Status CommandList::Objects::make_queries() {
 }
 
 Status CommandList::Objects::encode() {
+    for (const Command& command : commands)
+        if (command.pipeline != nullptr) SPLAT_TRY(pipelines->wait(*command.pipeline));
     for (std::size_t i = 0; i < segments.size(); ++i) {
         VkCommandBufferBeginInfo begin{};
         begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
@@ -241,7 +243,7 @@ void CommandList::Objects::encode(VkCommandBuffer to, std::size_t index) {
 void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& command) {
     const VolkDeviceTable& vk = device->vk;
     const Pipeline& pipeline = *command.pipeline;
-    vk.vkCmdBindPipeline(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.pipeline);
+    vk.vkCmdBindPipeline(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.job.pipeline);
     vk.vkCmdBindDescriptorSets(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout, 0, 1,
                                &command.set, 0, nullptr);
     if (command.push.bytes() > 0)
@@ -267,6 +269,7 @@ Result<CommandList> CommandList::create(Context& context, std::vector<Command> c
     list.objects_ = std::make_shared<Objects>();
     Objects& objects = *list.objects_;
     objects.device = &device;
+    objects.pipelines = &context.pipelines();
     objects.commands = std::move(commands);
     SPLAT_TRY(objects.make_sets());
     objects.cut(device.info(), device.kernels());

@@ -29,6 +29,7 @@ struct CommandList::Objects {
     void encode_dispatch(VkCommandBuffer to, const Command& command);
 
     Device* device = nullptr;
+    Pipelines* pipelines = nullptr;
     std::vector<Command> commands;
     std::vector<Segment> segments;
     std::vector<VkBufferView> texel_views;

@@ -1,6 +1,5 @@
 #include "vk/memory.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 
 #include "core/checked_math.h"
 #include "core/fault.h"
+#include "core/large_vector.h"
 
 namespace splat::vk {
 namespace {
@@ -30,22 +30,6 @@ constexpr VkBufferUsageFlags kUsage =
 
 void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {
     for (std::uint64_t i = 0; i + 4 <= bytes; i += 4) std::memcpy(at + i, &word, 4);
-}
-
-/// Asks for large pages (2 MiB on x86-64) where the memory of a CPU device lies: the first touch of
-/// each page is a fault, and a gigabyte in pages of 4 KiB has 262,144 of them. Advice only: a
-/// system without it changes nothing.
-void advise_large_pages(std::byte* host, std::uint64_t bytes) {
-#ifdef MADV_HUGEPAGE
-    const long page = sysconf(_SC_PAGESIZE);
-    if (page <= 0) return;
-    const auto size = static_cast<std::uintptr_t>(page);
-    const std::uintptr_t first = (reinterpret_cast<std::uintptr_t>(host) + size - 1) / size * size;
-    const std::uintptr_t last = (reinterpret_cast<std::uintptr_t>(host) + bytes) / size * size;
-    if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
-#else
-    (void)host, (void)bytes;
-#endif
 }
 
 }  // namespace

@@ -13,28 +13,12 @@ VkDescriptorType vulkan_type(DescriptorType type) {
                                                   : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
 }
 
-/// A VkShaderModule for the length of one pipeline's making.
-class ScopedModule {
-  public:
-    explicit ScopedModule(Device& device) : device_(device) {}
-    ~ScopedModule() {
-        if (module != VK_NULL_HANDLE)
-            device_.vk.vkDestroyShaderModule(device_.handle(), module, nullptr);
-    }
-    ScopedModule(const ScopedModule&) = delete;
-    ScopedModule& operator=(const ScopedModule&) = delete;
-
-    VkShaderModule module = VK_NULL_HANDLE;
-
-  private:
-    Device& device_;
-};
-
 }  // namespace
 
 Pipelines::Pipelines(Device& device, const std::string& cache_folder) : device_(device) {
     if (!cache_folder.empty()) file_ = pipeline_cache_path(cache_folder, device.info());
     open_cache();
+    compiler_.emplace(device, cache_);
 }
 
 void Pipelines::open_cache() {
@@ -52,8 +36,7 @@ void Pipelines::open_cache() {
     }
 }
 
-Result<const Pipeline*> Pipelines::get(const char* shader,
-                                       const std::vector<SpecConstant>& constants) {
+Result<Pipeline*> Pipelines::get(const char* shader, const std::vector<SpecConstant>& constants) {
     Key key{shader, constants};
     if (const auto found = pipelines_.find(key); found != pipelines_.end()) return &found->second;
     const auto entry = pipelines_.emplace(std::move(key), Pipeline{}).first;
@@ -66,14 +49,13 @@ Result<const Pipeline*> Pipelines::get(const char* shader,
             owner->pipelines_.erase(at);
         }
     } undo{this, entry};
-    SPLAT_TRY(make(entry->second, shader, constants));
+    SPLAT_TRY(make(entry->second, shader, entry->first.constants));
     undo.owner = nullptr;
-    dirty_ = true;
     return &entry->second;
 }
 
 void Pipelines::destroy(Pipeline& pipeline) noexcept {
-    device_.vk.vkDestroyPipeline(device_.handle(), pipeline.pipeline, nullptr);
+    device_.vk.vkDestroyPipeline(device_.handle(), pipeline.job.pipeline, nullptr);
     device_.vk.vkDestroyPipelineLayout(device_.handle(), pipeline.layout, nullptr);
     device_.vk.vkDestroyDescriptorSetLayout(device_.handle(), pipeline.set_layout, nullptr);
 }
@@ -116,40 +98,19 @@ Status Pipelines::make(Pipeline& pipeline, const char* shader,
     SPLAT_ASSIGN(pipeline.interface, reflect(embedded->words));
     SPLAT_TRY(make_layouts(pipeline));
 
-    ScopedModule module(device_);
-    VkShaderModuleCreateInfo code{};
-    code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    code.codeSize = embedded->words.size_bytes();
-    code.pCode = embedded->words.data();
-    SPLAT_TRY(device_.check(
-        device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module.module),
-        "vkCreateShaderModule"));
+    if (SPLAT_FAULT("vk.create_pipeline"))
+        return device_.check(VK_ERROR_OUT_OF_DEVICE_MEMORY, "vkCreateComputePipelines");
+    pipeline.job.module = embedded;
+    pipeline.job.constants = constants;
+    pipeline.job.layout = pipeline.layout;
+    compiler_->add(pipeline.job);
+    return {};
+}
 
-    std::vector<VkSpecializationMapEntry> entries;
-    for (std::size_t i = 0; i < constants.size(); ++i)
-        entries.push_back(
-            {constants[i].id,
-             static_cast<std::uint32_t>(i * sizeof(SpecConstant) + offsetof(SpecConstant, value)),
-             4});
-    const VkSpecializationInfo specialization{
-        static_cast<std::uint32_t>(entries.size()), entries.data(),
-        constants.size() * sizeof(SpecConstant), constants.data()};
-    VkComputePipelineCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
-    info.flags =
-        VK_PIPELINE_CREATE_DISPATCH_BASE;  // long dispatches are split by base group, see recorder.h
-    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-    info.stage.module = module.module;
-    info.stage.pName = "main";
-    info.stage.pSpecializationInfo = &specialization;
-    info.layout = pipeline.layout;
-    const VkResult result =
-        SPLAT_FAULT("vk.create_pipeline")
-            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
-            : device_.vk.vkCreateComputePipelines(device_.handle(), cache_, 1, &info, nullptr,
-                                                  &pipeline.pipeline);
-    return device_.check(result, "vkCreateComputePipelines");
+Status Pipelines::wait(Pipeline& pipeline) {
+    SPLAT_TRY(device_.check(compiler_->wait(pipeline.job), "vkCreateComputePipelines"));
+    dirty_ = true;
+    return {};
 }
 
 void Pipelines::save() noexcept {
@@ -173,6 +134,7 @@ void Pipelines::save() noexcept {
 }
 
 Pipelines::~Pipelines() {
+    compiler_.reset();
     save();
     for (auto& [key, pipeline] : pipelines_) destroy(pipeline);
     if (cache_ != VK_NULL_HANDLE)

@@ -1,30 +1,25 @@
 #pragma once
 
 #include <map>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "vk/device.h"
+#include "vk/pipeline_compiler.h"
 #include "vk/spirv.h"
 
 namespace splat::vk {
 
-/// Value of one specialisation constant; floats go in by their bits.
-struct SpecConstant {
-    std::uint32_t id;
-    std::uint32_t value;
-    auto operator<=>(const SpecConstant&) const = default;
-};
-
 struct Pipeline {
-    VkPipeline pipeline = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
     VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
     ShaderInterface interface;
+    CompileJob job;
 };
 
 /// Compute pipelines by shader name and specialisation, made on first use and kept until the end.
+/// They are compiled while the caller goes on.
 ///
 /// A cache file of the driver's compiled form, one per device and driver, makes the next process
 /// faster. A file that is corrupt or of another driver is ignored and replaced; not being able to
@@ -39,7 +34,10 @@ class Pipelines {
 
     /// Errors: kInternal for an unknown shader, and the driver's. The pointer lives as long as this
     /// object.
-    Result<const Pipeline*> get(const char* shader, const std::vector<SpecConstant>& constants);
+    Result<Pipeline*> get(const char* shader, const std::vector<SpecConstant>& constants);
+
+    /// Until it is compiled: before it is bound. Errors: the driver's; the next call tries again.
+    Status wait(Pipeline& pipeline);
 
     /// Write the cache file if anything was added.
     void save() noexcept;
@@ -64,6 +62,7 @@ class Pipelines {
     bool loaded_ = false;
     bool dirty_ = false;
     std::map<Key, Pipeline> pipelines_;
+    std::optional<PipelineCompiler> compiler_;
 };
 
 }  // namespace splat::vk

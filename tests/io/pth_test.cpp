@@ -147,7 +147,7 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
                             const std::vector<std::int64_t>& strides) {
         const auto read_one = read_file(one("FloatStorage", ten, 10, offset, dims, strides));
         EXPECT_OK(read_one.status());
-        return read_one.ok() ? read_one.value().tensors[0].values : std::vector<float>();
+        return read_one.ok() ? read_one.value().tensors[0].values : LargeVector<float>();
     };
     EXPECT_EQ(values(9, {1, 1}, {100, 100}), (std::vector<float>{9}));
     EXPECT_EQ(values(2, {2, 3}, {3, 1}), (std::vector<float>{2, 3, 4, 5, 6, 7}));

@@ -44,6 +44,7 @@ class PipelineCache : public testing::Test {
         file_ = context->pipelines().cache_file();
         const auto pipeline = context->pipelines().get("test_scale", {{0, 64}});
         EXPECT_TRUE(pipeline.ok()) << pipeline.status().message();
+        EXPECT_OK(context->pipelines().wait(*pipeline.value()));
         return context->pipelines().cache_file_was_used();
     }
 

@@ -71,9 +71,46 @@ TEST(Pipeline, FailureLeavesNothingBehind) {
     EXPECT_ERROR(failed.status(), Code::kOutOfDeviceMemory, "vkCreateComputePipelines");
     const auto retried = context->pipelines().get("test_scale", {{0, 64}});
     ASSERT_TRUE(retried.ok());
-    EXPECT_NE(retried.value()->pipeline, VK_NULL_HANDLE);
+    EXPECT_OK(context->pipelines().wait(*retried.value()));
+    EXPECT_NE(retried.value()->job.pipeline, VK_NULL_HANDLE);
 }
 #endif
+
+VKAPI_ATTR VkResult VKAPI_CALL compile_without_memory(VkDevice, VkPipelineCache, std::uint32_t,
+                                                      const VkComputePipelineCreateInfo*,
+                                                      const VkAllocationCallbacks*, VkPipeline*) {
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+TEST(Pipeline, WhatDoesNotCompileIsTriedAgain) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    auto& create = context->device().vk.vkCreateComputePipelines;
+    const PFN_vkCreateComputePipelines good = create;
+    create = compile_without_memory;
+    const Buffer x = test::upload(*context, std::vector<float>(100, 1));
+    const Buffer y = test::device_buffer(*context, 100);
+    Recorder recorder(*context);
+    EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 100, 2, 0.5F)));
+    CommandList list = std::move(recorder.finish().value());
+    for (int i = 0; i < 2; ++i)
+        EXPECT_ERROR(context->run(list), Code::kOutOfHostMemory, "vkCreateComputePipelines");
+    create = good;
+    EXPECT_OK(context->run(list));
+    EXPECT_EQ(test::download(*context, y.range(), 100), std::vector<float>(100, 2.5F));
+}
+
+TEST(Pipeline, ManyCompileAtOnceAndMayBeGivenUp) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    std::vector<Pipeline*> made;
+    for (std::uint32_t size = 1; size <= 64; ++size)
+        made.push_back(context->pipelines().get("test_scale", {{0, size}, {10, 0}}).value());
+    EXPECT_OK(context->pipelines().wait(*made.back()));
+    EXPECT_NE(made.back()->job.pipeline, VK_NULL_HANDLE);
+    for (std::uint32_t size = 65; size <= 128; ++size)  // nobody waits for these
+        ASSERT_TRUE(context->pipelines().get("test_scale", {{0, size}, {10, 0}}).ok());
+}
 
 }  // namespace
 }  // namespace splat::vk
