@@ -5,7 +5,7 @@
 // butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
 // blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
-// reach a block, too.
+// reach a block, too; 14 = the gradient passes the limit of alpha, as params.straight_through says there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -20,6 +20,7 @@ layout(constant_id = 10) const bool kDepth = false;
 layout(constant_id = 11) const bool kAbsolute = false;
 layout(constant_id = 12) const bool kWholeList = false;
 layout(constant_id = 13) const bool kWholeTile = false;
+layout(constant_id = 14) const bool kStraightThrough = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -85,7 +86,6 @@ uvec2 block_at(int block) { return uvec2(block & 1, block >> 1) * 8u; }
 // One entry over one block: sums over the pixels, in the order of the record.
 void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) {
     const vec2 first = vec2(block_at(block)) + vec2(lane, 0) + 0.5;
-    const float most = params.straight_through != 0 ? 3e38 : kAlphaMax;  // 3e38: no limit
     precise float qx = e.a.x - first.x;
     precise float ux = e.l.x * qx;
     vec4 sum_c = vec4(0);
@@ -98,9 +98,9 @@ void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) 
         precise float w2 = e.l.z * qy;
         precise float power = -(u * u + w2 * w2);
         precise float raw = e.a.z * exp2(power);
-        precise float clamped = min(kAlphaMax, raw);
-        const bool seen = clamped >= kAlphaMin && e.place < stop[q];
-        const float alpha = seen ? clamped : 0.0;
+        const float seen = raw >= kAlphaMin && e.place < stop[q] ? raw : 0.0;
+        const bool clamped = seen > kAlphaMax;
+        const float alpha = clamped ? kAlphaMax : seen;
         t[q] = t[q] / (1.0 - alpha);
         const float w = alpha * t[q];
         float g = e.rgb.r * g_r[q] + e.rgb.g * g_g[q] + e.rgb.b * g_b[q] - behind[q];
@@ -108,7 +108,7 @@ void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) 
         behind[q] += alpha * g;
         sum_c.rgb += w * vec3(g_r[q], g_g[q], g_b[q]);
         if (kDepth) sum_c.a += w * g_z[q];
-        const float v = (seen && raw <= most ? raw : 0.0) * t[q] * g;
+        const float v = (kStraightThrough ? seen * t[q] : clamped ? 0.0 : w) * g;
         const float vy = v * qy;
         m0 += v;
         m1 += vy;

@@ -62,6 +62,12 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
     } while (seen < range.y && waiting.count < 8);
 }
 
+// None below kAlphaMin, at most kAlphaMax. By comparison: lavapipe's min adds one for NaN, which no entry is.
+float limit_alpha(float raw) {
+    const float seen = raw >= kAlphaMin ? raw : 0.0;
+    return seen > kAlphaMax ? kAlphaMax : seen;
+}
+
 void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind, vec2 depth_count) {
     ST4(image, pixel, vec4(color + left * behind, 1.0 - left));
     if (!kNormals) ST2(state, pixel, floatBitsToUint(vec2(left, entries)));
@@ -122,8 +128,8 @@ void main() {
                 precise float u = ux + l.y * qy;
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
-                precise float raw = min(kAlphaMax, o * exp2(power));
-                const float alpha = raw >= kAlphaMin ? raw : 0.0;
+                precise float raw = o * exp2(power);
+                const float alpha = limit_alpha(raw);
                 const float next = t[r] - t[r] * alpha;
                 const bool stop = next < stop_below;
                 const float w = stop ? 0.0 : alpha * t[r];

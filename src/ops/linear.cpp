@@ -12,11 +12,11 @@ namespace {
 
 using vk::Kernels;
 
-/// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image)
-/// would leave it idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about
-/// as long as three fifths of a block (by its instructions on lavapipe). 1, 2 or 4 blocks, as every form takes lavapipe
-/// 20 to 50 ms to compile. A single block takes twice the rows, as its fetches serve the fewest products; so does any on
-/// a CPU of many registers, where larger code gains a tenth (Zen 5).
+/// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image) would leave it
+/// idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about as long as
+/// three fifths of a block (by its instructions on lavapipe). 1, 2 or 4 blocks, as every form takes lavapipe 20 to 50
+/// ms to compile. A single block takes twice the rows, as its fetches serve the fewest products; so does any on a CPU
+/// of many registers, where larger code gains a tenth (Zen 5).
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;

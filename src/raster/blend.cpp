@@ -91,6 +91,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     if (cpu) {
         constants.push_back({12, desc.skips.early_out ? 0U : 1U});
         constants.push_back({13, desc.skips.blocks ? 0U : 1U});
+        constants.push_back({14, desc.original_gradient ? 1U : 0U});
         accesses.push_back(vk::read(views.order));
     }
     return recorder.dispatch({
