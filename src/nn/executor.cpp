@@ -23,12 +23,12 @@ Status unpack(vk::Recorder& recorder, const Value& value, const vk::BufferView& 
 
 Status record_prepare(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
     for (const auto& call : plan.forward)
-        if (plan.kept_forward[call.node] != kNone)
+        if (plan.keeps(plan.kept_forward, call))
             SPLAT_TRY(
                 graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
                                                       plan.forward_views(call), Pass::kForward));
     for (const auto& call : plan.backward)
-        if (plan.kept_backward[call.node] != kNone)
+        if (plan.keeps(plan.kept_backward, call))
             SPLAT_TRY(
                 graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
                                                       plan.backward_views(call), Pass::kBackward));
@@ -39,7 +39,7 @@ Status record_forward(vk::Recorder& recorder, const Graph& graph, const Executor
     for (const auto& call : plan.forward) {
         const Node& node = graph.nodes()[call.node];
         const OpViews views = plan.forward_views(call);
-        if (call.prepared != kNone)
+        if (call.prepared != kNone && !plan.keeps(plan.kept_forward, call))
             SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kForward));
         SPLAT_TRY(node.row->forward(recorder, node.attributes, views));
     }
@@ -66,54 +66,90 @@ Status record_backward(vk::Recorder& recorder, const Graph& graph, const Executo
 
 }  // namespace
 
+Executor::Executor(vk::Context& context, const Graph& graph, Parameters& parameters)
+    : context_(context), graph_(graph), parameters_(parameters) {}
+
+Executor::~Executor() = default;
+
 Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const Graph& graph,
                                                    Parameters& parameters,
                                                    const ExecutorDesc& desc) {
     SPLAT_TRY(graph.status());
     std::unique_ptr<Executor> made(new Executor(context, graph, parameters));
-    vk::Recorder recorder(context);
-    ExecutorPlan plan(recorder, graph, parameters, desc);
-    SPLAT_TRY(plan.make());
-    SPLAT_TRY(plan.place(context, made->buffers_, made->memory_));
+    auto plan = std::make_unique<ExecutorPlan>(graph, parameters, desc);
+    SPLAT_TRY(plan->make());
+    SPLAT_TRY(plan->place(context, ExecutorPlan::Home::kArenas, made->buffers_, made->memory_));
+    if (desc.backward && plan->has_kept())
+        SPLAT_TRY(plan->place(context, ExecutorPlan::Home::kKept, made->buffers_, made->memory_));
     const auto port = [&](std::size_t tensor, ValueId id) {
-        vk::BufferView view = plan.view(tensor);
+        vk::BufferView view = plan->view(tensor);
         view.shape = graph.value(id).shape;
         return view;
     };
-    for (const auto& [id, tensor] : plan.ports) made->ports_[id] = port(tensor, id);
-    for (const auto& [id, tensor] : plan.grad_ports) made->grad_ports_[id] = port(tensor, id);
+    for (const auto& [id, tensor] : plan->ports) made->ports_[id] = port(tensor, id);
+    for (const auto& [id, tensor] : plan->grad_ports) made->grad_ports_[id] = port(tensor, id);
 
-    SPLAT_TRY(record_prepare(recorder, graph, plan));
-    SPLAT_ASSIGN(made->prepare_, recorder.finish());
+    SPLAT_TRY(made->record(*plan, made->prepare_, made->forward_));
+    if (!desc.backward) {
+        if (plan->has_kept()) made->plan_ = std::move(plan);
+        return made;
+    }
 
-    for (const auto& [id, view] : made->ports_)
-        if (graph.value(id).kind == ValueKind::kInput)
-            SPLAT_TRY(pack(recorder, graph.value(id), view, plan.value_view(id)));
-    SPLAT_TRY(record_forward(recorder, graph, plan));
-    for (const ValueId id : desc.outputs)
-        SPLAT_TRY(unpack(recorder, graph.value(id), plan.value_view(id), made->ports_.at(id)));
-    SPLAT_ASSIGN(made->forward_, recorder.finish());
-    if (!desc.backward) return made;
-
+    vk::Recorder recorder(context);
     for (const ValueId id : desc.grad_outputs)
-        SPLAT_TRY(pack(recorder, graph.value(id), made->grad_ports_.at(id), plan.grad_view(id)));
-    SPLAT_TRY(record_backward(recorder, graph, plan));
+        SPLAT_TRY(pack(recorder, graph.value(id), made->grad_ports_.at(id), plan->grad_view(id)));
+    SPLAT_TRY(record_backward(recorder, graph, *plan));
     for (const ValueId id : desc.grad_inputs)
-        SPLAT_TRY(unpack(recorder, graph.value(id), plan.grad_view(id), made->grad_ports_.at(id)));
+        SPLAT_TRY(unpack(recorder, graph.value(id), plan->grad_view(id), made->grad_ports_.at(id)));
     SPLAT_ASSIGN(made->backward_, recorder.finish());
     return made;
 }
 
-Status Executor::prepare() {
-    if (prepared_revision_ == parameters_.revision()) return {};
-    if (!prepare_.empty()) SPLAT_TRY(context_.run(prepare_));
-    prepared_revision_ = parameters_.revision();
+/// The lists that prepare what is kept, and of a forward pass.
+Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
+                        vk::CommandList& forward) const {
+    vk::Recorder recorder(context_);
+    SPLAT_TRY(record_prepare(recorder, graph_, plan));
+    SPLAT_ASSIGN(prepare, recorder.finish());
+    for (const auto& [id, view] : ports_)
+        if (graph_.value(id).kind == ValueKind::kInput)
+            SPLAT_TRY(pack(recorder, graph_.value(id), view, plan.value_view(id)));
+    SPLAT_TRY(record_forward(recorder, graph_, plan));
+    for (const auto& [id, view] : ports_)
+        if (graph_.value(id).kind != ValueKind::kInput)
+            SPLAT_TRY(unpack(recorder, graph_.value(id), plan.value_view(id), view));
+    SPLAT_ASSIGN(forward, recorder.finish());
+    return {};
+}
+
+/// Where there is no memory for it, passes go on preparing parameters themselves.
+Status Executor::keep_prepared() {
+    const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
+    std::vector<vk::Buffer> buffers;
+    ExecutorMemory memory = memory_;
+    const Status placed = plan->place(context_, ExecutorPlan::Home::kKept, buffers, memory);
+    if (placed.code() == Code::kOutOfDeviceMemory) return {};
+    SPLAT_TRY(placed);
+    vk::CommandList prepare;
+    vk::CommandList forward;
+    SPLAT_TRY(record(*plan, prepare, forward));
+    buffers_.insert(buffers_.end(), std::make_move_iterator(buffers.begin()),
+                    std::make_move_iterator(buffers.end()));
+    prepare_ = std::move(prepare);
+    forward_ = std::move(forward);
+    memory_ = memory;
     return {};
 }
 
 Status Executor::forward() {
-    SPLAT_TRY(prepare());
+    const std::uint64_t revision = parameters_.revision();
+    if (plan_ != nullptr && ran_revision_ == revision) SPLAT_TRY(keep_prepared());
+    if (!prepare_.empty() && prepared_revision_ != revision) {
+        SPLAT_TRY(context_.run(prepare_));
+        prepared_revision_ = revision;
+    }
     SPLAT_TRY(context_.run(forward_));
+    ran_revision_ = revision;
     ran_ = true;
     return {};
 }

@@ -11,13 +11,17 @@
 
 namespace splat::nn {
 
+class ExecutorPlan;
+
 struct ExecutorDesc {
     std::vector<ValueId> outputs;       ///< stay readable after forward and backward
     bool backward = false;              ///< plan and record the backward pass
     std::vector<ValueId> grad_outputs;  ///< outputs whose gradient the caller writes
     std::vector<ValueId> grad_inputs;   ///< inputs whose gradient is wanted
     /// Keep the prepared form of parameters that do not change, instead of preparing them anew in
-    /// every run: faster, for up to four times the weights' memory.
+    /// every run: faster, for up to four times the weights' memory. Without a backward pass that memory is
+    /// taken by the second run of the same parameters, so that a single run neither fills nor waits for it,
+    /// and left alone where the device has not as much.
     bool keep_prepared = true;
     /// The backward pass keeps its own only while all that is kept stays within so many bytes. The default
     /// holds what a published network needs forward and half of what it needs backward: a step of
@@ -42,6 +46,8 @@ struct ExecutorMemory {
 /// The graph and the parameters must outlive it.
 class Executor {
   public:
+    ~Executor();
+
     /// Errors: the graph's status(); kInvalidArgument for a grad_output that is no output or that
     /// nothing trainable leads to; kOutOfDeviceMemory.
     static Result<std::unique_ptr<Executor>> create(vk::Context& context, const Graph& graph,
@@ -63,10 +69,10 @@ class Executor {
     [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }
 
   private:
-    friend class ExecutorPlan;
-    Executor(vk::Context& context, const Graph& graph, Parameters& parameters)
-        : context_(context), graph_(graph), parameters_(parameters) {}
-    Status prepare();
+    Executor(vk::Context& context, const Graph& graph, Parameters& parameters);
+    Status record(const ExecutorPlan& plan, vk::CommandList& prepare,
+                  vk::CommandList& forward) const;
+    Status keep_prepared();
 
     vk::Context& context_;
     const Graph& graph_;
@@ -77,7 +83,9 @@ class Executor {
     vk::CommandList prepare_;
     vk::CommandList forward_;
     vk::CommandList backward_;
+    std::unique_ptr<ExecutorPlan> plan_;  ///< until prepared parameters are kept
     std::uint64_t prepared_revision_ = 0;
+    std::uint64_t ran_revision_ = 0;
     ExecutorMemory memory_;
     bool ran_ = false;
 };

@@ -21,7 +21,7 @@ vk::BufferView shaped(vk::BufferView view, const Shape& shape) {
 }  // namespace
 
 std::size_t ExecutorPlan::tensor(std::string name, std::uint64_t bytes, std::uint32_t first) {
-    tensors_.push_back({{first, clock_, bytes}, std::move(name), {}, true});
+    tensors_.push_back({{first, clock_, bytes}, std::move(name), {}, Home::kArenas});
     return tensors_.size() - 1;
 }
 
@@ -116,17 +116,17 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
-/// Kept while all that is kept stays within `most` bytes.
+/// Kept if all that is kept stays within `most` bytes. Without a backward pass there is also room for a
+/// pass that keeps nothing.
 void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most,
                                  std::size_t& kept) {
     const Node& n = graph_.nodes()[call.node];
-    const std::size_t prepared = tensor(n.row->name, bytes, clock_);
-    if (!keeps_prepared(n) || kept_bytes_ + bytes > most) {
-        call.prepared = prepared;
-        return;
-    }
-    keep(prepared);
-    kept = prepared;
+    const bool keeps = keeps_prepared(n) && kept_bytes_ + bytes <= most;
+    if (!keeps || !desc_.backward) call.prepared = tensor(n.row->name, bytes, clock_);
+    if (!keeps) return;
+    kept = tensor(n.row->name, bytes, clock_);
+    tensors_[kept].home = Home::kKept;
+    keep(kept);
     kept_bytes_ += bytes;
 }
 
@@ -302,7 +302,7 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     if (first) {
         grads_[root] = tensor(value.name, bytes, clock_);
         if (value.kind == ValueKind::kParameter) {
-            tensors_[grads_[root]].placed = false;
+            tensors_[grads_[root]].home = Home::kParameters;
             SPLAT_ASSERT(parameters_.of(root).grad.block != nullptr);
             tensors_[grads_[root]].view = parameters_.of(root).grad;
         } else if (value.layout == Layout::kRowMajor) {
@@ -329,32 +329,34 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     return {};
 }
 
-Status ExecutorPlan::place(vk::Context& context, std::vector<vk::Buffer>& buffers,
+Status ExecutorPlan::place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
                            ExecutorMemory& memory) {
     std::vector<Lifetime> lifetimes;
     for (const Tensor& tensor : tensors_)
-        lifetimes.push_back(tensor.placed ? tensor.life : Lifetime{0, 0, 0});
+        lifetimes.push_back(tensor.home == home ? tensor.life : Lifetime{0, 0, 0});
     const MemoryPlan plan =
-        plan_memory(lifetimes, recorder_.device().limits.offset_alignment, kArenaBytes);
-    memory.bound = peak_bytes(lifetimes);
+        plan_memory(lifetimes, context.device().info().limits.offset_alignment, kArenaBytes);
+    memory.bound += peak_bytes(lifetimes);
     const std::size_t first = buffers.size();
     for (const std::uint64_t bytes : plan.arena_bytes) {
-        SPLAT_ASSIGN(vk::Buffer buffer,
-                     context.memory().allocate(std::max<std::uint64_t>(bytes, 16),
-                                               vk::MemoryKind::kDevice, "activations"));
+        SPLAT_ASSIGN(
+            vk::Buffer buffer,
+            context.memory().allocate(std::max<std::uint64_t>(bytes, 16), vk::MemoryKind::kDevice,
+                                      home == Home::kKept ? "prepared weights" : "activations"));
         buffers.push_back(std::move(buffer));
         memory.arenas += bytes;
     }
     for (std::size_t i = 0; i < tensors_.size(); ++i) {
         Tensor& tensor = tensors_[i];
-        if (!tensor.placed) continue;
+        if (tensor.home != home) continue;
         tensor.view = buffers[first + plan.placements[i].arena].range();
         tensor.view.offset += plan.placements[i].offset;
         tensor.view.bytes = vk::quad_bytes((tensor.life.bytes + 3) / 4);
     }
-    for (const auto* kept : {&kept_forward, &kept_backward})
-        for (const std::size_t tensor : *kept)
-            if (tensor != kNone) memory.prepared += tensors_[tensor].life.bytes;
+    if (home == Home::kKept) {
+        memory.prepared = kept_bytes_;
+        kept_placed_ = true;
+    }
     return {};
 }
 
@@ -383,7 +385,8 @@ OpViews ExecutorPlan::views(const Call& call) const {
 
 OpViews ExecutorPlan::forward_views(const Call& call) const {
     OpViews v = views(call);
-    const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_forward[call.node];
+    const std::size_t prepared =
+        keeps(kept_forward, call) ? kept_forward[call.node] : call.prepared;
     if (prepared != kNone) v.forward_prepared = tensors_[prepared].view;
     return v;
 }
@@ -391,7 +394,8 @@ OpViews ExecutorPlan::forward_views(const Call& call) const {
 OpViews ExecutorPlan::backward_views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
     OpViews v = views(call);
-    const std::size_t prepared = call.prepared != kNone ? call.prepared : kept_backward[call.node];
+    const std::size_t prepared =
+        keeps(kept_backward, call) ? kept_backward[call.node] : call.prepared;
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;
     if (call.addend != kNone) v.addend = tensors_[call.addend].view;
     for (std::size_t i = 0; i < node.outputs.size(); ++i)

@@ -24,25 +24,32 @@ class ExecutorPlan {
         bool passed = false;         ///< an input has the gradient of the output for its own
         std::size_t addend = kNone;  ///< what grad_inputs[0] is added to
         std::size_t workspace = kNone;
-        std::size_t prepared = kNone;  ///< prepared in this call
+        std::size_t prepared = kNone;  ///< prepared in this call, unless kept
     };
     static constexpr std::size_t kNone = ~std::size_t{0};
+
+    enum class Home { kArenas, kKept, kParameters };
 
     struct Tensor {
         Lifetime life;
         std::string name;
         vk::BufferView view;  ///< after place()
-        bool placed = true;   ///< false: a parameter's view, not of the arenas
+        Home home = Home::kArenas;
     };
 
-    ExecutorPlan(const vk::Recorder& recorder, const Graph& graph, const Parameters& parameters,
-                 const ExecutorDesc& desc)
-        : recorder_(recorder), graph_(graph), parameters_(parameters), desc_(desc) {}
+    ExecutorPlan(const Graph& graph, const Parameters& parameters, const ExecutorDesc& desc)
+        : graph_(graph), parameters_(parameters), desc_(desc) {}
 
     Status make();
 
-    /// Allocate the arenas and give every tensor its view.
-    Status place(vk::Context& context, std::vector<vk::Buffer>& buffers, ExecutorMemory& memory);
+    /// Allocate memory for the tensors of one home, kArenas or kKept, and give them their views. Calls
+    /// prepare parameters themselves until kept ones have theirs.
+    Status place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
+                 ExecutorMemory& memory);
+    [[nodiscard]] bool has_kept() const { return kept_bytes_ > 0; }
+    [[nodiscard]] bool keeps(const std::vector<std::size_t>& kept, const Call& call) const {
+        return kept_placed_ && kept[call.node] != kNone;
+    }
 
     /// The tensors of a node's forward pass, in the shapes that the node sees.
     [[nodiscard]] OpViews forward_views(const Call& call) const;
@@ -58,7 +65,8 @@ class ExecutorPlan {
     std::vector<Call> backward;            ///< in the order of execution
     std::map<ValueId, std::size_t> ports;  ///< row-major tensors of inputs and outputs
     std::map<ValueId, std::size_t> grad_ports;
-    std::vector<std::size_t> kept_forward;   ///< by node: kept prepared parameters, or kNone
+    std::vector<std::size_t>
+        kept_forward;  ///< by node: prepared parameters that may be kept, or kNone
     std::vector<std::size_t> kept_backward;  ///< the same for the backward pass
 
   private:
@@ -84,12 +92,12 @@ class ExecutorPlan {
     void plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most, std::size_t& kept);
     OpViews views(const Call& call) const;
 
-    const vk::Recorder& recorder_;
     const Graph& graph_;
     const Parameters& parameters_;
-    const ExecutorDesc& desc_;
+    const ExecutorDesc desc_;
     std::uint32_t clock_ = 0;
     std::uint64_t kept_bytes_ = 0;  ///< of prepared parameters so far
+    bool kept_placed_ = false;
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
     std::vector<bool> reached_;  ///< by root value: some grad_output depends on it

@@ -123,6 +123,12 @@ ChainRule chain_rule(const Doubles& x, const Doubles& grad_t, const Doubles& gra
     return e;
 }
 
+Doubles download(vk::Context& context, const vk::BufferView& view) {
+    std::vector<float> values(view.shape.elements());
+    EXPECT_OK(context.read(view, values.data(), values.size() * 4));
+    return to_double(values);
+}
+
 class ExecutorSums : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(ExecutorSums);
 
@@ -141,11 +147,7 @@ TEST_P(ExecutorSums, OfConvolutionsAreExact) {
     const std::vector<float> x = integer_fill(size, 1), grad_t = integer_fill(size, 2),
                              grad_z = integer_fill(size, 3);
     const ChainRule e = chain_rule(to_double(x), to_double(grad_t), to_double(grad_z));
-    const auto get = [&](const vk::BufferView& view) {
-        std::vector<float> values(view.shape.elements());
-        EXPECT_OK(device.read(view, values.data(), values.size() * 4));
-        return to_double(values);
-    };
+    const auto get = [&](const vk::BufferView& view) { return download(device, view); };
     std::vector<std::uint64_t> prepared;
     for (const std::uint64_t kept : {std::uint64_t{0}, std::uint64_t{1} << 20}) {
         auto made = nn::Executor::create(device, net.graph, parameters.value(),
@@ -183,6 +185,64 @@ TEST_P(ExecutorSums, OfConvolutionsAreExact) {
     } else {
         EXPECT_GT(prepared[0], 0U) << "the forward pass keeps its own";
         EXPECT_GT(prepared[1], prepared[0]);
+    }
+}
+
+/// Take all memory that the device still has.
+std::vector<vk::Buffer> take_all(vk::Context& context) {
+    std::vector<vk::Buffer> taken;
+    for (std::uint64_t bytes = std::uint64_t{1} << 20; bytes >= 16; bytes /= 2)
+        for (;;) {
+            auto buffer = context.memory().allocate(bytes, vk::MemoryKind::kDevice, "filler");
+            if (!buffer.ok()) break;
+            taken.push_back(std::move(buffer.value()));
+        }
+    return taken;
+}
+
+/// A pass alone prepares weights for itself; the second one keeps them, until they change, or goes on
+/// without where there is no memory left. Its sums are the same.
+TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
+    vk::ContextDesc desc = context_desc(GetParam());
+    desc.memory.budget_bytes = std::uint64_t{4} << 20;
+    desc.memory.block_bytes = std::uint64_t{1} << 20;
+    const auto device = make_context(desc);
+    ASSERT_NE(device, nullptr);
+    Net net(*device);
+    ASSERT_OK(net.graph.status());
+    auto parameters = nn::Parameters::create(*device, net.graph);
+    ASSERT_OK(parameters.status());
+    const auto write = [&](const Layer& layer, const std::vector<float>& values) {
+        ASSERT_OK(parameters.value().write(*parameters.value().find(layer.weight), values));
+    };
+    for (const Layer& layer : kLayers) write(layer, weight_of(layer));
+    const std::size_t size = std::size_t{kC} * kH * kW;
+    const std::vector<float> x = integer_fill(size, 1);
+    const ChainRule e = chain_rule(to_double(x), Doubles(size), Doubles(size));
+    const bool plain = GetParam() == vk::Kernels::kPlain;
+    for (const bool full : {false, true}) {
+        write(kT, weight_of(kT));
+        nn::ExecutorDesc wanted;
+        wanted.outputs = {net.z, net.t};
+        auto made = nn::Executor::create(*device, net.graph, parameters.value(), wanted);
+        ASSERT_OK(made.status());
+        nn::Executor& executor = *made.value();
+        ASSERT_OK(device->write(executor.tensor(net.x), x.data(), x.size() * 4));
+        std::vector<vk::Buffer> taken;
+        for (int pass = 0; pass < 3; ++pass) {
+            if (pass == 1 && full) taken = take_all(*device);
+            ASSERT_OK(executor.forward());
+            EXPECT_EQ(executor.memory().prepared > 0, pass > 0 && !full && !plain) << pass;
+            EXPECT_EQ(download(*device, executor.tensor(net.t)), e.t);
+            EXPECT_EQ(download(*device, executor.tensor(net.z)), e.z);
+        }
+        std::vector<float> negative = weight_of(kT);
+        for (float& value : negative) value = -value;
+        write(kT, negative);
+        ASSERT_OK(executor.forward());
+        Doubles t = e.t;
+        for (double& value : t) value = -value;
+        EXPECT_EQ(download(*device, executor.tensor(net.t)), t);
     }
 }
 

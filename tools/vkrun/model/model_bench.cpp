@@ -91,9 +91,11 @@ double side_of(const std::string& name, double otherwise) {
 
 }  // namespace
 
-void PassTimes::add(double ms, bool first) {
-    if (first)
+void PassTimes::add(double ms, int call) {
+    if (call == 0)
         first_ms = ms;
+    else if (call == 1)
+        second_ms = ms;
     else
         times_ms.push_back(ms);
 }
@@ -155,6 +157,10 @@ void ModelRun::count_operations(std::uint32_t objects) {
             products += 2 * side * side * (seen * side * side) * static_cast<double>(info.dims[1]);
     }
     gflop_ = 2 * products * objects * views * 1e-9;
+}
+
+Json ModelRun::report() const {
+    return report_of(model_.get());
 }
 
 std::vector<double> ModelRun::output(const char* name) const {
@@ -324,9 +330,9 @@ std::string find_peer_script() {
 
 PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds) {
     PassMeasurement result;
-    for (int round = 0; round <= rounds; ++round) {
-        result.ours.add(step ? run.step() : run.forward(), round == 0);
-        if (peer != nullptr) result.peer.add(peer->run(step ? "step" : "forward"), round == 0);
+    for (int call = 0; call < rounds + 2; ++call) {
+        result.ours.add(step ? run.step() : run.forward(), call);
+        if (peer != nullptr) result.peer.add(peer->run(step ? "step" : "forward"), call);
     }
     return result;
 }

@@ -22,9 +22,10 @@ struct ModelBenchOptions {
 /// Wall times of one kind of pass.
 struct PassTimes {
     double first_ms = 0;
-    std::vector<double> times_ms;  ///< one per round, the first call not among them
+    double second_ms = 0;          ///< prepares weights that are kept from then on
+    std::vector<double> times_ms;  ///< of the calls after those two, one per round
 
-    void add(double ms, bool first);
+    void add(double ms, int call);  ///< call  from 0
     [[nodiscard]] double min_ms() const;
     [[nodiscard]] double median_ms() const;
 };
@@ -44,7 +45,7 @@ class ModelRun {
     void save_weights(const std::string& path) const;
     [[nodiscard]] const std::vector<float>& images() const { return images_; }
 
-    [[nodiscard]] const Json& report() const { return report_; }
+    [[nodiscard]] Json report() const;  ///< of the model as it is now
     [[nodiscard]] double create_ms() const { return create_ms_; }
     [[nodiscard]] double init_ms() const { return init_ms_; }
 
@@ -58,7 +59,7 @@ class ModelRun {
 
     Model model_;
     std::size_t pixels_ = 0;  ///< of all images together
-    Json report_;
+    Json report_;             ///< of the new model
     double create_ms_ = 0;
     double init_ms_ = 0;
     double gflop_ = 0;
@@ -101,7 +102,7 @@ struct PassMeasurement {
     PassTimes peer;  ///< empty without one
 };
 
-/// One kind of pass, once and then `rounds` times, ours and the peer's (may be null) in turns.
+/// One kind of pass, twice and then `rounds` times, ours and the peer's (may be null) in turns.
 ///
 /// step  forward and backward, of a model made with gradients; else forward
 PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds);

@@ -136,11 +136,9 @@ ErrorMeasurement measure_errors(
         command.insert(command.end(), {std::string("--") + key, config.at("data").at(key).dump()});
     ModelPeer peer(command);
     measurement.peer = peer.about();
-    for (int round = 0; round <= options.rounds; ++round) {
+    for (int call = 0; call < options.rounds + 2; ++call)
         for (std::size_t i = 0; i < rows.size(); ++i)
-            rows[i].times.add(i < runs.size() ? runs[i]->forward() : peer.run("forward"),
-                              round == 0);
-    }
+            rows[i].times.add(i < runs.size() ? runs[i]->forward() : peer.run("forward"), call);
 
     Outputs ours;
     for (std::size_t k = 0; k < kOutputs.size(); ++k) ours[k] = runs.front()->output(kOutputs[k]);
@@ -168,6 +166,7 @@ Json errors_json(const std::vector<ErrorRow>& rows) {
     for (const ErrorRow& row : rows)
         json.push_back({{"who", row.who},
                         {"first_ms", row.times.first_ms},
+                        {"second_ms", row.times.second_ms},
                         {"min_ms", row.times.min_ms()},
                         {"median_ms", row.times.median_ms()},
                         {"times_ms", row.times.times_ms},
