@@ -2,13 +2,17 @@
 //   down  y[i][j] = sum_rs F[r][s] x[2i + r - p][2j + s - p]
 //   up    y[i][j] = sum_rs F[r][s] x[(i + p - r) / 2][(j + p - s) / 2]   where both divide evenly
 // zero outside the image. Each is the adjoint of the other, so forward and backward share them.
-// Needs `params` (Resample2dParams), and the buffers x of quads and filter_taps of float.
+// Needs `params` (Resample2dParams), and the buffers x of quads and filter_taps of float. Constants, as lavapipe runs
+// through branches not taken: 10 = the filter is the box [1,1], 11 = to twice the size, else to half.
 
 #ifndef SPLAT_RESAMPLE2D_GLSL
 #define SPLAT_RESAMPLE2D_GLSL
 
+layout(constant_id = 10) const bool kBox = true;
+layout(constant_id = 11) const bool kUp = false;
+
 vec4 resample_box(uint plane, uint row, uint column) {
-    if (params.up != 0)
+    if (kUp)
         return 0.25 * params.gain * LD4(x, (plane * params.height + row / 2) * params.width + column / 2);
     const uint at = (plane * params.height + 2 * row) * params.width + 2 * column;
     return 0.25 * params.gain *
@@ -18,7 +22,7 @@ vec4 resample_box(uint plane, uint row, uint column) {
 // Where tap `tap` of output `i` reads along one axis; -1 for nowhere.
 int resample_source(uint i, uint tap, uint extent) {
     const int pad = int(params.taps - 1) / 2;
-    if (params.up == 0) {
+    if (!kUp) {
         const int at = 2 * int(i) + int(tap) - pad;
         return at >= 0 && at < int(extent) ? at : -1;
     }
@@ -27,7 +31,7 @@ int resample_source(uint i, uint tap, uint extent) {
 }
 
 vec4 resample(uint plane, uint row, uint column) {
-    if (params.taps == 0) return resample_box(plane, row, column);
+    if (kBox) return resample_box(plane, row, column);
     float sum = 0;
     for (uint t = 0; t < params.taps; ++t) sum += filter_taps[t];
     vec4 value = vec4(0);
@@ -47,11 +51,12 @@ vec4 resample(uint plane, uint row, uint column) {
 
 // The quad of invocation i, for an output of twice or half the size of x.
 bool resample_place(uint i, out uint plane, out uint row, out uint column) {
-    const uint width = params.up != 0 ? 2 * params.width : params.width / 2;
-    const uint height = params.up != 0 ? 2 * params.height : params.height / 2;
-    column = i % width;
-    row = i / width % height;
-    plane = i / width / height;
+    const uint width = kUp ? 2 * params.width : params.width / 2;
+    const uint height = kUp ? 2 * params.height : params.height / 2;
+    const uint line = i / width;
+    column = i - line * width;
+    plane = line / height;
+    row = line - plane * height;
     return plane < params.planes;
 }
 

@@ -20,7 +20,6 @@ Status record(vk::Recorder& recorder, const char* op, const char* shader,
     params.height = height;
     params.width = width;
     params.taps = desc.taps;
-    params.up = up ? 1 : 0;
     params.gain = desc.up ? 4.0F : 1.0F;
     const std::uint64_t in = std::uint64_t{params.planes} * height * width;
     const std::uint64_t out = up ? 4 * in : in / 4;
@@ -31,7 +30,7 @@ Status record(vk::Recorder& recorder, const char* op, const char* shader,
     return recorder.dispatch({
         .op = op,
         .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{kWorkgroupSizeId, size}, {10, desc.taps == 0 ? 1U : 0U}, {11, up ? 1U : 0U}},
         .push = params,
         .accesses = std::move(accesses),
         .groups = groups,
