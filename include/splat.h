@@ -14,6 +14,7 @@
  *               needed receives the bytes of the whole text with its NUL; with a capacity below
  *               that the result is SPLAT_INCOMPLETE and the text is cut.
  *   Threads     every function is thread-safe; calls on one device are serialised by the library.
+ *               Shaders are compiled on up to four threads of its own, which call nothing of the caller's.
  *   Silence     the library never prints; see splat_log_set_callback.
  *
  * Only <stddef.h> and <stdint.h> are needed; the header compiles as C99 and later and as C++11 and
@@ -947,8 +948,8 @@ typedef struct splat_model_s* splat_model;
 enum {
     SPLAT_MODEL_GRADIENTS = 1u << 0,  /* splat_model_backward is wanted: takes memory for gradients */
     SPLAT_MODEL_TRAINING = 1u << 1,   /* dropout acts */
-    /* Prepare weights anew in every pass: slower. Without it and without gradients, the second pass takes
-     * memory for prepared weights and keeps them (0.7 GiB for the cars model), if the device has it. */
+    /* Prepare weights anew in every pass: slower. Without it and without gradients, the second pass of the
+     * same weights takes memory to keep them prepared (0.7 GiB for the cars model), if the device has it. */
     SPLAT_MODEL_LOW_MEMORY = 1u << 2
 };
 
@@ -1006,7 +1007,8 @@ enum {
  *   SPLAT_ERROR_INVALID_STATE (a model without adapters) */
 SPLAT_API splat_result splat_model_export(splat_model model, uint32_t what, splat_weights* weights);
 
-/* JSON: {"config", "parameters", "trainable", "bytes": {"activations", "prepared"}, "load": {"copied",
+/* JSON: {"config", "parameters", "trainable", "bytes": {"activations", "prepared" (weights; 0 as long as
+ * they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "load": {"copied",
  * "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT */
 SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_t capacity,
@@ -1026,7 +1028,8 @@ typedef struct splat_model_input {
 
 /* Run the network. Arrays are read before the call returns.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
- *   not finite), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+ *   not finite), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_input* input);
 
 /* Results of the latest splat_model_forward, by name: "means" [objects,M,3] scene units, "opacities"
@@ -1114,8 +1117,8 @@ typedef struct splat_trainer_info {
 
 /* One update. Arrays are read before the call returns.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
- *   not finite), SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on
- *   error the update is not done */
+ *   not finite), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; on error the update is not done */
 SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                           splat_trainer_info* info);
 

@@ -1,6 +1,6 @@
 #version 460
 // y = x resampled, to twice or half the size; the equations are in resample2d.glsl.
-// One invocation computes one quad. Bindings: x quads, filter [taps], y quads.
+// One invocation computes one quad. Bindings: x quads, filter [taps], y quads. Specialisation: 10, 11 as there.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"

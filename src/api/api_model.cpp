@@ -111,6 +111,7 @@ Status run(api::ModelObject& object, const splat_model_input& input) {
     given.seed = input.seed;
     given.step = input.step;
     SPLAT_TRY(object.predictor->set_input(given));
+    object.ran = false;
     SPLAT_TRY(object.predictor->forward());
     object.ran = true;
     return {};

@@ -1,7 +1,6 @@
 #include "model/lpips_net.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/finite.h"
 

@@ -1,7 +1,6 @@
 #include "model/predictor.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/finite.h"
 

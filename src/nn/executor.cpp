@@ -1,5 +1,6 @@
 #include "nn/executor.h"
 
+#include "core/log.h"
 #include "nn/executor_plan.h"
 #include "nn/op_rows.h"
 #include "ops/add.h"
@@ -122,17 +123,16 @@ Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
     return {};
 }
 
-/// Where there is no memory for it, passes go on preparing parameters themselves.
-Status Executor::keep_prepared() {
-    const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
+/// From now on prepared parameters are kept. After an error all is as before.
+Status Executor::keep_prepared(ExecutorPlan& plan) {
     std::vector<vk::Buffer> buffers;
     ExecutorMemory memory = memory_;
-    const Status placed = plan->place(context_, ExecutorPlan::Home::kKept, buffers, memory);
-    if (placed.code() == Code::kOutOfDeviceMemory) return {};
-    SPLAT_TRY(placed);
+    SPLAT_TRY(plan.place(context_, ExecutorPlan::Home::kKept, buffers, memory));
     vk::CommandList prepare;
     vk::CommandList forward;
-    SPLAT_TRY(record(*plan, prepare, forward));
+    SPLAT_TRY(record(plan, prepare, forward));
+    SPLAT_TRY(context_.make_ready(prepare));
+    SPLAT_TRY(context_.make_ready(forward));
     buffers_.insert(buffers_.end(), std::make_move_iterator(buffers.begin()),
                     std::make_move_iterator(buffers.end()));
     prepare_ = std::move(prepare);
@@ -142,8 +142,15 @@ Status Executor::keep_prepared() {
 }
 
 Status Executor::forward() {
+    ran_ = false;
     const std::uint64_t revision = parameters_.revision();
-    if (plan_ != nullptr && ran_revision_ == revision) SPLAT_TRY(keep_prepared());
+    if (plan_ != nullptr && ran_revision_ == revision) {
+        const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
+        const Status kept = keep_prepared(*plan);  // tried once: passes can do without
+        if (kept.code() == Code::kDeviceLost) return kept;
+        if (!kept.ok())
+            log(LogLevel::kInfo, "weights are prepared in every pass: " + kept.message());
+    }
     if (!prepare_.empty() && prepared_revision_ != revision) {
         SPLAT_TRY(context_.run(prepare_));
         prepared_revision_ = revision;

@@ -21,7 +21,7 @@ struct ExecutorDesc {
     /// Keep the prepared form of parameters that do not change, instead of preparing them anew in
     /// every run: faster, for up to four times the weights' memory. Without a backward pass that memory is
     /// taken by the second run of the same parameters, so that a single run neither fills nor waits for it,
-    /// and left alone where the device has not as much.
+    /// and done without where the device has not as much.
     bool keep_prepared = true;
     /// The backward pass keeps its own only while all that is kept stays within so many bytes. The default
     /// holds what a published network needs forward and half of what it needs backward: a step of
@@ -30,7 +30,7 @@ struct ExecutorDesc {
 };
 
 struct ExecutorMemory {
-    std::uint64_t arenas = 0;    ///< bytes of activations, gradients and workspaces
+    std::uint64_t arenas = 0;    ///< bytes of activations, gradients, workspaces and what is kept
     std::uint64_t bound = 0;     ///< the least that any placement of them could take
     std::uint64_t prepared = 0;  ///< bytes of prepared parameters that are kept
 };
@@ -39,7 +39,7 @@ struct ExecutorMemory {
 ///
 /// Everything is planned once: which gradients are wanted (of trainable parameters, of grad_inputs,
 /// and of what lies between those and grad_outputs; the rest costs nothing), when each tensor lives
-/// and where; then two command lists are recorded and re-submitted. A value that several nodes read
+/// and where; then command lists are recorded and re-submitted. A value that several nodes read
 /// gets the sum of their gradients in the order of the backward pass. Gradients of parameters are
 /// added to what is there (Parameters::zero_gradients starts a step), so batches can be split.
 ///
@@ -72,7 +72,7 @@ class Executor {
     Executor(vk::Context& context, const Graph& graph, Parameters& parameters);
     Status record(const ExecutorPlan& plan, vk::CommandList& prepare,
                   vk::CommandList& forward) const;
-    Status keep_prepared();
+    Status keep_prepared(ExecutorPlan& plan);
 
     vk::Context& context_;
     const Graph& graph_;

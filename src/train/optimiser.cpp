@@ -83,23 +83,18 @@ Status Optimiser::step() {
     for (std::size_t i = 0; i < states_.size(); ++i)
         SPLAT_TRY(adam_.set_push(states_[i].adam,
                                  ops::adam_params(device, desc, blocks[i].values.bytes)));
-    if (!states_.empty()) SPLAT_TRY(context_->run(adam_));
+    const auto decay = config_.ema ? ops::ema_decay(steps_, config_.ema_schedule) : std::nullopt;
+    if (decay) {
+        for (std::size_t i = 0; i < states_.size(); ++i)
+            SPLAT_TRY(ema_.set_push(states_[i].ema,
+                                    ops::ema_params(device, *decay, blocks[i].values.bytes)));
+        SPLAT_TRY(context_->make_ready(ema_));
+    }
+    SPLAT_TRY(context_->run(adam_));
     parameters_->changed();
-    SPLAT_TRY(update_average());
+    if (decay) SPLAT_TRY(context_->run(ema_));
     ++steps_;
     return {};
-}
-
-Status Optimiser::update_average() {
-    if (!config_.ema || states_.empty()) return {};
-    const auto decay = ops::ema_decay(steps_, config_.ema_schedule);
-    if (!decay) return {};
-    const vk::DeviceInfo& device = context_->device().info();
-    const auto blocks = parameters_->blocks();
-    for (std::size_t i = 0; i < states_.size(); ++i)
-        SPLAT_TRY(
-            ema_.set_push(states_[i].ema, ops::ema_params(device, *decay, blocks[i].values.bytes)));
-    return context_->run(ema_);
 }
 
 vk::BufferView Optimiser::part(const nn::Parameter& parameter, vk::Buffer State::*buffer) const {

@@ -54,7 +54,6 @@ class Optimiser {
         : context_(&context), parameters_(&parameters), config_(config) {}
     Status allocate();
     Status record();
-    Status update_average();
     /// The part of a block's buffer that belongs to a parameter; nullptr block if it is frozen.
     [[nodiscard]] vk::BufferView part(const nn::Parameter& parameter,
                                       vk::Buffer State::*buffer) const;

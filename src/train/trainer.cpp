@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/finite.h"
+
 namespace splat::train {
 namespace {
 
@@ -147,10 +149,10 @@ Status Trainer::check(const TrainBatch& batch) const {
     if (batch.cameras.size() != targets)
         return error(Code::kShape, "training batch: %zu cameras, expected %zu",
                      batch.cameras.size(), targets);
-    for (const float value : batch.targets)
-        if (!std::isfinite(value))
-            return error(Code::kInvalidArgument, "training batch: targets hold %g",
-                         static_cast<double>(value));
+    if (const std::size_t bad = find_not_finite(batch.targets); bad < batch.targets.size())
+        return error(Code::kInvalidArgument,
+                     "training batch: targets hold %g at %zu, expected finite numbers",
+                     static_cast<double>(batch.targets[bad]), bad);
     return {};
 }
 

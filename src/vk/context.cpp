@@ -28,7 +28,8 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
     SPLAT_ASSIGN(context->device_, Device::create(desc.device));
     Device& device = *context->device_;
     context->memory_ = std::make_unique<Memory>(device, desc.memory);
-    context->pipelines_ = std::make_unique<Pipelines>(device, desc.cache_folder);
+    context->pipelines_ = std::make_unique<Pipelines>(device, desc.cache_folder,
+                                                      compile_threads(desc.device.validation));
     context->queue_ = std::make_unique<Queue>(device, *context->memory_, timeout_ns);
     context->profile_enabled_ = desc.profile;
     return context;

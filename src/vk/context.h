@@ -31,6 +31,9 @@ class Context {
     [[nodiscard]] Pipelines& pipelines() { return *pipelines_; }
     [[nodiscard]] Profile* profile() { return profile_enabled_ ? &profile_ : nullptr; }
 
+    /// Whatever of run() may take memory, ahead of it: of several lists that must all run or none.
+    Status make_ready(CommandList& list) { return queue_->make_ready(list); }
+
     /// Run a recorded list and add its times to the profile.
     Status run(CommandList& list) { return queue_->run(list, profile()); }
 

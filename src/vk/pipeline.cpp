@@ -15,10 +15,11 @@ VkDescriptorType vulkan_type(DescriptorType type) {
 
 }  // namespace
 
-Pipelines::Pipelines(Device& device, const std::string& cache_folder) : device_(device) {
+Pipelines::Pipelines(Device& device, const std::string& cache_folder, unsigned threads)
+    : device_(device) {
     if (!cache_folder.empty()) file_ = pipeline_cache_path(cache_folder, device.info());
     open_cache();
-    compiler_.emplace(device, cache_);
+    compiler_.emplace(device, cache_, threads);
 }
 
 void Pipelines::open_cache() {
@@ -108,25 +109,29 @@ Status Pipelines::make(Pipeline& pipeline, const char* shader,
 }
 
 Status Pipelines::wait(Pipeline& pipeline) {
-    SPLAT_TRY(device_.check(compiler_->wait(pipeline.job), "vkCreateComputePipelines"));
-    dirty_ = true;
-    return {};
+    const VkResult result = compiler_->wait(pipeline.job);
+    return device_.check(result, pipeline.job.call);
 }
 
 void Pipelines::save() noexcept {
-    if (!dirty_ || file_.empty() || cache_ == VK_NULL_HANDLE) return;
+    const std::size_t compiled = compiler_->compiled();
+    if (compiled == saved_ || file_.empty() || cache_ == VK_NULL_HANDLE) return;
     try {
-        std::size_t bytes = 0;
-        if (device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, nullptr) !=
-            VK_SUCCESS)
-            return;
-        std::vector<std::byte> data(bytes);
-        if (device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, data.data()) !=
-            VK_SUCCESS)
-            return;
-        data.resize(bytes);
+        std::vector<std::byte> data;
+        VkResult result = VK_INCOMPLETE;
+        while (result == VK_INCOMPLETE) {  // threads may add to it between the calls
+            std::size_t bytes = 0;
+            if (device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, nullptr) !=
+                VK_SUCCESS)
+                return;
+            data.resize(bytes);
+            result =
+                device_.vk.vkGetPipelineCacheData(device_.handle(), cache_, &bytes, data.data());
+            data.resize(bytes);
+        }
+        if (result != VK_SUCCESS) return;
         if (write_pipeline_cache(file_, device_.info(), data))
-            dirty_ = false;
+            saved_ = compiled;
         else
             log(LogLevel::kDebug, "the pipeline cache " + file_ + " could not be written");
     } catch (...) {
@@ -134,8 +139,9 @@ void Pipelines::save() noexcept {
 }
 
 Pipelines::~Pipelines() {
-    compiler_.reset();
+    compiler_->stop_threads();
     save();
+    compiler_.reset();
     for (auto& [key, pipeline] : pipelines_) destroy(pipeline);
     if (cache_ != VK_NULL_HANDLE)
         device_.vk.vkDestroyPipelineCache(device_.handle(), cache_, nullptr);

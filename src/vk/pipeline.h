@@ -26,8 +26,8 @@ struct Pipeline {
 /// read or write it is never an error.
 class Pipelines {
   public:
-    /// `cache_folder` "" = no file.
-    Pipelines(Device& device, const std::string& cache_folder);
+    /// `cache_folder` "" = no file. threads  as PipelineCompiler's
+    Pipelines(Device& device, const std::string& cache_folder, unsigned threads);
     ~Pipelines();
     Pipelines(const Pipelines&) = delete;
     Pipelines& operator=(const Pipelines&) = delete;
@@ -60,7 +60,7 @@ class Pipelines {
     std::string file_;
     VkPipelineCache cache_ = VK_NULL_HANDLE;
     bool loaded_ = false;
-    bool dirty_ = false;
+    std::size_t saved_ = 0;  ///< compiled pipelines that the file has, besides those it had
     std::map<Key, Pipeline> pipelines_;
     std::optional<PipelineCompiler> compiler_;
 };

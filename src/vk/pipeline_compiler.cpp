@@ -8,76 +8,116 @@ namespace {
 /// More would gain nothing on the few pipelines of a network, most of which are small.
 constexpr unsigned kMostThreads = 4;
 
+/// The compilers of the process. Never destroyed, as devices may live until its very end.
+struct Living {
+    std::mutex mutex;
+    std::vector<PipelineCompiler*> compilers;
+};
+Living& living() {
+    static auto* all = new Living;
+    return *all;
+}
+
+/// Ends their threads before the driver's static objects go, whose constructors ran before, and before this
+/// library is unloaded.
+struct AtExit {
+    ~AtExit() {
+        const std::lock_guard lock(living().mutex);
+        for (PipelineCompiler* compiler : living().compilers) compiler->stop_threads();
+    }
+};
+
 }  // namespace
+
+unsigned compile_threads(bool validation) {
+    return validation ? 0 : std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
+}
+
+PipelineCompiler::PipelineCompiler(Device& device, VkPipelineCache cache, unsigned threads)
+    : device_(device), cache_(cache), workers_(threads) {
+    static const AtExit at_exit;
+    const std::lock_guard lock(living().mutex);
+    living().compilers.push_back(this);
+}
 
 PipelineCompiler::~PipelineCompiler() {
     {
+        const std::lock_guard lock(living().mutex);
+        std::erase(living().compilers, this);
+    }
+    stop_threads();
+}
+
+void PipelineCompiler::stop_threads() noexcept {
+    {
         const std::lock_guard lock(mutex_);
         stop_ = true;
-        queue_.clear();
     }
-    changed_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
+    for (Worker& worker : workers_)
+        if (worker.thread.joinable()) worker.thread.join();
 }
 
-void PipelineCompiler::add(CompileJob& job) {
+void PipelineCompiler::add(CompileJob& job) noexcept {
     const std::lock_guard lock(mutex_);
-    queue_.push_back(&job);
-    if (queue_.size() > idle_) start_thread();
-    changed_.notify_all();
+    enqueue(job);
 }
 
-/// Without a thread, wait() does the work.
-void PipelineCompiler::start_thread() noexcept {
-    if (threads_.size() >= std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads))
-        return;
+/// With one more thread for it, if there may be one.
+void PipelineCompiler::enqueue(CompileJob& job) noexcept {
+    job.next = nullptr;
+    (first_ == nullptr ? first_ : last_->next) = &job;
+    last_ = &job;
+    if (stop_) return;
+    const auto worker =
+        std::find_if(workers_.begin(), workers_.end(), [](const Worker& one) { return one.ended; });
+    if (worker == workers_.end()) return;
+    if (worker->thread.joinable()) worker->thread.join();
     try {
-        threads_.emplace_back([this] { work(); });
-    } catch (...) {
+        worker->thread = std::thread([this, worker] { work(*worker); });
+        worker->ended = false;
+    } catch (...) {  // the system has no thread left; others or wait() do the work
     }
 }
 
-void PipelineCompiler::work() {
+void PipelineCompiler::work(Worker& worker) noexcept {
     std::unique_lock lock(mutex_);
-    while (!stop_) {
-        if (!queue_.empty()) {
-            compile_next(lock);
-            continue;
-        }
-        ++idle_;
-        changed_.wait(lock, [this] { return stop_ || !queue_.empty(); });
-        --idle_;
-    }
+    while (first_ != nullptr && !stop_) compile_next(lock);
+    worker.ended = true;
 }
 
-void PipelineCompiler::compile_next(std::unique_lock<std::mutex>& lock) {
-    CompileJob& job = *queue_.front();
-    queue_.erase(queue_.begin());
+void PipelineCompiler::compile_next(std::unique_lock<std::mutex>& lock) noexcept {
+    CompileJob& job = *first_;
+    first_ = job.next;
     lock.unlock();
     const VkResult result = compile(job);
     lock.lock();
     job.result = result;
+    compiled_ += result == VK_SUCCESS ? 1 : 0;
     changed_.notify_all();
 }
 
-VkResult PipelineCompiler::wait(CompileJob& job) {
+VkResult PipelineCompiler::wait(CompileJob& job) noexcept {
     std::unique_lock lock(mutex_);
     if (job.result < VK_SUCCESS) {
-        queue_.push_back(&job);
         job.result = VK_NOT_READY;
-        changed_.notify_all();
+        enqueue(job);
     }
     while (job.result == VK_NOT_READY) {
-        if (threads_.empty()) {
+        if (first_ != nullptr)
             compile_next(lock);
-        } else {
+        else
             changed_.wait(lock);
-        }
     }
     return job.result;
 }
 
+std::size_t PipelineCompiler::compiled() const noexcept {
+    const std::lock_guard lock(mutex_);
+    return compiled_;
+}
+
 VkResult PipelineCompiler::compile(CompileJob& job) const noexcept try {
+    job.call = "vkCreateShaderModule";
     std::vector<VkSpecializationMapEntry> entries;
     for (std::size_t i = 0; i < job.constants.size(); ++i)
         entries.push_back(
@@ -95,6 +135,7 @@ VkResult PipelineCompiler::compile(CompileJob& job) const noexcept try {
     const VkResult made =
         device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module);
     if (made != VK_SUCCESS) return made;
+    job.call = "vkCreateComputePipelines";
     VkComputePipelineCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
     info.flags =

@@ -14,12 +14,17 @@ Queue::~Queue() {
     if (pending_ != nullptr) device_.vk.vkDeviceWaitIdle(device_.handle());
 }
 
+Status Queue::make_ready(CommandList& list) {
+    if (list.objects_ == nullptr || list.objects_->encoded) return {};
+    return list.objects_->encode();
+}
+
 Status Queue::run(CommandList& list, Profile* profile) {
     SPLAT_TRY(device_.alive());
     SPLAT_TRY(settle());
     if (list.objects_ == nullptr) return {};
     CommandList::Objects& objects = *list.objects_;
-    if (!objects.encoded) SPLAT_TRY(objects.encode());
+    SPLAT_TRY(make_ready(list));
     SPLAT_TRY(submit(objects));
     SPLAT_TRY(wait(list.objects_));
     if (profile != nullptr && objects.queries != VK_NULL_HANDLE)

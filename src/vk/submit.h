@@ -8,7 +8,7 @@
 
 namespace splat::vk {
 
-/// Submits command lists and waits; the only place that waits.
+/// Submits command lists and waits; the only place that waits for the device.
 class Queue {
   public:
     /// `timeout_ns` bounds each wait; of a time in which the process was stopped half a second
@@ -18,6 +18,9 @@ class Queue {
     ~Queue();
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
+
+    /// Have the list's pipelines compiled, and encode it. run() does so where this was not called.
+    Status make_ready(CommandList& list);
 
     /// Run a list to its end. Errors: kTimeout if the device did not finish (it may still; the next
     /// call first waits for it, and buffers freed meanwhile are kept aside), kDeviceLost for ever

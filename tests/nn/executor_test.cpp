@@ -203,12 +203,14 @@ TEST_P(ExecutorRules, ChangedParametersArePreparedAnew) {
     desc.backward = false;
     desc.grad_outputs = desc.grad_inputs = {};
     ASSERT_OK(n.create(desc));
-    ASSERT_OK(n.forward());
-    EXPECT_EQ(to_double(n.get(n.executor->tensor(n.y))), expected(n).y);
-    n.w1_values = integer_fill(n.w1_values.size(), 31);
-    ASSERT_OK(n.parameters->write(n.parameters->of(n.w1), n.w1_values));
-    ASSERT_OK(n.forward());
-    EXPECT_EQ(to_double(n.get(n.executor->tensor(n.y))), expected(n).y);
+    for (const std::uint64_t seed : {31, 32, 33}) {
+        n.w1_values = integer_fill(n.w1_values.size(), seed);
+        ASSERT_OK(n.parameters->write(n.parameters->of(n.w1), n.w1_values));
+        for (int pass = 0; pass < 3; ++pass) {  // the second one keeps prepared parameters
+            ASSERT_OK(n.forward());
+            EXPECT_EQ(to_double(n.get(n.executor->tensor(n.y))), expected(n).y) << seed;
+        }
+    }
 }
 
 TEST_P(ExecutorRules, RefusesWhatCannotBe) {

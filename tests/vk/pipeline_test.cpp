@@ -82,34 +82,56 @@ VKAPI_ATTR VkResult VKAPI_CALL compile_without_memory(VkDevice, VkPipelineCache,
     return VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
-TEST(Pipeline, WhatDoesNotCompileIsTriedAgain) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    auto& create = context->device().vk.vkCreateComputePipelines;
-    const PFN_vkCreateComputePipelines good = create;
-    create = compile_without_memory;
-    const Buffer x = test::upload(*context, std::vector<float>(100, 1));
-    const Buffer y = test::device_buffer(*context, 100);
-    Recorder recorder(*context);
+VKAPI_ATTR VkResult VKAPI_CALL load_without_memory(VkDevice, const VkShaderModuleCreateInfo*,
+                                                   const VkAllocationCallbacks*, VkShaderModule*) {
+    return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+}
+
+/// On threads of their own; or, as under validation, on the caller's.
+class PipelineThreads : public testing::TestWithParam<bool> {
+  protected:
+    void SetUp() override {
+        ContextDesc desc = test::context_desc();
+        if (GetParam()) desc.device.validation = false;
+        context_ = test::make_context(desc);
+        ASSERT_NE(context_, nullptr);
+    }
+    Pipeline* get(std::uint32_t size) {
+        return context_->pipelines().get("test_scale", {{0, size}, {10, 0}}).value();
+    }
+
+    std::shared_ptr<Context> context_;
+};
+INSTANTIATE_TEST_SUITE_P(, PipelineThreads, testing::Bool(),
+                         [](const auto& of) { return of.param ? "own" : "none"; });
+
+TEST_P(PipelineThreads, WhatDoesNotCompileIsTriedAgain) {
+    VolkDeviceTable& vk = context_->device().vk;
+    const VolkDeviceTable good = vk;
+    vk.vkCreateComputePipelines = compile_without_memory;
+    const Buffer x = test::upload(*context_, std::vector<float>(100, 1));
+    const Buffer y = test::device_buffer(*context_, 100);
+    Recorder recorder(*context_);
     EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 100, 2, 0.5F)));
     CommandList list = std::move(recorder.finish().value());
     for (int i = 0; i < 2; ++i)
-        EXPECT_ERROR(context->run(list), Code::kOutOfHostMemory, "vkCreateComputePipelines");
-    create = good;
-    EXPECT_OK(context->run(list));
-    EXPECT_EQ(test::download(*context, y.range(), 100), std::vector<float>(100, 2.5F));
+        EXPECT_ERROR(context_->run(list), Code::kOutOfHostMemory, "vkCreateComputePipelines");
+    vk.vkCreateShaderModule = load_without_memory;
+    EXPECT_ERROR(context_->make_ready(list), Code::kOutOfDeviceMemory, "vkCreateShaderModule");
+    vk = good;
+    EXPECT_OK(context_->make_ready(list));
+    EXPECT_OK(context_->run(list));
+    EXPECT_EQ(test::download(*context_, y.range(), 100), std::vector<float>(100, 2.5F));
 }
 
-TEST(Pipeline, ManyCompileAtOnceAndMayBeGivenUp) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
+TEST_P(PipelineThreads, ManyCompileAtOnceAndMayBeGivenUp) {
     std::vector<Pipeline*> made;
-    for (std::uint32_t size = 1; size <= 64; ++size)
-        made.push_back(context->pipelines().get("test_scale", {{0, size}, {10, 0}}).value());
-    EXPECT_OK(context->pipelines().wait(*made.back()));
-    EXPECT_NE(made.back()->job.pipeline, VK_NULL_HANDLE);
-    for (std::uint32_t size = 65; size <= 128; ++size)  // nobody waits for these
-        ASSERT_TRUE(context->pipelines().get("test_scale", {{0, size}, {10, 0}}).ok());
+    for (std::uint32_t size = 1; size <= 64; ++size) made.push_back(get(size));
+    for (Pipeline* pipeline : made) {
+        EXPECT_OK(context_->pipelines().wait(*pipeline));
+        EXPECT_NE(pipeline->job.pipeline, VK_NULL_HANDLE);
+    }
+    for (std::uint32_t size = 65; size <= 128; ++size) get(size);  // nobody waits for these
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ of a model made without gradients, which keeps prepared weights from its second 
 trains prepares them anew.
 
   first ms           the first call: kernels are compiled or found in the cache
-  second ms          the second: memory is taken for prepared weights, and filled
+  second ms          the second: where weights are kept, it takes memory for them and prepares them
   min ms, median ms  of --rounds further calls
   GFLOP/s            of the shortest: convolutions and products of attention, two operations per
                      multiplication as a direct convolution needs them; forward + backward counts
@@ -292,7 +292,9 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
         ->type_name("RANK")
         ->check(CLI::Range(1, 1024).description(""));
     model->add_flag("--low-memory", options->low_memory, "Prepare weights anew in every pass");
-    model->add_option("--rounds", options->rounds, "Calls after those two; 5")
+    model
+        ->add_option("--rounds", options->rounds,
+                     "Timed calls, after two that are not among them; 5")
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
     model->add_flag("--peer", options->peer, "Take turns with PyTorch");

@@ -22,7 +22,7 @@ struct ModelBenchOptions {
 /// Wall times of one kind of pass.
 struct PassTimes {
     double first_ms = 0;
-    double second_ms = 0;          ///< prepares weights that are kept from then on
+    double second_ms = 0;          ///< prepares weights, if they are kept from then on
     std::vector<double> times_ms;  ///< of the calls after those two, one per round
 
     void add(double ms, int call);  ///< call  from 0
