@@ -23,7 +23,7 @@ namespace {
 
 void advise_large_pages(void* memory, std::size_t bytes) {
 #ifdef MADV_HUGEPAGE
-    advise(memory, bytes, MADV_HUGEPAGE);
+    if (bytes >= kLargePageBytes) advise(memory, bytes, MADV_HUGEPAGE);
 #else
     (void)memory, (void)bytes;
 #endif

@@ -12,7 +12,8 @@ namespace splat {
 inline constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;  ///< of x86-64
 
 /// Asks for large pages where they fit: the first touch of each page is a fault, and a gigabyte in
-/// pages of 4 KiB has 262,144 of them. Advice only: a system without it changes nothing.
+/// pages of 4 KiB has 262,144 of them. Advice only: a system without it, or a smaller block, stays as
+/// it is.
 void advise_large_pages(void* memory, std::size_t bytes);
 
 /// The same, and has the system fill all pages at once, for memory that is written from end to end.

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "core/fault.h"
 #include "nn/executor.h"
 #include "ops/op_harness.h"
 #include "ref/conv2d_ref.h"
@@ -201,7 +202,7 @@ std::vector<vk::Buffer> take_all(vk::Context& context) {
 }
 
 /// A pass alone prepares weights for itself; the second one keeps them, until they change, or goes on
-/// without where there is no memory left. Its sums are the same.
+/// without where there is no memory left, or no descriptors. Its sums are the same.
 TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
     vk::ContextDesc desc = context_desc(GetParam());
     desc.memory.budget_bytes = std::uint64_t{4} << 20;
@@ -220,7 +221,12 @@ TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
     const std::vector<float> x = integer_fill(size, 1);
     const ChainRule e = chain_rule(to_double(x), Doubles(size), Doubles(size));
     const bool plain = GetParam() == vk::Kernels::kPlain;
-    for (const bool full : {false, true}) {
+    enum class Lack { kNothing, kMemory, kDescriptors };
+    std::vector<Lack> lacks = {Lack::kNothing, Lack::kMemory};
+#if SPLAT_FAULT_POINTS
+    lacks.push_back(Lack::kDescriptors);
+#endif
+    for (const Lack lack : lacks) {
         write(kT, weight_of(kT));
         nn::ExecutorDesc wanted;
         wanted.outputs = {net.z, net.t};
@@ -230,9 +236,17 @@ TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
         ASSERT_OK(device->write(executor.tensor(net.x), x.data(), x.size() * 4));
         std::vector<vk::Buffer> taken;
         for (int pass = 0; pass < 3; ++pass) {
-            if (pass == 1 && full) taken = take_all(*device);
-            ASSERT_OK(executor.forward());
-            EXPECT_EQ(executor.memory().prepared > 0, pass > 0 && !full && !plain) << pass;
+            if (pass == 1 && lack == Lack::kMemory) taken = take_all(*device);
+#if SPLAT_FAULT_POINTS
+            if (pass == 1 && lack == Lack::kDescriptors) fault::arm("vk.create_descriptor_pool", 1);
+#endif
+            const Status ran = executor.forward();
+#if SPLAT_FAULT_POINTS
+            fault::disarm();
+#endif
+            ASSERT_OK(ran);
+            EXPECT_EQ(executor.memory().prepared > 0, pass > 0 && lack == Lack::kNothing && !plain)
+                << pass;
             EXPECT_EQ(download(*device, executor.tensor(net.t)), e.t);
             EXPECT_EQ(download(*device, executor.tensor(net.z)), e.z);
         }
