@@ -123,13 +123,14 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 }  // namespace
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
-    // Chunks of 64 or more, few enough lanes that one invocation can scan their sums.
+    // Chunks of 64 or more, few enough lanes that one invocation can scan their sums; on CPU devices, where each is a
+    // workgroup, of 256.
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
         ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : ops::kMaxTurns)));
     const std::uint32_t most = cpu ? 512 : 4096;
-    return std::max(std::clamp(std::bit_ceil(items / 64), 64U, most), least);
+    return std::max(std::clamp(std::bit_ceil(items / (cpu ? 256 : 64)), 64U, most), least);
 }
 
 std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window) {
