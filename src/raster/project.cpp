@@ -14,9 +14,7 @@ namespace {
 constexpr double kForwardFlops = 400;
 constexpr double kBackwardFlops = 1200;
 
-/// Invocations of a workgroup. lavapipe takes 0.1 us for each.
 constexpr std::uint32_t kGroup = 64;
-constexpr std::uint32_t kCpuForwardGroup = 256;
 
 params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
     params::ProjectParams params{};
@@ -38,11 +36,6 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
     return ops::workgroup_size(recorder.device(), kGroup);
 }
 
-std::uint32_t forward_group_size(const vk::Recorder& recorder) {
-    if (recorder.kernels() != vk::Kernels::kCpu) return group_size(recorder);
-    return ops::workgroup_size(recorder.device(), kCpuForwardGroup);
-}
-
 /// One dispatch: the Gaussians from `first` on, one invocation for each (in one view).
 struct Slice {
     std::uint32_t first;
@@ -51,14 +44,14 @@ struct Slice {
     vk::Groups groups;
 };
 
-/// Call `record(slice)` for each slice of Gaussians, in workgroups of `group`.
+/// Call `record(slice)` for each slice of Gaussians.
 template <class Record>
 Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                  std::uint32_t group, const Record& record) {
+                  const Record& record) {
     const std::uint32_t size = slice_size(recorder.device(), desc);
     for (std::uint32_t first = 0; first < desc.gaussians; first += size) {
         const std::uint32_t count = std::min(size, desc.gaussians - first);
-        const vk::Groups groups = ops::groups_for(recorder.device(), count, group);
+        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
         Slice slice{first, count, params_of(desc, window), groups};
         slice.params.first = first;
         slice.params.count = count;
@@ -73,13 +66,12 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const SceneViews& scene, const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
-    const std::uint32_t group = forward_group_size(recorder);
-    return for_slices(recorder, desc, window, group, [&](const Slice& part) {
+    return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_forward",
             .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
                                 "project_forward"),
-            .constants = {{ops::kWorkgroupSizeId, group},
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
                           {10, desc.direct_colors ? 0 : desc.sh_degree}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
@@ -96,13 +88,12 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
 
 Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
                        const ItemViews& items, const vk::BufferView& normals) {
-    const std::uint32_t group = group_size(recorder);
-    return for_slices(recorder, desc, {}, group, [&](const Slice& part) {
+    return for_slices(recorder, desc, {}, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_normals",
             .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
                                 "project_normals"),
-            .constants = {{ops::kWorkgroupSizeId, group}},
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
@@ -123,7 +114,7 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
                         const RecordViews& records, const GradientViews& gradients,
                         bool accumulate) {
     const std::uint32_t quads = desc.color_quads();
-    SPLAT_TRY(for_slices(recorder, desc, {}, group_size(recorder), [&](Slice part) {
+    SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
         part.params.accumulate = accumulate ? 1 : 0;
         return recorder.dispatch({
             .op = "project_backward",

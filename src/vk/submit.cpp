@@ -15,16 +15,16 @@ Queue::~Queue() {
 }
 
 Status Queue::make_ready(CommandList& list) {
+    SPLAT_TRY(device_.alive());
+    SPLAT_TRY(settle());  // what is still running is not encoded anew
     if (list.objects_ == nullptr || list.objects_->encoded) return {};
     return list.objects_->encode();
 }
 
 Status Queue::run(CommandList& list, Profile* profile) {
-    SPLAT_TRY(device_.alive());
-    SPLAT_TRY(settle());
+    SPLAT_TRY(make_ready(list));
     if (list.objects_ == nullptr) return {};
     CommandList::Objects& objects = *list.objects_;
-    SPLAT_TRY(make_ready(list));
     SPLAT_TRY(submit(objects));
     SPLAT_TRY(wait(list.objects_));
     if (profile != nullptr && objects.queries != VK_NULL_HANDLE)

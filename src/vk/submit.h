@@ -19,7 +19,8 @@ class Queue {
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
 
-    /// Have the list's pipelines compiled, and encode it. run() does so where this was not called.
+    /// Wait for a list that timed out before, have this one's pipelines compiled, and encode it. run() does
+    /// so where this was not called.
     Status make_ready(CommandList& list);
 
     /// Run a list to its end. Errors: kTimeout if the device did not finish (it may still; the next

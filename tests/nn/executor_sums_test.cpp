@@ -6,6 +6,7 @@
 #include "ref/conv2d_ref.h"
 #include "support/compare.h"
 #include "support/expect_status.h"
+#include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
 #include "support/rng_fill.h"
 
@@ -124,10 +125,8 @@ ChainRule chain_rule(const Doubles& x, const Doubles& grad_t, const Doubles& gra
     return e;
 }
 
-Doubles download(vk::Context& context, const vk::BufferView& view) {
-    std::vector<float> values(view.shape.elements());
-    EXPECT_OK(context.read(view, values.data(), values.size() * 4));
-    return to_double(values);
+Doubles numbers(vk::Context& context, const vk::BufferView& view) {
+    return to_double(download(context, view, view.shape.elements()));
 }
 
 class ExecutorSums : public KernelsTest {};
@@ -148,7 +147,7 @@ TEST_P(ExecutorSums, OfConvolutionsAreExact) {
     const std::vector<float> x = integer_fill(size, 1), grad_t = integer_fill(size, 2),
                              grad_z = integer_fill(size, 3);
     const ChainRule e = chain_rule(to_double(x), to_double(grad_t), to_double(grad_z));
-    const auto get = [&](const vk::BufferView& view) { return download(device, view); };
+    const auto get = [&](const vk::BufferView& view) { return numbers(device, view); };
     std::vector<std::uint64_t> prepared;
     for (const std::uint64_t kept : {std::uint64_t{0}, std::uint64_t{1} << 20}) {
         auto made = nn::Executor::create(device, net.graph, parameters.value(),
@@ -247,8 +246,8 @@ TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
             ASSERT_OK(ran);
             EXPECT_EQ(executor.memory().prepared > 0, pass > 0 && lack == Lack::kNothing && !plain)
                 << pass;
-            EXPECT_EQ(download(*device, executor.tensor(net.t)), e.t);
-            EXPECT_EQ(download(*device, executor.tensor(net.z)), e.z);
+            EXPECT_EQ(numbers(*device, executor.tensor(net.t)), e.t);
+            EXPECT_EQ(numbers(*device, executor.tensor(net.z)), e.z);
         }
         std::vector<float> negative = weight_of(kT);
         for (float& value : negative) value = -value;
@@ -256,7 +255,7 @@ TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
         ASSERT_OK(executor.forward());
         Doubles t = e.t;
         for (double& value : t) value = -value;
-        EXPECT_EQ(download(*device, executor.tensor(net.t)), t);
+        EXPECT_EQ(numbers(*device, executor.tensor(net.t)), t);
     }
 }
 

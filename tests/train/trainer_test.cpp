@@ -7,6 +7,7 @@
 
 #include "model/lpips_weights.h"
 #include "ops/op_harness.h"
+#include "support/gpu_env.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -300,6 +301,54 @@ TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
     ASSERT_OK(parameters.write(bias, good));
     EXPECT_FALSE(run(*trainer, batch).skipped);
     EXPECT_EQ(trainer->steps(), 2U);
+}
+
+PFN_vkCreateShaderModule g_load;
+
+/// The driver's, without memory for the shader that updates averages.
+VKAPI_ATTR VkResult VKAPI_CALL load_without_averages(VkDevice device,
+                                                     const VkShaderModuleCreateInfo* info,
+                                                     const VkAllocationCallbacks* host,
+                                                     VkShaderModule* module) {
+    for (const char* name : {"ema", "ema_cpu"})
+        if (const vk::ShaderModule* ema = vk::find_shader(name);
+            ema != nullptr && info->pCode == ema->words.data())
+            return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    return g_load(device, info, host, module);
+}
+
+TEST_P(TrainerRules, UpdatesAllOrNothing) {
+    const auto device = make_context(context_desc(GetParam()));
+    ASSERT_NE(device, nullptr);
+    auto& load = device->device().vk.vkCreateShaderModule;
+    g_load = load;
+    load = load_without_averages;
+    auto made = Trainer::create(*device, small_network(), small_training());
+    ASSERT_OK(made.status());
+    Trainer& trainer = *made.value();
+    ASSERT_OK(trainer.predictor().init(7));
+    nn::Parameters& parameters = trainer.predictor().parameters();
+    const nn::Parameter& bias = *parameters.find(kBias);
+    std::vector<float> before, after, expected;
+    ASSERT_OK(parameters.read(bias.value, before));
+    const Batch batch(small_network(), small_training());
+    TrainStep step;
+    EXPECT_ERROR(trainer.step(batch.view(), step), Code::kOutOfDeviceMemory,
+                 "vkCreateShaderModule");
+    ASSERT_OK(parameters.read(bias.value, after));
+    EXPECT_EQ(after, before);
+    EXPECT_EQ(trainer.steps(), 0U);
+    load = g_load;
+    run(trainer, batch);
+    EXPECT_EQ(trainer.steps(), 1U);
+    ASSERT_OK(parameters.read(bias.value, after));
+    const auto never_failed = make(small_network(), small_training());
+    ASSERT_TRUE(never_failed);
+    run(*never_failed, batch);
+    nn::Parameters& others = never_failed->predictor().parameters();
+    ASSERT_OK(others.read(others.find(kBias)->value, expected));
+    EXPECT_NE(after, before);
+    EXPECT_EQ(after, expected);
 }
 
 TEST_P(TrainerRules, RefusesABatchThatDoesNotFit) {

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
 #include "core/fault.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
@@ -132,6 +137,37 @@ TEST_P(PipelineThreads, ManyCompileAtOnceAndMayBeGivenUp) {
         EXPECT_NE(pipeline->job.pipeline, VK_NULL_HANDLE);
     }
     for (std::uint32_t size = 65; size <= 128; ++size) get(size);  // nobody waits for these
+}
+
+/// A static object of a driver, there before any device is opened, which its compiler needs.
+struct DriverObject {
+    ~DriverObject() {
+        gone = true;
+        if (in_use) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    }
+    std::atomic<bool> gone = false, in_use = false;
+} g_driver_object;
+
+VKAPI_ATTR VkResult VKAPI_CALL compile_slowly(VkDevice, VkPipelineCache, std::uint32_t,
+                                              const VkComputePipelineCreateInfo*,
+                                              const VkAllocationCallbacks*, VkPipeline*) {
+    g_driver_object.in_use = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (g_driver_object.gone) std::_Exit(7);
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+TEST_P(PipelineThreads, ProcessMayEndMeanwhile) {
+    GTEST_FLAG_SET(death_test_style,
+                   "threadsafe");  // a process of its own, not a copy with one thread
+    const auto compile_and_exit = [&] {
+        new std::shared_ptr<Context>(context_);  // never destroyed
+        context_->device().vk.vkCreateComputePipelines = compile_slowly;
+        for (std::uint32_t size = 1; size <= 64; ++size) get(size);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));  // some have begun
+        std::exit(0);
+    };
+    EXPECT_EXIT(compile_and_exit(), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

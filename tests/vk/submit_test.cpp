@@ -81,6 +81,26 @@ TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
     EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
 }
 
+/// The layer would complain of a command buffer that is written while it runs.
+TEST(Submit, WhatStillRunsIsNotEncodedAnew) {
+    const auto context = test::make_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+    const Buffer y = device_buffer(*context, kScaled);
+    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+    time_out(*context, kStuck);
+    EXPECT_ERROR(context->run(list), Code::kTimeout, "");
+    for (const Command& command : list.commands())
+        if (command.kind == CommandKind::kDispatch) {  // to be encoded again
+            EXPECT_OK(list.set_push_data(command.dispatch, command.push));
+        }
+    EXPECT_ERROR(context->make_ready(list), Code::kTimeout, "");
+    g_timeouts = 0;
+    EXPECT_OK(context->make_ready(list));
+    EXPECT_OK(context->run(list));
+    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
+}
+
 /// A process that was stopped finds its wait over at once, the device not yet done.
 TEST(Submit, OneTimeoutIsNotTheWholeWait) {
     const auto context = test::make_context();
