@@ -7,8 +7,8 @@ namespace splat::ops {
 /// How much rounding a network allows its convolutions.
 enum class Conv2dPrecision : int {
     kStrict,    ///< the fastest with an error like that of the definition: 5e-7
-    kBalanced,  ///< F(4x4) but for the smallest images: a cars network's output within 3e-7, PyTorch's error
-    kFast,      ///< F(4x4) wherever it is faster: 3e-6 per layer
+    kBalanced,  ///< F(4x4) but for the smallest images: a cars network's output within 2e-7, PyTorch's 3e-7
+    kFast,      ///< F(4x4) wherever it is faster: 1e-6 per layer
 };
 
 /// Conv2dDesc::winograd for a convolution.
@@ -20,8 +20,8 @@ enum class Conv2dPrecision : int {
 ///   1x1                      0        0          0        there is nothing for a transform to save
 ///   image below 3x3          0        0          0        most of a tile would lie outside
 ///   8 output channels, less  0        0          0        by taps: a transform of the input would serve few products
-///   image of 32x32 or more   2 (5e-7) 4 (3e-6)   4 (3e-6) nearly all of the work lies here
-///   smaller image            2 (5e-7) 2 (5e-7)   4 (3e-6) little to gain; small networks have nothing else
+///   image of 32x32 or more   2 (5e-7) 4 (1e-6)   4 (1e-6) nearly all of the work lies here
+///   smaller image            2 (5e-7) 2 (5e-7)   4 (1e-6) little to gain; small networks have nothing else
 ///
 /// Any other number of channels: for 3 -> 128 and 128 -> 24 on 128x128, F(4x4) takes a third and a fifth of the
 /// time of the direct kernel, F(2x2) two thirds (lavapipe).
