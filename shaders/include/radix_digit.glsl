@@ -37,4 +37,12 @@ uint lanes_for(uint count) {
     return clamp((count + params.chunk - 1) / params.chunk, params.least, params.lanes);
 }
 
+// Which quads of `count` entries a lane owns: [x, y).
+uvec2 lane_quads(uint lane, uint count, uint lanes) {
+    const uint quads = (count + 3) / 4;
+    const uint chunk = (quads + lanes - 1) / lanes;
+    const uint begin = min(lane * chunk, quads);
+    return uvec2(begin, min(begin + chunk, quads));
+}
+
 #endif

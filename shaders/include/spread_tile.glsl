@@ -5,7 +5,7 @@
 
 // The tile (x, y of the window, view) and the part of it, of `parts`, that a workgroup computes.
 // lavapipe gives each thread one contiguous run of workgroups. Tiles come in the order of
-// tile_order_cpu.comp if params.spread is 0. Else rows of tiles that are neighbours, and alike in cost, go
+// tile_ranges_ordered_cpu.comp if params.spread is 0. Else rows of tiles that are neighbours, and alike in cost, go
 // to workgroups far apart: multiples of params.spread, which has no divisor in common with the number of
 // rows; one or two rows are not spread. Tiles of a row, and parts of a tile, come one after the other, as
 // they read the same Gaussians. Needs `params`, BlendParams, and UINTS `order`.

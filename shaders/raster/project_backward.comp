@@ -6,7 +6,7 @@
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
 // pose [groups][V][3] vec4 (rows of dL/d[R|t] of this workgroup).
-// Specialisation: 10 = degree, 11 = write exported, 12 = write pose.
+// Specialisation: 10 = degree, 11 = write exported, 12 = write pose, 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -18,6 +18,7 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kDegree = 0;
 layout(constant_id = 11) const bool kExport = false;
 layout(constant_id = 12) const bool kPose = false;
+layout(constant_id = 13) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);
@@ -46,7 +47,7 @@ float grad_sh[48];
 
 // Gradient by the direction's end, the mean; adds to grad_sh.
 vec3 color_backward(uint index, vec3 mean, vec3 position, vec3 color, vec3 g) {
-    if ((params.flags & kFlagDirectColors) != 0) {
+    if ((kFlags & kFlagDirectColors) != 0) {
         grad_sh[0] += g.x;
         grad_sh[1] += g.y;
         grad_sh[2] += g.z;
@@ -100,7 +101,7 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
     g.depth = records.c.w;
     GaussianGradient gradient;
     PoseGradient pose_gradient;
-    projection_backward(view, p, from.mean, from.scale, from.opacity, g, params.flags, gradient,
+    projection_backward(view, p, from.mean, from.scale, from.opacity, g, kFlags, gradient,
                         pose_gradient);
     const vec3 color = LD4(splats, item * 3 + 2).xyz;
     const vec3 by_direction = color_backward(index, from.mean, view.position, color, records.c.xyz);
@@ -135,7 +136,7 @@ void main() {
     const vec4 g1 = present ? LD4(gaussians, index * 3 + 1) : vec4(1);
     const vec4 raw_q = present ? LD4(gaussians, index * 3 + 2) : vec4(1, 0, 0, 0);
     const float q_norm = max(length(raw_q), kQuaternionMin);
-    const bool normalise = (params.flags & kFlagGsplat) != 0;
+    const bool normalise = (kFlags & kFlagGsplat) != 0;
     const vec4 q = normalise ? raw_q / q_norm : raw_q;
 
     const Gaussian gaussian = Gaussian(g0.xyz, g1.xyz, q, g0.w);

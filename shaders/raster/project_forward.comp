@@ -8,7 +8,7 @@
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec4.
-// Specialisation: 10 = degree of the spherical harmonics.
+// Specialisation: 10 = degree of the spherical harmonics, 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -19,6 +19,7 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kDegree = 0;
+layout(constant_id = 13) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);
@@ -34,7 +35,7 @@ layout(push_constant) uniform Push { ProjectParams params; };
 // sqrt(log2(e) / 2): exp(-sigma) = exp2(-|L^T q|^2).
 const float kRootHalfLog2e = 0.849321800288;
 
-bool is_set(uint flag) { return (params.flags & flag) != 0; }
+bool is_set(uint flag) { return (kFlags & flag) != 0; }
 
 // Radius in pixels per axis; 0 if no pixel of the image can see it.
 vec2 visible_radius(Projection p, vec2 mean, float opacity) {
@@ -86,7 +87,7 @@ uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
     packed = uvec3(0);
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
     const ivec2 size = ivec2(params.width, params.height);
-    const Footprint f = tile_footprint(a, b, half_size, params.flags, size,
+    const Footprint f = tile_footprint(a, b, half_size, kFlags, size,
                                        ivec2(params.row_begin, params.row_end));
     uint count = 0;
     const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;

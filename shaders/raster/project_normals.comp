@@ -3,12 +3,14 @@
 // coordinates of the camera, on the camera's side. One invocation computes one item (gl_WorkGroupID.z is
 // the view); what reaches no tile gets 0.
 // Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
+// Specialisation: 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "projection.glsl"
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 13) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, cameras);
 UINTS(2, counts);
@@ -25,7 +27,7 @@ void main() {
     const vec4 q = LD4(gaussians, index * 3 + 2);
     View view;
     LOAD_VIEW(view, cameras, gl_WorkGroupID.z);
-    const mat3 axes = quaternion_matrix((params.flags & kFlagGsplat) != 0 ? normalize(q) : q);
+    const mat3 axes = quaternion_matrix((kFlags & kFlagGsplat) != 0 ? normalize(q) : q);
     const vec3 axis = scale.x <= scale.y && scale.x <= scale.z ? axes[0]
                       : scale.y <= scale.z                     ? axes[1]
                                                                : axes[2];

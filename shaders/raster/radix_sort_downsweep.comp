@@ -10,7 +10,6 @@
 #include "load.glsl"
 #include "store.glsl"
 #include "params/radix_sort_params.h"
-#include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 4;

@@ -7,7 +7,6 @@
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
-#include "lane_quads.glsl"
 #include "params/radix_sort_params.h"
 
 layout(local_size_x_id = 0) in;

@@ -6,7 +6,6 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/radix_sort_params.h"
-#include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
 UINT_QUADS(0, entries);

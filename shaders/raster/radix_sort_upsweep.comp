@@ -10,7 +10,6 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/radix_sort_params.h"
-#include "lane_quads.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 4;

@@ -4,7 +4,6 @@
 // Bindings (but range) and specialisation 10 as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#include "lane_quads.glsl"
 #include "params/radix_sort_params.h"
 
 layout(local_size_x_id = 0) in;

@@ -4,7 +4,7 @@
 // there are none, and each group that does nothing costs time. Should it find
 // fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots.
-// Specialisation: 10 = slots wanted.
+// Specialisation: 10 = slots wanted, 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
@@ -13,6 +13,7 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kSlots = false;
+layout(constant_id = 13) const uint kFlags = 0;
 QUADS(0, splats);
 UINTS(1, order);
 UINTS(2, begins);
@@ -36,7 +37,7 @@ void emit(uint at) {
     const uint tiles_x = (params.width + 15) >> 4;
     const uint window = item / params.gaussians * (params.row_end - params.row_begin);
     const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1),
-                                       LD4(splats, item * 3 + 2).w, params.flags, size,
+                                       LD4(splats, item * 3 + 2).w, kFlags, size,
                                        ivec2(params.row_begin, params.row_end));
     uint pair = begin;
     for (int row = f.rect.y; row < f.rect.w; ++row) {

@@ -1,7 +1,8 @@
 #version 460
 // As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums a chunk, and no
-// counts are kept, as tile_bin_emit_cpu.comp sums them again. Needs a workgroup of one subgroup.
-// Bindings: counts, order, sorted; sums. Specialisation as there.
+// counts are kept, as tile_bin_emit_cpu.comp sums them again. It sums the chunks, too, so that statistics that others
+// add to begin here. Needs a workgroup of one subgroup.
+// Bindings: counts, order, sorted; sums, stats. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -15,6 +16,7 @@ UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);
 layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer Stats { uint stats[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "tile_bin.glsl"
@@ -33,4 +35,9 @@ void main() {
     [[unroll]] for (uint step = 1; step < 8; step *= 2)
         sum = saturating_add(sum, subgroupShuffle(sum, lane ^ step));
     if (lane == 0) sums[gl_WorkGroupID.x] = sum;
+    if (!kByIndex && gl_GlobalInvocationID.x == 0) {
+        stats[kStatLongest] = 0;
+        stats[kStatEmptyTiles] = 0;
+        stats[kStatLarge] = 0;
+    }
 }

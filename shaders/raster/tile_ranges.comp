@@ -14,18 +14,7 @@ layout(set = 0, binding = 3, std430) buffer Stats { uint stats[]; };  // accumul
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "launch.glsl"
-
-// Number of pairs of tiles before `key`.
-uint lower_bound(uint key, uint count) {
-    uint low = 0;
-    while (count > 0) {
-        const uint half_count = count / 2;
-        const bool below = LD1(pairs, 2 * (low + half_count)) < key;
-        low = below ? low + half_count + 1 : low;
-        count = below ? count - half_count - 1 : half_count;
-    }
-    return low;
-}
+#include "lower_bound.glsl"
 
 void main() {
     const uint tile = invocation_index(params.groups_x);

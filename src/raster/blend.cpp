@@ -22,7 +22,8 @@ std::uint32_t spread_of(std::uint64_t total) {
     return fits && step > 0 ? static_cast<std::uint32_t>(step) : 1;
 }
 
-params::BlendParams blend_params(const RasterDesc& desc, const Window& window) {
+params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc& desc,
+                                 const Window& window) {
     params::BlendParams params{};
     params.width = desc.width;
     params.height = desc.height;
@@ -30,8 +31,9 @@ params::BlendParams blend_params(const RasterDesc& desc, const Window& window) {
     params.row_begin = window.row_begin;
     params.rows = window.rows();
     params.views = desc.views;
-    params.spread =
-        tile_order_used(desc, window) ? 0 : spread_of(std::uint64_t{window.rows()} * desc.views);
+    params.spread = tile_order_used(recorder, desc, window)
+                        ? 0
+                        : spread_of(std::uint64_t{window.rows()} * desc.views);
     // 3dgs stops when T would be < the limit, gsplat when it would be <=.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
@@ -63,7 +65,7 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         .op = "blend_forward",
         .shader = cpu ? "blend_forward_cpu" : "blend_forward",
         .constants = constants,
-        .push = blend_params(desc, window),
+        .push = blend_params(recorder, desc, window),
         .accesses = accesses,
         .groups = {desc.tiles_x() * parts, window.rows(), desc.views},
         .work = {.flops = 20 * pairs * kTilePixels,
@@ -98,7 +100,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .op = "blend_backward",
         .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
         .constants = constants,
-        .push = blend_params(desc, window),
+        .push = blend_params(recorder, desc, window),
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = {.flops = 40 * pairs * kTilePixels,

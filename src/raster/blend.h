@@ -5,12 +5,12 @@
 namespace splat::raster {
 
 struct BlendViews {
-    vk::BufferView splats;      ///< of project_forward and project_colors
-    vk::BufferView pairs;       ///< [pairs,2] uint32: tile and item, by tile, then depth
-    vk::BufferView normals;     ///< [V*N] quads of project_normals; one quad if not desc.normals
-    vk::BufferView slots;       ///< [pairs] uint32: its record; backward only
-    vk::BufferView ranges;      ///< [tiles] 2 uint32
-    vk::BufferView order;       ///< [tiles] uint32 of tile_order, or one quad if it is not used
+    vk::BufferView splats;   ///< of project_forward and project_colors
+    vk::BufferView pairs;    ///< [pairs,2] uint32: tile and item, by tile, then depth
+    vk::BufferView normals;  ///< [V*N] quads of project_normals; one quad if not desc.normals
+    vk::BufferView slots;    ///< [pairs] uint32: its record; backward only
+    vk::BufferView ranges;   ///< [tiles] 2 uint32
+    vk::BufferView order;    ///< [tiles] uint32 of tile_ranges, unread if tile_order_used is false
     vk::BufferView background;  ///< one quad: RGB
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
     vk::BufferView state;       ///< [V,H,W] 2 float32: transmittance, entries before the stop

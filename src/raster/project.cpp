@@ -27,7 +27,6 @@ params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
     params.sh_quads = desc.color_quads();
     params.near_plane = desc.near_plane;
     params.far_plane = desc.far_plane;
-    params.flags = desc.flags();
     params.views = desc.views;
     return params;
 }
@@ -72,7 +71,8 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
                                 "project_forward"),
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : desc.sh_degree}},
+                          {10, desc.direct_colors ? 0 : desc.sh_degree},
+                          {kFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
@@ -93,7 +93,7 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Sce
             .op = "project_normals",
             .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
                                 "project_normals"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}},
+            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}, {kFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
@@ -123,7 +123,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
                           {10, desc.direct_colors ? 0 : desc.sh_degree},
                           {11, desc.export_gradients ? 1U : 0U},
-                          {12, desc.grad_pose ? 1U : 0U}},
+                          {12, desc.grad_pose ? 1U : 0U},
+                          {kFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),

@@ -78,6 +78,7 @@ class Rasterizer {
                            const SceneInput& gradients);
     Status run_forward(std::uint64_t& needed);
     Status grow(std::uint64_t needed);
+    [[nodiscard]] TileRanges tile_views() const;
     [[nodiscard]] BlendViews blend_views(const Window& window) const;
     [[nodiscard]] std::uint64_t list_limit() const;
 

@@ -2,6 +2,10 @@
 
 namespace splat::raster {
 
+TileRanges Rasterizer::tile_views() const {
+    return {space_.ranges.range(), space_.order.range(), space_.stats.range()};
+}
+
 BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t bits = tile_key_bits(desc_, window);
     const vk::Recorder recorder(context_);
@@ -67,8 +71,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
                     .kept = space_.kept_pairs.range()}));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[side].range(),
-                          space_.kept_pairs.range(), space_.ranges.range(), space_.stats.range()));
-    SPLAT_TRY(tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
+                          space_.kept_pairs.range(), tile_views()));
     SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
     return record_normals(recorder, window);
 }
@@ -92,10 +95,10 @@ Status Rasterizer::record_forward() {
         if (desc_.items() > 0) {
             SPLAT_TRY(record_forward_pass(recorder, window));
         } else {
-            SPLAT_TRY(recorder.fill(space_.ranges.range(), 0));
+            SPLAT_TRY(recorder.fill(space_.kept_pairs.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
-            SPLAT_TRY(
-                tile_order(recorder, desc_, window, space_.ranges.range(), space_.order.range()));
+            SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[0].range(),
+                                  space_.kept_pairs.range(), tile_views()));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
             SPLAT_TRY(record_normals(recorder, window));
         }

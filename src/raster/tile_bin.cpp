@@ -6,6 +6,7 @@
 #include "core/checked_math.h"
 #include "ops/launch.h"
 #include "params/tile_bin_params.h"
+#include "raster/radix_sort.h"
 
 namespace splat::raster {
 namespace {
@@ -14,9 +15,12 @@ constexpr std::uint32_t kBinGroup = 64;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 /// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
-/// 65535 turns in all (src/ops/launch.h), and 8 entries take one and one for each tile of the largest of
-/// their packed footprints, of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
-constexpr std::uint64_t kMaxChunk = std::uint64_t{65535} / (1 + 8 * 15) * 8;
+/// 65535 turns in all (src/ops/launch.h). The sums of all chunks, a power of two of workgroups and so 32768 at
+/// most, are read 16 in a turn; 8 entries take one and one for each tile of the largest of their packed footprints,
+/// of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
+constexpr std::uint64_t kMaxChunks = 32768;
+constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (1 + 8 * 15) * 8;
+static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -33,7 +37,6 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     params.row_begin = window.row_begin;
     params.row_end = window.row_end;
     params.tiles = tiles_of(desc, window);
-    params.flags = desc.flags();
     return params;
 }
 
@@ -47,7 +50,7 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
 }
 
 /// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index. On
-/// CPU devices those by depth are left as sums of chunks.
+/// CPU devices those by depth are left as sums of each chunk alone, and `emit` decides.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
     const vk::Kernels kernels = recorder.kernels();
@@ -59,7 +62,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     const double items = params.items;
     std::vector<vk::Access> accesses = {vk::read(views.counts), vk::read(views.order),
                                         vk::read(views.sorted), vk::write(views.sums)};
-    if (!cpu) accesses.push_back(vk::write(views.large));
+    accesses.push_back(vk::write(cpu ? views.stats : views.large));
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader = cpu ? "tile_bin_reduce_cpu" : "tile_bin_reduce",
@@ -69,6 +72,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
         .groups = cpu ? vk::Groups{params.lanes, 1, 1} : groups,
         .work = {.flops = items, .bytes = (by_index ? 4 : 16) * items},
     }));
+    if (cpu && !by_index) return {};
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader = "tile_bin_scan",
@@ -78,7 +82,6 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                      vk::write(views.pair_count)},
         .work = {.flops = double{1} * params.lanes, .bytes = 8.0 * params.lanes},
     }));
-    if (cpu && !by_index) return {};
     return recorder.dispatch({
         .op = "tile_bin",
         .shader =
@@ -101,12 +104,15 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
                                   : ops::groups_for(recorder.device(), desc.items(), group);
     params.groups_x = groups[0];
     const auto items = static_cast<double>(desc.items());
-    std::vector<vk::Access> accesses = {
-        vk::read(views.order),       vk::read(cpu ? views.sums : views.begins),
-        vk::read(views.slot_begins), vk::read(views.sorted),
-        vk::read(views.pair_count),  vk::read(views.footprints),
-        vk::write(views.pairs),      vk::write(views.slots),
-        vk::write(views.large)};
+    std::vector<vk::Access> accesses = {vk::read(views.order),
+                                        vk::read(cpu ? views.sums : views.begins),
+                                        vk::read(views.slot_begins), vk::read(views.sorted)};
+    if (cpu)
+        accesses.insert(accesses.end(), {vk::read(views.footprints), vk::write(views.pair_count)});
+    else
+        accesses.insert(accesses.end(), {vk::read(views.pair_count), vk::read(views.footprints)});
+    accesses.insert(accesses.end(),
+                    {vk::write(views.pairs), vk::write(views.slots), vk::write(views.large)});
     if (cpu) accesses.push_back(vk::write(views.begins));
     accesses.push_back(vk::read_write(views.stats));
     return recorder.dispatch({
@@ -155,7 +161,9 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .op = "tile_bin",
         .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
                             "tile_bin_emit_large"),
-        .constants = {{ops::kWorkgroupSizeId, group}, {10, desc.backward ? 1U : 0U}},
+        .constants = {{ops::kWorkgroupSizeId, group},
+                      {10, desc.backward ? 1U : 0U},
+                      {kFlagsId, desc.flags()}},
         .push = params,
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
@@ -166,10 +174,26 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
     });
 }
 
+bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window) {
+    const std::uint32_t most = ops::workgroup_size(recorder.device(), kMaxOrderedTiles);
+    return recorder.kernels() == vk::Kernels::kCpu && tiles_of(desc, window) <= most;
+}
+
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                    const vk::BufferView& pairs, const vk::BufferView& sorted,
-                   const vk::BufferView& ranges, const vk::BufferView& stats) {
+                   const TileRanges& to) {
     params::TileBinParams params = params_of(recorder, desc, window);
+    const double tiles = params.tiles;
+    if (tile_order_used(recorder, desc, window))
+        return recorder.dispatch({
+            .op = "tile_ranges",
+            .shader = "tile_ranges_ordered_cpu",
+            .constants = {{ops::kWorkgroupSizeId, std::max(std::bit_ceil(params.tiles), 8U)}},
+            .push = params,
+            .accesses = {vk::read(pairs), vk::read(sorted), vk::write(to.ranges),
+                         vk::read_write(to.stats), vk::write(to.order)},
+            .work = {.flops = 100 * tiles + 10 * tiles * tiles, .bytes = 200 * tiles},
+        });
     const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
     const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, group);
     params.groups_x = groups[0];
@@ -178,31 +202,10 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
         .shader = ops::pick(recorder.kernels(), "tile_ranges", "tile_ranges_cpu", "tile_ranges"),
         .constants = {{ops::kWorkgroupSizeId, group}},
         .push = params,
-        .accesses = {vk::read(pairs), vk::read(sorted), vk::write(ranges), vk::read_write(stats)},
+        .accesses = {vk::read(pairs), vk::read(sorted), vk::write(to.ranges),
+                     vk::read_write(to.stats)},
         .groups = groups,
-        .work = {.flops = 100.0 * params.tiles, .bytes = 200.0 * params.tiles},
-    });
-}
-
-bool tile_order_used(const RasterDesc& desc, const Window& window) {
-    return tiles_of(desc, window) <= kMaxOrderedTiles;
-}
-
-Status tile_order(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                  const vk::BufferView& ranges, const vk::BufferView& order) {
-    if (recorder.kernels() != vk::Kernels::kCpu || !tile_order_used(desc, window)) return {};
-    params::TileBinParams params = params_of(recorder, desc, window);
-    const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, 8);
-    params.groups_x = groups[0];
-    const double tiles = params.tiles;
-    return recorder.dispatch({
-        .op = "tile_ranges",
-        .shader = "tile_order_cpu",
-        .constants = {{ops::kWorkgroupSizeId, 8}},
-        .push = params,
-        .accesses = {vk::read(ranges), vk::write(order)},
-        .groups = groups,
-        .work = {.flops = 10 * tiles * tiles, .bytes = 12 * tiles},
+        .work = {.flops = 100 * tiles, .bytes = 200 * tiles},
     });
 }
 

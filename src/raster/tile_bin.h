@@ -44,18 +44,20 @@ std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
 Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDesc& bin,
                 const TileBinViews& views);
 
-/// ranges [tiles] 2 uint32: each tile's part [first, last) of the sorted pairs, `sorted` of them.
+struct TileRanges {
+    vk::BufferView
+        ranges;  ///< [tiles,2] uint32, out: each tile's part [first, last) of the sorted pairs
+    vk::BufferView order;  ///< [tiles] uint32, out where tile_order_used: tiles so that runs of
+                           ///< workgroups take about equally long; no result depends on it
+    vk::BufferView stats;  ///< kStatWords uint32, in place
+};
+
+/// Whether the blending kernels take their tiles in such an order: of few tiles one may outweigh many,
+/// and ranking takes a time that grows with their square. CPU devices only.
+bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window);
+
+/// Where each tile's list lies among the pairs [capacity,2] (tile, item), `sorted` of them by tile.
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                   const vk::BufferView& pairs, const vk::BufferView& sorted,
-                   const vk::BufferView& ranges, const vk::BufferView& stats);
-
-/// Whether the blending kernels for CPU devices take their tiles in the order of tile_order: of few
-/// tiles one may outweigh many, and ranking takes a time that grows with their square.
-bool tile_order_used(const RasterDesc& desc, const Window& window);
-
-/// order [tiles] uint32: tiles so that runs of workgroups take about equally long; CPU devices only,
-/// nothing where it is not used. No result depends on it.
-Status tile_order(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                  const vk::BufferView& ranges, const vk::BufferView& order);
+                   const vk::BufferView& pairs, const vk::BufferView& sorted, const TileRanges& to);
 
 }  // namespace splat::raster

@@ -13,6 +13,7 @@ namespace {
 TEST(RasterShaders, EveryModuleIsUsed) {
     std::string used;
     const RasterCase scene = random_scene({20, 33, 20}, 3);
+    const RasterCase many = random_scene({20, 16 * 513, 16}, 4);  // tiles, too many to be ordered
     ref::RasterLoss<double> loss;
     loss.grad_rgb.assign(3 * scene.pixels(), 1.0);
     for (const vk::Kernels kernels : kernels_to_test()) {
@@ -21,6 +22,7 @@ TEST(RasterShaders, EveryModuleIsUsed) {
         const auto context = make_context(desc);
         ASSERT_NE(context, nullptr);
         ASSERT_OK(run_raster(*context, scene, raster_desc(scene, kRasterModes[1]), &loss).status);
+        ASSERT_OK(run_raster(*context, many, raster_desc(many, kRasterModes[1])).status);
         used += context->profile()->json("");
     }
     if (kernels_to_test().size() < 3) GTEST_SKIP() << "this device runs plain kernels only";

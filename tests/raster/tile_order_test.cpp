@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "ops/op_harness.h"
+#include "params/tile_bin_params.h"
 #include "raster/tile_bin.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
@@ -33,23 +34,34 @@ class TileOrder : public testing::Test {
         ASSERT_NE(context_, nullptr);
     }
 
+    /// The order of tiles with lists of these lengths, once it is known that their ranges are right.
     Words order_of(const Words& lengths) {
-        Words ranges;
-        std::uint32_t first = 0;
-        for (const std::uint32_t length : lengths) {
-            ranges.insert(ranges.end(), {first, first + length});
-            first += length;
+        Words ranges, pairs;
+        for (std::uint32_t tile = 0; tile < lengths.size(); ++tile) {
+            const auto first = static_cast<std::uint32_t>(pairs.size() / 2);
+            ranges.insert(ranges.end(), {first, first + lengths[tile]});
+            for (std::uint32_t i = 0; i < lengths[tile]; ++i) pairs.insert(pairs.end(), {tile, i});
         }
+        const auto count = static_cast<std::uint32_t>(pairs.size() / 2);
         const auto tiles = static_cast<std::uint32_t>(lengths.size());
-        const vk::Buffer from = upload(*context_, ranges);
+        pairs.insert(pairs.end(), {0, 0, 0, 0});  // none is behind the last
+        const vk::Buffer from = upload(*context_, pairs);
+        const vk::Buffer sorted = upload(*context_, Words{count, 0, 0, 0});
+        const vk::Buffer to = device_buffer(*context_, std::max(2 * tiles, 4U));
         const vk::Buffer order = device_buffer(*context_, std::max(tiles, 4U));
+        const vk::Buffer stats = upload(*context_, Words(params::kStatWords, 0));
         vk::Recorder recorder(*context_);
-        EXPECT_OK(
-            raster::tile_order(recorder, desc_of(tiles), {0, 1}, from.range(), order.range()));
+        EXPECT_TRUE(raster::tile_order_used(recorder, desc_of(tiles), {0, 1}));
+        EXPECT_OK(raster::tile_ranges(recorder, desc_of(tiles), {0, 1}, from.range(),
+                                      sorted.range(), {to.range(), order.range(), stats.range()}));
         auto list = recorder.finish();
         EXPECT_OK(list.status());
         if (!list.ok()) return {};
         EXPECT_OK(context_->run(list.value()));
+        EXPECT_EQ(download_words(*context_, to.range(), 2 * tiles), ranges);
+        const Words counts = download_words(*context_, stats.range(), params::kStatWords);
+        EXPECT_EQ(counts[params::kStatLongest], *std::max_element(lengths.begin(), lengths.end()));
+        EXPECT_EQ(counts[params::kStatEmptyTiles], std::count(lengths.begin(), lengths.end(), 0U));
         return download_words(*context_, order.range(), tiles);
     }
 
@@ -89,14 +101,9 @@ TEST_F(TileOrder, HasEachTileOnceAndRunsOfEqualLength) {
 }
 
 TEST_F(TileOrder, IsNotUsedForManyTiles) {
-    EXPECT_TRUE(raster::tile_order_used(desc_of(512), {0, 1}));
-    EXPECT_FALSE(raster::tile_order_used(desc_of(513), {0, 1}));
-    vk::Recorder recorder(*context_);
-    const vk::Buffer none = device_buffer(*context_, 4);
-    EXPECT_OK(raster::tile_order(recorder, desc_of(513), {0, 1}, none.range(), none.range()));
-    auto list = recorder.finish();
-    ASSERT_OK(list.status());
-    EXPECT_OK(context_->run(list.value()));
+    const vk::Recorder recorder(*context_);
+    EXPECT_TRUE(raster::tile_order_used(recorder, desc_of(512), {0, 1}));
+    EXPECT_FALSE(raster::tile_order_used(recorder, desc_of(513), {0, 1}));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ using uint = std::uint32_t;
 #define SPLAT_FLAG const uint
 #endif
 
-// Bits of ProjectParams::flags.
+// Bits of kFlags, a specialisation constant: lavapipe would do both sides of every choice.
 SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
 SPLAT_FLAG kFlagAntialias = 2u;         // opacity compensates for the dilation
 SPLAT_FLAG kFlagDirectColors = 4u;      // colours are given, not spherical harmonics
@@ -18,7 +18,6 @@ SPLAT_FLAG kFlagOriginalGradient = 8u;  // 3dgs: the original's gradient with it
 SPLAT_FLAG kFlagOpacityExtent = 16u;    // skip: extents that depend on the opacity
 SPLAT_FLAG kFlagExactTiles = 32u;       // skip: tiles that the ellipse does not touch
 SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the window can see
-SPLAT_FLAG kFlagPose = 128u;            // gradient of the camera pose wanted
 
 // An item is a Gaussian in a view: view * gaussians + Gaussian.
 struct ProjectParams {
@@ -33,7 +32,6 @@ struct ProjectParams {
     uint sh_quads;  // vec4 per Gaussian in the colours
     float near_plane;
     float far_plane;
-    uint flags;
     uint accumulate;  // backward: 1 adds to the gradients
     uint views;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h

@@ -29,7 +29,6 @@ struct TileBinParams {
     uint row_begin;
     uint row_end;
     uint tiles;  // of the window, all views
-    uint flags;  // of ProjectParams
     uint groups_x;
     uint stride;  // invocations that share the large footprints
 };
