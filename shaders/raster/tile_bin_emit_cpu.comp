@@ -3,8 +3,8 @@
 // order, of tile_bin_reduce_cpu.comp, and knows where each entry's pairs begin; it stores first pairs of large
 // footprints alone. Each workgroup sums all chunks and decides as tile_bin_scan.comp does, which costs less than a
 // dispatch of its own. Needs a workgroup of one subgroup.
-// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, sorted, footprints; pair_count, pairs, slots,
-// large, begins [sorted] of entries with large footprints, stats. Specialisation as there.
+// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, sorted, pair_count (written here), footprints;
+// pairs, slots, large, begins [sorted] of entries with large footprints, stats. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -20,8 +20,8 @@ UINTS(0, order);
 UINTS(1, sums);
 UINTS(2, slot_begins);
 UINTS(3, sorted);
-UINT_QUADS(4, footprints);
-layout(set = 0, binding = 5, std430) writeonly buffer PairCount { uint pair_count[]; };
+layout(set = 0, binding = 4, std430) writeonly buffer PairCount { uint pair_count[]; };
+UINT_QUADS(5, footprints);
 PAIRS_OUT(6, pairs);
 layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Large { uint large[]; };

@@ -13,8 +13,8 @@ enum class Conv2dPrecision : int {
 
 /// Conv2dDesc::winograd for a convolution.
 ///
-/// Errors are relative L2 against float64 for normal inputs, as prototypes of these transforms had
-/// them; the definition in float32 has 2e-7. Those of each shape: vkrun bench ops --only conv2d.
+/// Errors are relative L2 against float64 for normal inputs; the definition in float32 has 2e-7. Those of
+/// each shape: vkrun bench ops --only conv2d.
 ///
 ///   class                    strict   balanced   fast     reason
 ///   1x1                      0        0          0        there is nothing for a transform to save

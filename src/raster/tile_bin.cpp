@@ -104,15 +104,16 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
                                   : ops::groups_for(recorder.device(), desc.items(), group);
     params.groups_x = groups[0];
     const auto items = static_cast<double>(desc.items());
-    std::vector<vk::Access> accesses = {vk::read(views.order),
-                                        vk::read(cpu ? views.sums : views.begins),
-                                        vk::read(views.slot_begins), vk::read(views.sorted)};
-    if (cpu)
-        accesses.insert(accesses.end(), {vk::read(views.footprints), vk::write(views.pair_count)});
-    else
-        accesses.insert(accesses.end(), {vk::read(views.pair_count), vk::read(views.footprints)});
-    accesses.insert(accesses.end(),
-                    {vk::write(views.pairs), vk::write(views.slots), vk::write(views.large)});
+    std::vector<vk::Access> accesses = {
+        vk::read(views.order),
+        vk::read(cpu ? views.sums : views.begins),
+        vk::read(views.slot_begins),
+        vk::read(views.sorted),
+        cpu ? vk::write(views.pair_count) : vk::read(views.pair_count),
+        vk::read(views.footprints),
+        vk::write(views.pairs),
+        vk::write(views.slots),
+        vk::write(views.large)};
     if (cpu) accesses.push_back(vk::write(views.begins));
     accesses.push_back(vk::read_write(views.stats));
     return recorder.dispatch({
