@@ -1,7 +1,7 @@
 #version 460
-// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums a chunk, and no
-// counts are kept, as tile_bin_emit_cpu.comp sums them again. It sums the chunks, too, so that statistics that others
-// add to begin here. Needs a workgroup of one subgroup.
+// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums a chunk. No counts are
+// kept and no chunks summed, as tile_bin_emit_cpu.comp does that; statistics that later kernels add to are zeroed
+// here. Needs a workgroup of one subgroup.
 // Bindings: counts, order, sorted; sums, stats. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -66,7 +66,8 @@ Status taps_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, cons
 /// slice, one matrix product for each place of a tile, transform back. Slices of tiles run through
 /// the same workspace, so that it stays in the cache and within one binding.
 ///
-/// Precision    the transforms cancel: 3e-7 for F(2x2), 1e-6 for F(4x4), relative L2
+/// Precision    the transforms cancel: 3e-7 for F(2x2), 1e-6 for F(4x4), 4e-6 for its gradient of a weight over
+///              many tiles, relative L2
 /// Source       A. Lavin, S. Gray, Fast Algorithms for Convolutional Neural Networks, 2016
 std::uint64_t winograd_weight_bytes(const Conv2dDesc& desc);
 Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,

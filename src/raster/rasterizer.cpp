@@ -96,7 +96,6 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         if (needed > space_.capacity) return {};  // the others have to run again anyway
     }
     sum.tiles = std::uint64_t{desc_.tiles_x()} * desc_.tiles_y() * desc_.views;
-    if (desc_.items() == 0) sum.empty_tiles = sum.tiles;
     sum.passes = passes_;
     sum.runs = stats_.runs;
     sum.bytes = space_.bytes();

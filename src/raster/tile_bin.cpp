@@ -15,9 +15,9 @@ constexpr std::uint32_t kBinGroup = 64;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 /// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
-/// 65535 turns in all (src/ops/launch.h). The sums of all chunks, a power of two of workgroups and so 32768 at
-/// most, are read 16 in a turn; 8 entries take one and one for each tile of the largest of their packed footprints,
-/// of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
+/// 65535 turns in all (src/ops/launch.h). Sums of chunks are read 16 in a turn, and there are at most 32768 (a power of
+/// two below 65536 workgroups); 8 entries take one turn and one for each tile of the largest of their packed
+/// footprints, of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
 constexpr std::uint64_t kMaxChunks = 32768;
 constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (1 + 8 * 15) * 8;
 static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);

@@ -66,7 +66,7 @@ TEST_P(Conv2d, BackwardMatchesFloat64) {
     }
 }
 
-/// Directly, and by F(2x2), whose transforms multiply by 1/2 and 1/4. F(4x4) divides by 6.
+/// Directly, and by F(2x2), whose transforms multiply by 1/2 and 1/4. The factors of F(4x4) are no float32 numbers.
 TEST_P(Conv2d, IntegersAreExact) {
     std::uint64_t seed = 500;
     for (const ConvShape& shape : kConvBackwardShapes) {  // sums stay below 2^22

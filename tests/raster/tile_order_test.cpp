@@ -34,7 +34,7 @@ class TileOrder : public testing::Test {
         ASSERT_NE(context_, nullptr);
     }
 
-    /// The order of tiles with lists of these lengths, once it is known that their ranges are right.
+    /// The order of tiles with lists of these lengths (of up to 512), once their ranges are known to be right.
     Words order_of(const Words& lengths) {
         Words ranges, pairs;
         for (std::uint32_t tile = 0; tile < lengths.size(); ++tile) {
@@ -44,14 +44,13 @@ class TileOrder : public testing::Test {
         }
         const auto count = static_cast<std::uint32_t>(pairs.size() / 2);
         const auto tiles = static_cast<std::uint32_t>(lengths.size());
-        pairs.insert(pairs.end(), {0, 0, 0, 0});  // none is behind the last
+        pairs.insert(pairs.end(), {0, 0, 0, 0});  // no pairs: behind the last
         const vk::Buffer from = upload(*context_, pairs);
         const vk::Buffer sorted = upload(*context_, Words{count, 0, 0, 0});
         const vk::Buffer to = device_buffer(*context_, std::max(2 * tiles, 4U));
         const vk::Buffer order = device_buffer(*context_, std::max(tiles, 4U));
         const vk::Buffer stats = upload(*context_, Words(params::kStatWords, 0));
         vk::Recorder recorder(*context_);
-        EXPECT_TRUE(raster::tile_order_used(recorder, desc_of(tiles), {0, 1}));
         EXPECT_OK(raster::tile_ranges(recorder, desc_of(tiles), {0, 1}, from.range(),
                                       sorted.range(), {to.range(), order.range(), stats.range()}));
         auto list = recorder.finish();
@@ -104,6 +103,12 @@ TEST_F(TileOrder, IsNotUsedForManyTiles) {
     const vk::Recorder recorder(*context_);
     EXPECT_TRUE(raster::tile_order_used(recorder, desc_of(512), {0, 1}));
     EXPECT_FALSE(raster::tile_order_used(recorder, desc_of(513), {0, 1}));
+    Words lengths(513, 2);
+    lengths[7] = 0;
+    order_of(lengths);
+    vk::Context* plain = shared_context(vk::Kernels::kPlain);
+    ASSERT_NE(plain, nullptr);
+    EXPECT_FALSE(raster::tile_order_used(vk::Recorder(*plain), desc_of(4), {0, 1}));
 }
 
 }  // namespace

@@ -15,10 +15,10 @@ struct Tolerance {
 
 /// One row per op and result; the only place where tests keep these figures.
 ///
-/// c = 4 everywhere: a rounding is half an ulp (2^-24), the error of a sum
-/// of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on lavapipe, and
-/// other devices order their sums otherwise. The L2 figures are the project's goals; after each
-/// reason the worst seen.
+/// c = 4 everywhere but for Winograd's F(4x4), whose terms are larger: a rounding is half an ulp (2^-24), the
+/// error of a sum of K of them grows like sqrt(K); the worst element of all shapes reached c = 1.03 on
+/// lavapipe (F(4x4): above 2, below 4), and other devices order their sums otherwise. The L2 figures are the
+/// project's goals; after each reason the worst seen.
 inline constexpr Tolerance kTolerances[] = {
     {"add", "y", 4, 1e-6, "a sum and a product"},
     {"add", "grad_a", 4, 1e-6, "one product"},
@@ -38,11 +38,11 @@ inline constexpr Tolerance kTolerances[] = {
     {"conv2d_winograd2", "y", 4, 2e-6, "transforms by 1 and 1/2 around sums over the channels"},
     {"conv2d_winograd2", "grad_x", 4, 2e-6, "as y, with the roles exchanged"},
     {"conv2d_winograd2", "grad_weight", 4, 2e-6, "transforms around sums over the tiles"},
-    {"conv2d_winograd4", "y", 4, 2e-6,
+    {"conv2d_winograd4", "y", 8, 2e-6,
      "its terms, |A^T| (|G| |w| * |B^T| |x|), are 5 to 8 times those of the sum in each "
-     "dimension; seen 9e-7"},
-    {"conv2d_winograd4", "grad_x", 4, 2e-6, "as y, with the roles exchanged"},
-    {"conv2d_winograd4", "grad_weight", 4, 5e-6, "as y, over up to 2^10 tiles; seen 3.7e-6"},
+     "dimension; seen 8e-7 with up to 512 channels"},
+    {"conv2d_winograd4", "grad_x", 8, 2e-6, "as y, with the roles exchanged"},
+    {"conv2d_winograd4", "grad_weight", 8, 5e-6, "as y, over up to 2^10 tiles; seen 3.7e-6"},
     {"dropout", "y", 4, 1e-6, "one product"},
     {"dropout", "grad_x", 4, 1e-6, "one product"},
     {"feature_distance", "y", 4, 2e-6, "unit vectors, their difference squared, sums"},
