@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <optional>
 
 #include "core/fault.h"
 #include "support/expect_status.h"
@@ -62,12 +63,39 @@ void time_out(Context& context, int times) {
     g_timeouts = times;
 }
 
-TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-    const Buffer y = device_buffer(*context, kScaled);
-    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+/// A context of its own with y = 3 x for x = 1, recorded and not yet run.
+struct Scaling {
+    std::shared_ptr<Context> context;
+    Buffer x, y;
+    CommandList list;
+};
+
+class Submit : public testing::Test {
+  protected:
+    void SetUp() override {
+        const auto context = test::make_context();
+        ASSERT_NE(context, nullptr);
+        Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+        Buffer y = device_buffer(*context, kScaled);
+        CommandList list = record_scale(*context, x.range(), y.range(), 3);
+        scaling_.emplace(Scaling{context, std::move(x), std::move(y), std::move(list)});
+    }
+    void expect_scaled() {
+        EXPECT_EQ(test::download(*scaling_->context, scaling_->y.range(), kScaled),
+                  std::vector<float>(kScaled, 3));
+    }
+    void expect_new_context_works() {
+        scaling_.reset();
+        SetUp();
+        EXPECT_OK(scaling_->context->run(scaling_->list));
+        expect_scaled();
+    }
+
+    std::optional<Scaling> scaling_;
+};
+
+TEST_F(Submit, TimeoutIsReportedAndRecoveredFrom) {
+    auto& [context, x, y, list] = *scaling_;
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
     std::vector<float> values(kScaled, -1);
@@ -78,16 +106,12 @@ TEST(Submit, TimeoutIsReportedAndRecoveredFrom) {
     g_calls = 0;
     EXPECT_OK(context->run(list));  // first waits for the run before
     EXPECT_EQ(g_calls, 2);
-    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
+    expect_scaled();
 }
 
 /// The layer would complain of a command buffer that is written while it runs.
-TEST(Submit, WhatStillRunsIsNotEncodedAnew) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-    const Buffer y = device_buffer(*context, kScaled);
-    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+TEST_F(Submit, WhatStillRunsIsNotEncodedAnew) {
+    auto& [context, x, y, list] = *scaling_;
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "");
     for (const Command& command : list.commands())
@@ -98,25 +122,20 @@ TEST(Submit, WhatStillRunsIsNotEncodedAnew) {
     g_timeouts = 0;
     EXPECT_OK(context->make_ready(list));
     EXPECT_OK(context->run(list));
-    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
+    expect_scaled();
 }
 
 /// A process that was stopped finds its wait over at once, the device not yet done.
-TEST(Submit, OneTimeoutIsNotTheWholeWait) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-    const Buffer y = device_buffer(*context, kScaled);
-    CommandList list = record_scale(*context, x.range(), y.range(), 3);
+TEST_F(Submit, OneTimeoutIsNotTheWholeWait) {
+    auto& [context, x, y, list] = *scaling_;
     time_out(*context, 1);
     EXPECT_OK(context->run(list));
     EXPECT_EQ(g_timeouts, 0);
 }
 
-TEST(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+TEST_F(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
+    const auto& context = scaling_->context;
+    const Buffer& x = scaling_->x;
     const Buffer keep = device_buffer(*context, kScaled);
     {
         Buffer y = device_buffer(*context, kScaled);
@@ -152,53 +171,30 @@ void expect_lost_for_ever(Context& context, CommandList& list, const BufferView&
     EXPECT_EQ(values, std::vector<float>(kScaled, -1));
 }
 
-void expect_new_context_works() {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
-    const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-    const Buffer y = device_buffer(*context, kScaled);
-    CommandList list = record_scale(*context, x.range(), y.range(), 3);
-    EXPECT_OK(context->run(list));
-    EXPECT_EQ(test::download(*context, y.range(), kScaled), std::vector<float>(kScaled, 3));
-}
-
-TEST(Submit, LossAtSubmitIsSticky) {
-    {
-        const auto context = test::make_context();
-        ASSERT_NE(context, nullptr);
-        const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-        const Buffer y = device_buffer(*context, kScaled);
-        CommandList list = record_scale(*context, x.range(), y.range(), 3);
-        VolkDeviceTable& vk = context->device().vk;
-        g_submit = vk.vkQueueSubmit;
-        vk.vkQueueSubmit = submit_loses_device;
-        EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkQueueSubmit");
-        vk.vkQueueSubmit = g_submit;  // even if the driver works again
-        expect_lost_for_ever(*context, list, y.range());
-    }
+TEST_F(Submit, LossAtSubmitIsSticky) {
+    auto& [context, x, y, list] = *scaling_;
+    VolkDeviceTable& vk = context->device().vk;
+    g_submit = vk.vkQueueSubmit;
+    vk.vkQueueSubmit = submit_loses_device;
+    EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkQueueSubmit");
+    vk.vkQueueSubmit = g_submit;  // even if the driver works again
+    expect_lost_for_ever(*context, list, y.range());
     expect_new_context_works();
 }
 
-TEST(Submit, LossAtWaitIsSticky) {
-    {
-        const auto context = test::make_context();
-        ASSERT_NE(context, nullptr);
-        const Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
-        const Buffer y = device_buffer(*context, kScaled);
-        CommandList list = record_scale(*context, x.range(), y.range(), 3);
-        VolkDeviceTable& vk = context->device().vk;
-        g_wait = vk.vkWaitForFences;
-        vk.vkWaitForFences = wait_loses_device;
-        EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkWaitForFences");
-        vk.vkWaitForFences = g_wait;
-        expect_lost_for_ever(*context, list, y.range());
-    }
+TEST_F(Submit, LossAtWaitIsSticky) {
+    auto& [context, x, y, list] = *scaling_;
+    VolkDeviceTable& vk = context->device().vk;
+    g_wait = vk.vkWaitForFences;
+    vk.vkWaitForFences = wait_loses_device;
+    EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkWaitForFences");
+    vk.vkWaitForFences = g_wait;
+    expect_lost_for_ever(*context, list, y.range());
     expect_new_context_works();
 }
 
-TEST(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
-    const auto context = test::make_context();
-    ASSERT_NE(context, nullptr);
+TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
+    const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
     const double flops = test::flops_for(*context, 5);
     Recorder recorder(*context);
@@ -234,7 +230,7 @@ Status scenario(Context& context, std::vector<float>& result) {
     return context.read(y.range(), result.data(), kScaled * 4);
 }
 
-TEST(Submit, EveryFaultPointFailsCleanlyAndRetries) {
+TEST_F(Submit, EveryFaultPointFailsCleanlyAndRetries) {
     ContextDesc desc = test::context_desc();
     desc.memory.hide_host = true;
     std::vector<float> result(kScaled, -1);
