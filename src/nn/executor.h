@@ -24,9 +24,9 @@ struct ExecutorDesc {
     /// and done without where the device has not as much.
     bool keep_prepared = true;
     /// The backward pass keeps its own only while all that is kept stays within so many bytes. The default
-    /// holds what a published network needs forward and half of what it needs backward: a step of
+    /// holds what a published network needs forward and most of what it needs backward: a step of
     /// adapters then fits in 2.5 GiB.
-    std::uint64_t kept_bytes = std::uint64_t{768} << 20;
+    std::uint64_t kept_bytes = std::uint64_t{1280} << 20;
 };
 
 struct ExecutorMemory {

@@ -253,9 +253,7 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
             continue;
         }
         const std::size_t value = values_[graph_.root(n.inputs[i])];
-        if (value != kNone &&
-            (n.row->backward_reads == nullptr || n.row->backward_reads(i, wanted)))
-            touch(value);
+        if (value != kNone && backward_reads(*n.row, i, wanted)) touch(value);
         if (wanted[i]) {
             SPLAT_TRY(plan_grad_input(call, i));
             activation = activation || n.row->inputs[i].layout == Layout::kQuads;
@@ -394,6 +392,9 @@ OpViews ExecutorPlan::forward_views(const Call& call) const {
 OpViews ExecutorPlan::backward_views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
     OpViews v = views(call);
+    const std::vector<bool> wanted = wanted_inputs(call.node);
+    for (std::size_t i = 0; i < v.inputs.size(); ++i)
+        if (!backward_reads(*node.row, i, wanted)) v.inputs[i].block = nullptr;
     const std::size_t prepared =
         keeps(kept_backward, call) ? kept_backward[call.node] : call.prepared;
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;

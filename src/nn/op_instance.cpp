@@ -146,7 +146,12 @@ Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) 
             SPLAT_TRY(ops::quads_pack(recorder, tensors.grad_outputs[i], views_.grad_outputs[i]));
     if (row_.prepare != nullptr)
         SPLAT_TRY(row_.prepare(recorder, attributes, views_, Pass::kBackward));
-    SPLAT_TRY(row_.backward(recorder, attributes, views_));
+    std::vector<bool> wanted;
+    for (const BufferView& grad : views_.grad_inputs) wanted.push_back(present(grad));
+    OpViews views = views_;
+    for (std::size_t i = 0; i < views.inputs.size(); ++i)
+        if (!backward_reads(row_, i, wanted)) views.inputs[i].block = nullptr;
+    SPLAT_TRY(row_.backward(recorder, attributes, views));
     for (std::size_t i = 0; i < row_.inputs.size(); ++i)
         if (row_.inputs[i].layout == Layout::kQuads && present(tensors.grad_inputs[i]))
             SPLAT_TRY(ops::quads_unpack(recorder, views_.grad_inputs[i], tensors.grad_inputs[i]));

@@ -37,6 +37,19 @@ Status expect_shape(const char* op, const char* tensor, const Shape& got, const 
                  got.text().c_str(), expected.text().c_str());
 }
 
+bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted) {
+    return (i == 0 && wanted[1]) || (i == 1 && wanted[0]);
+}
+
+bool linear_backward_reads(std::size_t, const std::vector<bool>&) {
+    return false;
+}
+
+bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted) {
+    return row.inputs[i].layout == Layout::kRowMajor || row.backward_reads == nullptr ||
+           row.backward_reads(i, wanted);
+}
+
 std::span<const OpRow* const> op_table() {
     return kOps;
 }

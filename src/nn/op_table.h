@@ -91,10 +91,14 @@ struct OpRow {
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
 
-    /// Whether backward reads input i when gradients of the inputs marked in `wanted` are asked for;
-    /// nullptr: it may read every input. Outputs are never read: what backward needs is saved.
+    /// Whether backward reads input i, one in quads, when gradients of the inputs marked in `wanted` are
+    /// asked for; nullptr: it may read every one. Those it does not read come without a buffer, as others
+    /// may have their memory by then. Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
 };
+
+/// The row's answer; row-major inputs, which are parameters and constants, may always be read.
+bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted);
 
 /// All operators, by name.
 std::span<const OpRow* const> op_table();

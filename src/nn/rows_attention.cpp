@@ -155,7 +155,8 @@ const OpRow kSplit3Row = {.name = "split3",
                           .plan = split3_plan,
                           .prepare = nullptr,
                           .forward = split3_forward,
-                          .backward = split3_backward};
+                          .backward = split3_backward,
+                          .backward_reads = linear_backward_reads};
 
 const OpRow kConcatRow = {.name = "concat",
                           .equation = "y = (a, b) along the channels",
@@ -166,6 +167,7 @@ const OpRow kConcatRow = {.name = "concat",
                           .plan = concat_plan,
                           .prepare = nullptr,
                           .forward = concat_forward,
-                          .backward = concat_backward};
+                          .backward = concat_backward,
+                          .backward_reads = linear_backward_reads};
 
 }  // namespace splat::nn

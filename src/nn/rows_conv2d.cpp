@@ -122,6 +122,7 @@ const OpRow kConv2dRow = {
     .plan = conv2d_plan,
     .prepare = conv2d_prepare,
     .forward = conv2d_forward,
-    .backward = conv2d_backward};
+    .backward = conv2d_backward,
+    .backward_reads = product_backward_reads};
 
 }  // namespace splat::nn

@@ -160,7 +160,8 @@ const OpRow kAddRow = {.name = "add",
                        .plan = add_plan,
                        .prepare = nullptr,
                        .forward = add_forward,
-                       .backward = add_backward};
+                       .backward = add_backward,
+                       .backward_reads = linear_backward_reads};
 
 const OpRow kSiluRow = {.name = "silu",
                         .equation = "y = x * sigmoid(x)",
@@ -183,7 +184,8 @@ const OpRow kResample2dRow = {
     .plan = resample_plan,
     .prepare = nullptr,
     .forward = resample_forward,
-    .backward = resample_backward};
+    .backward = resample_backward,
+    .backward_reads = linear_backward_reads};
 
 const OpRow kFilmRow = {
     .name = "film",
@@ -195,6 +197,7 @@ const OpRow kFilmRow = {
     .plan = film_plan,
     .prepare = nullptr,
     .forward = film_forward,
-    .backward = film_backward};
+    .backward = film_backward,
+    .backward_reads = product_backward_reads};
 
 }  // namespace splat::nn

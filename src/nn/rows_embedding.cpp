@@ -101,7 +101,8 @@ const OpRow kDropoutRow = {
     .plan = dropout_plan,
     .prepare = nullptr,
     .forward = dropout_forward,
-    .backward = dropout_backward};
+    .backward = dropout_backward,
+    .backward_reads = linear_backward_reads};
 
 const OpRow kPositionalEmbeddingRow = {
     .name = "positional_embedding",

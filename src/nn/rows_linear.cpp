@@ -71,11 +71,6 @@ Status linear_backward(vk::Recorder& recorder, const Attributes&, const OpViews&
                                      v.accumulate);
 }
 
-/// x for grad_weight; the weight only in its prepared form, or for grad_x.
-bool linear_backward_reads(std::size_t i, const std::vector<bool>& wanted) {
-    return (i == 0 && wanted[1]) || (i == 1 && wanted[0]);
-}
-
 }  // namespace
 
 const OpRow kLinearRow = {.name = "linear",
@@ -88,6 +83,6 @@ const OpRow kLinearRow = {.name = "linear",
                           .prepare = linear_prepare,
                           .forward = linear_forward,
                           .backward = linear_backward,
-                          .backward_reads = linear_backward_reads};
+                          .backward_reads = product_backward_reads};
 
 }  // namespace splat::nn

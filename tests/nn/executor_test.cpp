@@ -171,6 +171,35 @@ TEST_P(ExecutorRules, WhatIsFrozenCostsNothing) {
     EXPECT_LT(frozen.executor->memory().bound, whole.executor->memory().bound);
 }
 
+/// Of maps whose gradients do not read their inputs, an activation is over with its last use forward: frozen
+/// convolutions and what is added to them, images resampled, joined and averaged.
+TEST_P(ExecutorRules, KeepsNothingThatBackwardDoesNotRead) {
+    const auto bound = [&](int links) -> std::uint64_t {
+        Graph graph(context());
+        const ValueId x = graph.input("x", {1, 8, 16, 16});
+        const ValueId join = graph.parameter("join", {8, 16, 1, 1}, false);
+        ValueId y = x;
+        for (int link = 0; link < links; ++link) {
+            const ValueId large = graph.op("resample2d", {y}, {{"up", true}});
+            const ValueId small = graph.op("resample2d", {large}, {{"down", true}});
+            const ValueId both = graph.op("concat", {small, y});
+            y = graph.op("conv2d", {both, join, nn::kNoValue, small}, {{"scale", 0.5}});
+            y = graph.op("add", {y, small}, {{"scale", 0.5}});
+        }
+        auto parameters = Parameters::create(context(), graph);
+        EXPECT_OK(parameters.status());
+        auto executor = Executor::create(context(), graph, parameters.value(),
+                                         {.outputs = {y},
+                                          .backward = true,
+                                          .grad_outputs = {y},
+                                          .grad_inputs = {x},
+                                          .keep_prepared = false});
+        EXPECT_OK(executor.status());
+        return executor.ok() ? executor.value()->memory().bound : 0;
+    };
+    EXPECT_EQ(bound(3), bound(12));
+}
+
 TEST_P(ExecutorRules, SameBitsOnEveryRunAndPoison) {
     std::vector<Values> first;
     for (const std::uint32_t pattern : kPoisonPatterns)
