@@ -1,9 +1,10 @@
 // Winograd's minimal filtering F(m x m, 3 x 3), m = kTile in {2, 4}, after Lavin and Gray 2016:
 //   y = A^T [ (G w G^T) * (B^T x B) ] A,   x a tile of m + 2 by m + 2 pixels, y its m by m outputs.
 // Each function applies one of the matrices to a column in place: B^T takes and gives m + 2 values, A^T
-// gives the first m, A (its transpose) takes the first m, G and its transpose 3. Points of F(2x2): 0, 1, -1,
-// infinity; of F(4x4): 0, p, -p, q, -q, infinity with p = 5/8 and q = 3/2, whose powers are exact in float32. Of pairs
-// between 1/2 and 2 they are among those with the least error, half that of 1 and 2 (a fifth at the worst element).
+// gives the first m, A (its transpose) takes the first m, the transpose of G gives 3; G comes row by row.
+// Points of F(2x2): 0, 1, -1, infinity; of F(4x4): 0, p, -p, q, -q, infinity with p = 5/8 and q = 3/2, whose powers are
+// exact in float32. Of pairs between 1/2 and 2 they are among those with the least error, half that of 1 and 2 (a fifth
+// at the worst element).
 // Arrays always have rows of kRow, so that one code serves both tiles.
 
 #ifndef SPLAT_WINOGRAD_GLSL
@@ -55,15 +56,20 @@ void apply_a(COLUMN) {
     f = d, b = even + odd, c = even - odd, d = even2 + odd2, e = even2 - odd2;
 }
 
-void apply_g(COLUMN) {
-    if (kTile == 2) {
-        const vec4 ends = a + c;
-        d = c, c = 0.5 * (ends - b), b = 0.5 * (ends + b);
-        return;
-    }
-    const vec4 even = a + kP2 * c, odd = kP * b, even2 = a + kQ2 * c, odd2 = kQ * b;
-    f = c, a *= kG0;
-    b = kGp * (even + odd), c = kGp * (even - odd), d = kGq * (even2 + odd2), e = kGq * (even2 - odd2);
+// Row r of G times (a, b, c) is factor_of_g(r) * row_of_g(r, a, b, c): of both directions the factors are
+// multiplied first, which rounds once less.
+float factor_of_g(uint r) {
+    if (r == 0) return kTile == 2 ? 1 : kG0;
+    return r == kSize - 1 ? 1 : kTile == 2 ? 0.5 : r > 2 ? kGq : kGp;
+}
+
+vec4 row_of_g(uint r, vec4 a, vec4 b, vec4 c) {
+    if (r == 0) return a;
+    if (r == kSize - 1) return c;
+    const bool second = r > 2;
+    const vec4 even = a + (kTile == 2 ? 1 : second ? kQ2 : kP2) * c;
+    const vec4 odd = (kTile == 2 ? 1 : second ? kQ : kP) * b;
+    return r % 2 == 1 ? even + odd : even - odd;
 }
 
 void apply_gt(COLUMN) {

@@ -2,9 +2,10 @@
 // U = G w G^T for every pair of channels, in the order in which conv2d_winograd_forward_product.comp reads:
 //   transformed[p][b][q][m] = U[p] of output channel 8b+m and input channels 4q..4q+3, zero beyond the edges;
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
-// One invocation transforms four pairs.
-// Bindings: weight row-major (read as words), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
-// Specialisation: 0 workgroup size, 10 kTile.
+// One invocation transforms kQuads quads of input channels for one output channel.
+// Bindings: weight row-major (read as quads), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
+// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: on a CPU more of them write longer runs of each place, which
+// its caches take in sooner.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -13,7 +14,8 @@
 #include "winograd.glsl"
 
 layout(local_size_x_id = 0) in;
-UINTS(0, weight);
+layout(constant_id = 11) const uint kQuads = 1;
+QUADS(0, weight);
 QUADS_OUT(1, transformed);
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
@@ -22,26 +24,42 @@ layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 void main() {
     const uint quads = (dims.in_channels + 7) / 8 * 2;
     const uint blocks = (dims.out_channels + 7) / 8;
+    const uint runs = (quads + kQuads - 1) / kQuads;
     const uint i = invocation_index(dims.groups_x);
-    if (i >= blocks * quads * 8) return;
-    const uint m = i / (8 * quads) * 8 + i % 8;
-    const uint quad = i / 8 % quads;
+    if (i >= blocks * runs * 8) return;
+    const uint block = i / (8 * runs);
+    const uint m = 8 * block + i % 8;
+    const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;
 
-    vec4 values[kRow * kRow];
-    [[unroll]] for (uint lane = 0; lane < 4; ++lane) {
-        const uint k = 4 * quad + lane;
-        const bool inside = m < dims.out_channels && k < dims.in_channels;
-        const uint pair = dims.transposed != 0 ? k * dims.out_channels + m : m * dims.in_channels + k;
-        [[unroll]] for (uint tap = 0; tap < 9; ++tap) {
-            const uint at = inside ? 9 * pair + (dims.transposed != 0 ? 8 - tap : tap) : 0;
-            const float value = uintBitsToFloat(LD1(weight, at));
-            values[tap / 3 * kRow + tap % 3][lane] = inside ? value : 0;
+    vec4 w[kQuads * 9];
+    uint at[kQuads];  // quads beyond the last one are written as it is
+    [[unroll]] for (uint q = 0; q < kQuads; ++q) {
+        const uint quad = min(i / 8 % runs * kQuads + q, quads - 1);
+        at[q] = (block * quads + quad) * 8 + i % 8;
+        [[unroll]] for (uint lane = 0; lane < 4; ++lane) {
+            const uint k = 4 * quad + lane;
+            const bool inside = m < dims.out_channels && k < dims.in_channels;
+            const uint pair = dims.transposed != 0 ? k * dims.out_channels + m : m * dims.in_channels + k;
+            const uint first = inside ? 9 * pair : 0;
+            float taps[12];  // from the quad on that holds the first of the nine, which then moves to the front
+            [[unroll]] for (uint j = 0; j < 3; ++j) {
+                const vec4 four = LD4(weight, min(first / 4 + j, last));
+                [[unroll]] for (uint n = 0; n < 4; ++n) taps[4 * j + n] = four[n];
+            }
+            [[unroll]] for (uint t = 0; t < 10; ++t) taps[t] = (first & 2u) != 0 ? taps[t + 2] : taps[t];
+            [[unroll]] for (uint t = 0; t < 9; ++t) taps[t] = (first & 1u) != 0 ? taps[t + 1] : taps[t];
+            [[unroll]] for (uint t = 0; t < 9; ++t)
+                w[9 * q + t][lane] = !inside ? 0 : dims.transposed != 0 ? taps[8 - t] : taps[t];
         }
     }
-    [[unroll]] for (uint s = 0; s < 3; ++s) apply_g(COLUMN_OF(values, s));
-    [[unroll]] for (uint r = 0; r < kSize; ++r) {
-        apply_g(ROW_OF(values, r));
-        [[unroll]] for (uint s = 0; s < kSize; ++s)
-            ST4(transformed, (r * kSize + s) * blocks * quads * 8 + i, values[r * kRow + s]);
+    for (uint r = 0; r < kSize; ++r) {
+        [[unroll]] for (uint q = 0; q < kQuads; ++q) {
+            vec4 row[3];
+            [[unroll]] for (uint s = 0; s < 3; ++s)
+                row[s] = row_of_g(r, w[9 * q + s], w[9 * q + 3 + s], w[9 * q + 6 + s]);
+            [[unroll]] for (uint s = 0; s < kSize; ++s)
+                ST4(transformed, (r * kSize + s) * blocks * quads * 8 + at[q],
+                    (factor_of_g(r) * factor_of_g(s)) * row_of_g(s, row[0], row[1], row[2]));
+        }
     }
 }

@@ -15,6 +15,9 @@ using vk::Kernels;
 constexpr std::uint32_t kWinogradColumnsId = 11;
 constexpr std::uint32_t kWinogradBlocksId = 12;
 constexpr std::uint32_t kWinogradDepthId = 13;
+constexpr std::uint32_t kPackedQuadsId = 11;
+/// Runs of 512 bytes: prepared in half the time that runs of 128 take, on Zen 4.
+constexpr std::uint32_t kPackedQuads = 4;
 constexpr std::uint32_t kResidualId = 11;
 constexpr std::uint32_t kExactId = 12;
 
@@ -36,9 +39,10 @@ Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                                bool transposed) {
     const Conv2dDesc product = transposed ? conv2d_transposed(desc) : desc;
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t quads = recorder.kernels() == Kernels::kCpu ? kPackedQuads : 1;
+    const std::uint64_t runs = ceil_div(round_up(product.in_channels, 8), std::uint64_t{4} * quads);
     const vk::Groups groups =
-        groups_for(recorder.device(),
-                   round_up(product.out_channels, 8) * round_up(product.in_channels, 8) / 4, size);
+        groups_for(recorder.device(), round_up(product.out_channels, 8) * runs, size);
     params::Conv2dWinogradParams params = winograd_params(product);
     params.transposed = transposed ? 1 : 0;
     params.groups_x = groups[0];
@@ -46,7 +50,7 @@ Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
         .op = "conv2d_pack_weight",
         .shader = winograd_shader(recorder, "conv2d_winograd_forward_weight",
                                   "conv2d_winograd_forward_weight_cpu"),
-        .constants = {{kWorkgroupSizeId, size}, winograd_tile(desc)},
+        .constants = {{kWorkgroupSizeId, size}, winograd_tile(desc), {kPackedQuadsId, quads}},
         .push = params,
         .accesses = {vk::read(weight), vk::write(prepared)},
         .groups = groups,
