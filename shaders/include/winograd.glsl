@@ -56,13 +56,18 @@ void apply_a(COLUMN) {
     f = d, b = even + odd, c = even - odd, d = even2 + odd2, e = even2 - odd2;
 }
 
-// Row r of G times (a, b, c) is factor_of_g(r) * row_of_g(r, a, b, c): of both directions the factors are
-// multiplied first, which rounds once less.
-float factor_of_g(uint r) {
-    if (r == 0) return kTile == 2 ? 1 : kG0;
-    return r == kSize - 1 ? 1 : kTile == 2 ? 0.5 : r > 2 ? kGq : kGp;
+// Element (r, s) of G w G^T is factor_of_g(r, s) times row s of row r of G but for its factors: one rounding of
+// constants and one of the product, where factors on either side would round twice each.
+float factor_of_g(uint r, uint s) {
+    if (kTile == 2) return ((r + 1) / 2 == 1 ? 0.5 : 1) * ((s + 1) / 2 == 1 ? 0.5 : 1);
+    const vec4 row = r == 0  ? vec4(kG0 * kG0, kG0 * kGp, kG0 * kGq, kG0)
+                     : r < 3 ? vec4(kG0 * kGp, kGp * kGp, kGp * kGq, kGp)
+                     : r < 5 ? vec4(kG0 * kGq, kGp * kGq, kGq * kGq, kGq)
+                             : vec4(kG0, kGp, kGq, 1);
+    return row[(s + 1) / 2];
 }
 
+// Row r of G times (a, b, c), but for its factor.
 vec4 row_of_g(uint r, vec4 a, vec4 b, vec4 c) {
     if (r == 0) return a;
     if (r == kSize - 1) return c;

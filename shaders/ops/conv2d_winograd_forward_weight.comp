@@ -4,8 +4,7 @@
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
 // One invocation transforms kQuads quads of input channels for one output channel.
 // Bindings: weight row-major (read as quads), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
-// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: on a CPU more of them write longer runs of each place, which
-// its caches take in sooner.
+// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: a CPU takes in longer runs of each place sooner.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -32,7 +31,7 @@ void main() {
     const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;
 
     vec4 w[kQuads * 9];
-    uint at[kQuads];  // quads beyond the last one are written as it is
+    uint at[kQuads];  // a run that reaches beyond the last quad repeats it
     [[unroll]] for (uint q = 0; q < kQuads; ++q) {
         const uint quad = min(i / 8 % runs * kQuads + q, quads - 1);
         at[q] = (block * quads + quad) * 8 + i % 8;
@@ -59,7 +58,7 @@ void main() {
                 row[s] = row_of_g(r, w[9 * q + s], w[9 * q + 3 + s], w[9 * q + 6 + s]);
             [[unroll]] for (uint s = 0; s < kSize; ++s)
                 ST4(transformed, (r * kSize + s) * blocks * quads * 8 + at[q],
-                    (factor_of_g(r) * factor_of_g(s)) * row_of_g(s, row[0], row[1], row[2]));
+                    factor_of_g(r, s) * row_of_g(s, row[0], row[1], row[2]));
         }
     }
 }

@@ -392,9 +392,7 @@ OpViews ExecutorPlan::forward_views(const Call& call) const {
 OpViews ExecutorPlan::backward_views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
     OpViews v = views(call);
-    const std::vector<bool> wanted = wanted_inputs(call.node);
-    for (std::size_t i = 0; i < v.inputs.size(); ++i)
-        if (!backward_reads(*node.row, i, wanted)) v.inputs[i].block = nullptr;
+    drop_unread(*node.row, wanted_inputs(call.node), v);
     const std::size_t prepared =
         keeps(kept_backward, call) ? kept_backward[call.node] : call.prepared;
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;

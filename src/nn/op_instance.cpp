@@ -149,8 +149,7 @@ Status OpInstance::record(const Attributes& attributes, const Tensors& tensors) 
     std::vector<bool> wanted;
     for (const BufferView& grad : views_.grad_inputs) wanted.push_back(present(grad));
     OpViews views = views_;
-    for (std::size_t i = 0; i < views.inputs.size(); ++i)
-        if (!backward_reads(row_, i, wanted)) views.inputs[i].block = nullptr;
+    drop_unread(row_, wanted, views);
     SPLAT_TRY(row_.backward(recorder, attributes, views));
     for (std::size_t i = 0; i < row_.inputs.size(); ++i)
         if (row_.inputs[i].layout == Layout::kQuads && present(tensors.grad_inputs[i]))

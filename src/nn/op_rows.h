@@ -35,8 +35,8 @@ inline bool present(const vk::BufferView& view) {
 
 /// OpRow::backward_reads of the product of the first two inputs: each for the gradient of the other.
 bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted);
-/// Of maps that are linear in all their quads, whose gradient is that of the output, mapped back.
-bool linear_backward_reads(std::size_t i, const std::vector<bool>& wanted);
+/// Of a fixed linear map: no activation, the gradient is that of the output, mapped back.
+bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
 
 Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected);
 

@@ -41,13 +41,22 @@ bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted) {
     return (i == 0 && wanted[1]) || (i == 1 && wanted[0]);
 }
 
-bool linear_backward_reads(std::size_t, const std::vector<bool>&) {
+bool no_backward_reads(std::size_t, const std::vector<bool>&) {
     return false;
 }
 
 bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted) {
     return row.inputs[i].layout == Layout::kRowMajor || row.backward_reads == nullptr ||
            row.backward_reads(i, wanted);
+}
+
+void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& views) {
+    for (std::size_t i = 0; i < views.inputs.size(); ++i) {
+        if (backward_reads(row, i, wanted)) continue;
+        vk::BufferView unread;
+        unread.shape = views.inputs[i].shape;
+        views.inputs[i] = unread;
+    }
 }
 
 std::span<const OpRow* const> op_table() {

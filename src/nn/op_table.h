@@ -59,7 +59,7 @@ struct OpPlan {
 enum class Pass : int { kForward, kBackward };
 
 /// The tensors of one call, in the order of the row's ports. A view without a buffer is an absent
-/// optional tensor.
+/// optional tensor or, in backward, an input that it does not read.
 struct OpViews {
     std::vector<vk::BufferView> inputs;
     std::vector<vk::BufferView> outputs;
@@ -91,14 +91,17 @@ struct OpRow {
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
 
-    /// Whether backward reads input i, one in quads, when gradients of the inputs marked in `wanted` are
-    /// asked for; nullptr: it may read every one. Those it does not read come without a buffer, as others
-    /// may have their memory by then. Outputs are never read: what backward needs is saved.
+    /// Whether backward reads input i, an activation, when gradients of the inputs marked in `wanted` are
+    /// asked for; nullptr: it may read every one. Others may have the memory of what it does not read.
+    /// Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
 };
 
 /// The row's answer; row-major inputs, which are parameters and constants, may always be read.
 bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted);
+
+/// Take the buffers of inputs that backward does not read: who reads them all the same cannot be recorded.
+void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& views);
 
 /// All operators, by name.
 std::span<const OpRow* const> op_table();

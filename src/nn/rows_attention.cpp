@@ -156,7 +156,7 @@ const OpRow kSplit3Row = {.name = "split3",
                           .prepare = nullptr,
                           .forward = split3_forward,
                           .backward = split3_backward,
-                          .backward_reads = linear_backward_reads};
+                          .backward_reads = no_backward_reads};
 
 const OpRow kConcatRow = {.name = "concat",
                           .equation = "y = (a, b) along the channels",
@@ -168,6 +168,6 @@ const OpRow kConcatRow = {.name = "concat",
                           .prepare = nullptr,
                           .forward = concat_forward,
                           .backward = concat_backward,
-                          .backward_reads = linear_backward_reads};
+                          .backward_reads = no_backward_reads};
 
 }  // namespace splat::nn

@@ -161,7 +161,7 @@ const OpRow kAddRow = {.name = "add",
                        .prepare = nullptr,
                        .forward = add_forward,
                        .backward = add_backward,
-                       .backward_reads = linear_backward_reads};
+                       .backward_reads = no_backward_reads};
 
 const OpRow kSiluRow = {.name = "silu",
                         .equation = "y = x * sigmoid(x)",
@@ -185,7 +185,7 @@ const OpRow kResample2dRow = {
     .prepare = nullptr,
     .forward = resample_forward,
     .backward = resample_backward,
-    .backward_reads = linear_backward_reads};
+    .backward_reads = no_backward_reads};
 
 const OpRow kFilmRow = {
     .name = "film",

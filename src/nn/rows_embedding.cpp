@@ -102,7 +102,7 @@ const OpRow kDropoutRow = {
     .prepare = nullptr,
     .forward = dropout_forward,
     .backward = dropout_backward,
-    .backward_reads = linear_backward_reads};
+    .backward_reads = no_backward_reads};
 
 const OpRow kPositionalEmbeddingRow = {
     .name = "positional_embedding",

@@ -93,8 +93,10 @@ Status Recorder::check_limits(const Dispatch& dispatch, const ShaderInterface& i
     const DeviceLimits& limits = device().limits;
     for (std::size_t i = 0; i < dispatch.accesses.size(); ++i) {
         const BufferView& view = dispatch.accesses[i].view;
-        SPLAT_ASSERT(view.buffer != VK_NULL_HANDLE && view.bytes > 0 &&
-                     view.offset % limits.offset_alignment == 0);
+        if (view.buffer == VK_NULL_HANDLE)
+            return error(Code::kInternal, "%s: binding %zu of shader %s has no buffer", dispatch.op,
+                         i, dispatch.shader);
+        SPLAT_ASSERT(view.bytes > 0 && view.offset % limits.offset_alignment == 0);
         const std::uint64_t most = binding_bytes(limits, interface.bindings[i].type);
         if (view.bytes > most)
             return error(
@@ -171,6 +173,8 @@ Status Recorder::fill(const BufferView& view, std::uint32_t word) {
 
 Status Recorder::copy(const BufferView& from, const BufferView& to) {
     SPLAT_ASSERT(from.bytes == to.bytes);
+    if (from.buffer == VK_NULL_HANDLE || to.buffer == VK_NULL_HANDLE)
+        return error(Code::kInternal, "copy: source or destination has no buffer");
     if (from.overlaps(to)) return error(Code::kInternal, "copy: source and destination overlap");
     Command command;
     command.kind = CommandKind::kCopy;

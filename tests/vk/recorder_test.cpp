@@ -128,6 +128,16 @@ TEST_F(RecorderBarriers, OneBarrierServesAllBeforeIt) {
               2);
 }
 
+TEST_F(RecorderBarriers, RefusesViewsWithoutBuffers) {
+    vk::Recorder r(*context_);
+    EXPECT_ERROR(r.dispatch(scale({}, b_.range(), kElements, 2)), Code::kInternal, "no buffer");
+    vk::BufferView nothing;
+    nothing.bytes = a_.range().bytes;
+    EXPECT_ERROR(r.copy(nothing, a_.range()), Code::kInternal, "no buffer");
+    EXPECT_ERROR(r.copy(a_.range(), nothing), Code::kInternal, "no buffer");
+    EXPECT_TRUE(r.finish().value().commands().empty());
+}
+
 TEST_F(RecorderBarriers, RefusesUndeclaredAliasing) {
     vk::Recorder r(*context_);
     EXPECT_ERROR(r.dispatch(scale(a_.range(), a_.range(), kElements, 2)), Code::kInternal, "alias");
