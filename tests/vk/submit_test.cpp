@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "core/fault.h"
 #include "support/expect_status.h"
@@ -70,6 +71,22 @@ struct Scaling {
     CommandList list;
 };
 
+void expect_lost_for_ever(Context& context, CommandList& list, const BufferView& view) {
+    std::vector<float> values(kScaled, -1);
+    for (int round = 0; round < 2; ++round) {
+        EXPECT_ERROR(context.run(list), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.write(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.read(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.fill(view, 1), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x").status(),
+                     Code::kDeviceLost, "lost");
+        Recorder recorder(context);
+        EXPECT_OK(recorder.fill(view, 1));
+        EXPECT_ERROR(recorder.finish().status(), Code::kDeviceLost, "lost");
+    }
+    EXPECT_EQ(values, std::vector<float>(kScaled, -1));
+}
+
 class Submit : public testing::Test {
   protected:
     void SetUp() override {
@@ -84,6 +101,17 @@ class Submit : public testing::Test {
         EXPECT_EQ(test::download(*scaling_->context, scaling_->y.range(), kScaled),
                   std::vector<float>(kScaled, 3));
     }
+    /// A device that one call of the driver reports as lost stays so, even if that call works again.
+    template <typename Function>
+    void expect_sticky_loss(Function VolkDeviceTable::*entry, Function loses, const char* name) {
+        auto& [context, x, y, list] = *scaling_;
+        const Function works = std::exchange(context->device().vk.*entry, loses);
+        EXPECT_ERROR(context->run(list), Code::kDeviceLost, name);
+        context->device().vk.*entry = works;
+        expect_lost_for_ever(*context, list, y.range());
+        expect_new_context_works();
+    }
+
     void expect_new_context_works() {
         scaling_.reset();
         SetUp();
@@ -155,42 +183,13 @@ TEST_F(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
     EXPECT_OK(context->fill(after.range(), 6));
 }
 
-void expect_lost_for_ever(Context& context, CommandList& list, const BufferView& view) {
-    std::vector<float> values(kScaled, -1);
-    for (int round = 0; round < 2; ++round) {
-        EXPECT_ERROR(context.run(list), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.write(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.read(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.fill(view, 1), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x").status(),
-                     Code::kDeviceLost, "lost");
-        Recorder recorder(context);
-        EXPECT_OK(recorder.fill(view, 1));
-        EXPECT_ERROR(recorder.finish().status(), Code::kDeviceLost, "lost");
-    }
-    EXPECT_EQ(values, std::vector<float>(kScaled, -1));
-}
-
 TEST_F(Submit, LossAtSubmitIsSticky) {
-    auto& [context, x, y, list] = *scaling_;
-    VolkDeviceTable& vk = context->device().vk;
-    g_submit = vk.vkQueueSubmit;
-    vk.vkQueueSubmit = submit_loses_device;
-    EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkQueueSubmit");
-    vk.vkQueueSubmit = g_submit;  // even if the driver works again
-    expect_lost_for_ever(*context, list, y.range());
-    expect_new_context_works();
+    expect_sticky_loss(&VolkDeviceTable::vkQueueSubmit, submit_loses_device, "vkQueueSubmit");
 }
 
 TEST_F(Submit, LossAtWaitIsSticky) {
-    auto& [context, x, y, list] = *scaling_;
-    VolkDeviceTable& vk = context->device().vk;
-    g_wait = vk.vkWaitForFences;
-    vk.vkWaitForFences = wait_loses_device;
-    EXPECT_ERROR(context->run(list), Code::kDeviceLost, "vkWaitForFences");
-    vk.vkWaitForFences = g_wait;
-    expect_lost_for_ever(*context, list, y.range());
-    expect_new_context_works();
+    g_wait = scaling_->context->device().vk.vkWaitForFences;
+    expect_sticky_loss(&VolkDeviceTable::vkWaitForFences, wait_loses_device, "vkWaitForFences");
 }
 
 TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
