@@ -12,34 +12,24 @@ uvec2 tile_chunk(uint index, uint length) {
 
 // Where a walk over the tiles of a packed footprint (tile_footprint.glsl) is.
 struct TileWalk {
-    uvec2 rest;  // of the rows that are left; rows without tiles have no bits
-    uint row, column;
-    uint corner;  // key of the footprint's first tile
+    uvec2 rows;   // those that are left, from the lowest bits on
+    uint key;     // of the footprint's first column in this row
+    uint column;  // of those the row has
 };
 
-uint first_row(uvec2 rows) {
-    return rows.x != 0 ? uint(findLSB(rows.x)) / 8u : 4u + uint(findLSB(rows.y)) / 8u;
-}
+TileWalk first_tile(uvec2 packed) { return TileWalk(uvec2(packed.y, packed.x >> 16), packed.x & 0xFFFFu, 0); }
 
-uint tiles_per_row() { return (params.width + 15) >> 4; }
-
-TileWalk first_tile(uvec4 packed, uint item) {
-    const uint window = item / params.gaussians * (params.row_end - params.row_begin);
-    const uint corner =
-        (window + (packed.x >> 16) - params.row_begin) * tiles_per_row() + (packed.x & 0xFFFFu);
-    return TileWalk(packed.yz, first_row(packed.yz), 0, corner);
-}
-
-// Its key, and on to the next.
-uint take_tile(inout TileWalk walk) {
-    const uint bits = walk.rest[walk.row >> 2] >> 8u * (walk.row & 3u);
-    const uint tile = walk.corner + walk.row * tiles_per_row() + (bits >> 4 & 15u) + walk.column;
+// The key of a tile, and on to the next. A row without tiles takes a turn, which returns no key: taken is 0 then.
+uint take_tile(inout TileWalk walk, out uint taken) {
+    const uint length = walk.rows.x & 15u;
+    const uint key = walk.key + (walk.rows.x >> 4 & 15u) + walk.column;
+    taken = min(length, 1u);
     ++walk.column;
-    const bool done = walk.column >= (bits & 15u);
-    if (done) walk.rest[walk.row >> 2] ^= (bits & 255u) << 8u * (walk.row & 3u);
-    walk.row = done ? first_row(walk.rest) : walk.row;
+    const bool done = walk.column >= length;
+    walk.rows = done ? uvec2(walk.rows.x >> 8 | walk.rows.y << 24, walk.rows.y >> 8) : walk.rows;
+    walk.key += done ? (params.width + 15) >> 4 : 0;
     walk.column = done ? 0 : walk.column;
-    return tile;
+    return key;
 }
 
 #endif

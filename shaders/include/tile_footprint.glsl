@@ -25,12 +25,17 @@ struct Footprint {
     bool exact;
 };
 
-// A footprint of up to 8 rows by 15 columns packs into uvec3 (the buffer adds
-// the count): tile x | tile y << 16; per row 8 bits,
-// length | first column << 4. A larger one is worked out again.
-const int kPackedRows = 8;
+// A footprint of up to 6 rows by 15 columns packs into uvec2. x: the key of its first column in its first row that
+// has tiles (below kMaxWindowTiles, src/raster/raster_desc.h) | rows 4 and 5 << 16; y: rows 0 to 3, from that one on,
+// 8 bits each, length | first column << 4. Of a larger one, which is worked out again, (kNotPacked, number of tiles).
+const int kPackedRows = 6;
 const int kPackedColumns = 15;
-const uint kNotPacked = 0xFFFFFFFFu;
+const uint kNotPacked = 0xFFFFu;
+
+uint tiles_of(uvec2 packed) {
+    const uint lengths = (packed.y & 0x0F0F0F0Fu) + (packed.x >> 16 & 0x0F0Fu);
+    return packed.x == kNotPacked ? packed.y : lengths * 0x01010101u >> 24;
+}
 
 ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end) {
     // Pixel centres first <= i + 0.5 <= last, as tiles; floats are clamped before they turn integer.

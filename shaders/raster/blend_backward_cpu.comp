@@ -1,7 +1,7 @@
 #version 460
 // As blend_backward.comp for devices whose shaders run on a CPU: 8 lanes take a block of 8 x 8 pixels of a
 // tile, a column each, and the four blocks of the tile one after the other. 8 list entries are looked at at
-// once, one per lane; those that can reach the block are passed from lane to lane. A lane sums its pixels, a
+// once, one per lane; those that can reach the block are passed to all lanes in turn. A lane sums its pixels, a
 // butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
 // blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
@@ -53,21 +53,21 @@ float t[kPixels], behind[kPixels], g_r[kPixels], g_g[kPixels], g_b[kPixels], g_z
 // A list entry: splat with the mean relative to the tile's corner, and place in the list.
 struct Entry {
     vec4 a;  // mean, opacity, depth
-    vec3 l;
+    vec4 l;  // l11, l21, l22, reach
     vec3 rgb;
     float place;
 };
 
-// What a lane's own entry collects: its turn among those that reach a block, and the record.
-struct Own {
-    uint turn;
-    float record[kSums];
-};
+Entry load_entry(uint at, uvec2 corner, uint place) {
+    const uint item = LD1(pairs, 2 * at + 1);
+    return Entry(LD4(splats, item * 3) - vec4(corner, 0, 0), LD4(splats, item * 3 + 1),
+                 LD4(splats, item * 3 + 2).rgb, float(place));
+}
 
 Entry of_lane(Entry e, uint lane) {
     e.a = vec4(subgroupShuffle(e.a.x, lane), subgroupShuffle(e.a.y, lane), subgroupShuffle(e.a.z, lane),
                kDepth ? subgroupShuffle(e.a.w, lane) : 0.0);
-    e.l = vec3(subgroupShuffle(e.l.x, lane), subgroupShuffle(e.l.y, lane), subgroupShuffle(e.l.z, lane));
+    e.l = vec4(subgroupShuffle(e.l.x, lane), subgroupShuffle(e.l.y, lane), subgroupShuffle(e.l.z, lane), 0);
     e.rgb = vec3(subgroupShuffle(e.rgb.r, lane), subgroupShuffle(e.rgb.g, lane), subgroupShuffle(e.rgb.b, lane));
     e.place = subgroupShuffle(e.place, lane);
     return e;
@@ -83,8 +83,8 @@ float lanes_sum(float v) {
 // First pixel of a block, relative to the tile's.
 uvec2 block_at(int block) { return uvec2(block & 1, block >> 1) * 8u; }
 
-// One entry over one block: sums over the pixels, in the order of the record.
-void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) {
+// One entry over one block: its sums over the pixels, which the lane whose own it is adds to its record.
+void blend_block(const int block, uint lane, Entry e, bool own, inout float record[kSums]) {
     const vec2 first = vec2(block_at(block)) + vec2(lane, 0) + 0.5;
     precise float qx = e.a.x - first.x;
     precise float ux = e.l.x * qx;
@@ -122,33 +122,25 @@ void blend_block(const int block, uint lane, Entry e, uint turn, inout Own own) 
         if ((i == 6 || i == 7) && !kAbsolute) continue;
         if (i == 11 && !kDepth) continue;
         const float sum = lanes_sum(sums[i]);
-        own.record[i] += own.turn == turn ? sum : 0.0;
+        record[i] += own ? sum : 0.0;
     }
 }
 
-// The entries of `kept`, one bit each of the 8 from `k` on, last first: over one block, or over all four.
-void walk(const int block, const bool all, uint lane, uint k, uvec2 range, uvec2 corner, uint kept, inout Own own) {
-    const uint turns = bitCount(kept);
-    const uint place = k + place_of_bit(kept, lane < turns ? int(turns - 1 - lane) : 0);
-    const uint item = LD1(pairs, 2 * (range.x + min(place, range.y - range.x - 1)) + 1);
-    Entry e;
-    e.a = LD4(splats, item * 3) - vec4(corner, 0, 0);
-    e.l = LD4(splats, item * 3 + 1).xyz;
-    e.rgb = LD4(splats, item * 3 + 2).rgb;
-    e.place = float(place);
-    own.turn = (kept >> lane & 1u) != 0 ? bitCount(kept >> lane) - 1 : 8;  // of those after it
-    uint turn = 0;
-    if (turns == 0) return;
+// The entries of `kept`, one bit for each lane, last first: over one block, or over all four. e: the lane's own.
+void walk(const int block, const bool all, uint lane, uint kept, Entry e, inout float record[kSums]) {
+    if (kept == 0) return;
     [[dont_unroll]] do {
-        const Entry first = of_lane(e, 0);
-        blend_block(block, lane, first, turn, own);
+        const uint from = uint(findMSB(kept));
+        const Entry next = of_lane(e, from);
+        const bool own = lane == from;
+        blend_block(block, lane, next, own, record);
         if (all) {
-            blend_block(1, lane, first, turn, own);
-            blend_block(2, lane, first, turn, own);
-            blend_block(3, lane, first, turn, own);
+            blend_block(1, lane, next, own, record);
+            blend_block(2, lane, next, own, record);
+            blend_block(3, lane, next, own, record);
         }
-        e = of_lane(e, (lane + 1u) & 7u);
-    } while (++turn < turns);
+        kept ^= 1u << from;
+    } while (kept != 0);
 }
 
 // Pixels of block `block`. Returns: entries that one of them reached.
@@ -204,27 +196,26 @@ void main() {
     for (uint k = by_block ? walked : 0; k > 0;) {
         k -= 8;
         const uint entry = range.x + min(k + lane, length - 1);
-        const uint item = LD1(pairs, 2 * entry + 1);
-        const vec2 mean = LD4(splats, item * 3).xy;
-        const vec4 shape = LD4(splats, item * 3 + 1);
+        const Entry mine = load_entry(entry, corner, k + lane);
         uint kept[kBlocks];
         [[unroll]] for (int block = 0; block < kBlocks; ++block) {
-            const vec2 first = vec2(corner + block_at(block)) + 0.5;
-            const bool wanted = k + lane < ends[block] && reaches_block(first, mean, shape);
+            const vec2 first = vec2(block_at(block)) + 0.5;
+            const bool wanted = k + lane < ends[block] && reaches_block(first, mine.a.xy, mine.l);
             kept[block] = subgroupBallot(wanted).x & 0xFFu;
         }
-        Own own = Own(0, nothing);
-        walk(0, false, lane, k, range, corner, kept[0], own);
-        walk(1, false, lane, k, range, corner, kept[1], own);
-        walk(2, false, lane, k, range, corner, kept[2], own);
-        walk(3, false, lane, k, range, corner, kept[3], own);
-        if (k + lane < length) store(LD1(slots, entry), own.record);
+        float record[kSums] = nothing;
+        walk(0, false, lane, kept[0], mine, record);
+        walk(1, false, lane, kept[1], mine, record);
+        walk(2, false, lane, kept[2], mine, record);
+        walk(3, false, lane, kept[3], mine, record);
+        if (k + lane < length) store(LD1(slots, entry), record);
     }
     for (uint k = by_block ? 0 : walked; k > 0;) {
         k -= 8;
+        const uint entry = range.x + min(k + lane, length - 1);
         const bool present = k + lane < length;
-        Own own = Own(0, nothing);
-        walk(0, true, lane, k, range, corner, subgroupBallot(present).x & 0xFFu, own);
-        if (present) store(LD1(slots, range.x + k + lane), own.record);
+        float record[kSums] = nothing;
+        walk(0, true, lane, subgroupBallot(present).x & 0xFFu, load_entry(entry, corner, k + lane), record);
+        if (present) store(LD1(slots, entry), record);
     }
 }

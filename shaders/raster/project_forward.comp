@@ -7,7 +7,7 @@
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
-// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec4.
+// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2.
 // Specialisation: 10 = degree of the spherical harmonics, 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -27,7 +27,7 @@ QUADS_OUT(3, splats);
 layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
 PAIRS_OUT(5, keys);
 PAIRS_OUT(6, radii);
-UINT_QUADS_OUT(7, footprints);
+PAIRS_OUT(7, footprints);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -83,8 +83,8 @@ vec3 splat_color(uint index, vec3 offset) {
 }
 
 // Number of tiles, and the footprint for tile_bin_emit.comp.
-uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
-    packed = uvec3(0);
+uint tile_count(vec4 a, vec4 b, float half_size, uint view, out uvec2 packed) {
+    packed = uvec2(0);
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
     const ivec2 size = ivec2(params.width, params.height);
     const Footprint f = tile_footprint(a, b, half_size, kFlags, size,
@@ -92,16 +92,20 @@ uint tile_count(vec4 a, vec4 b, float half_size, out uvec3 packed) {
     uint count = 0;
     const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
     int row = f.rect.y;  // lanes end at different turns, but lose no sum here (shaders/README.md)
+    int top = row;       // first row that has tiles
     if (row < f.rect.w) do {
         const ivec2 columns = tile_columns(f, row, size);
         const uint length = uint(max(columns.y - columns.x, 0));
+        if (count == 0) top = row;
         count += length;
         const uint bits = length | (length > 0 ? uint(columns.x - f.rect.x) << 4 : 0u);
-        const uint shift = 8u * uint(row - f.rect.y);
+        const uint shift = 8u * uint(row - top);
         if (shift < 32u) packed.y |= bits << shift;
-        if (shift >= 32u) packed.z |= bits << (shift - 32u);
+        if (shift >= 32u) packed.x |= bits << (shift - 16u);
     } while (++row < f.rect.w);
-    packed.x = small ? uint(f.rect.x) | uint(f.rect.y) << 16 : kNotPacked;
+    const uint window_row = view * (params.row_end - params.row_begin) + uint(top) - params.row_begin;
+    packed.x |= window_row * ((params.width + 15) >> 4) + uint(f.rect.x);
+    if (!small) packed = uvec2(kNotPacked, count);
     return count;
 }
 
@@ -139,8 +143,8 @@ void main() {
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
     const vec4 b = valid ? vec4(kRootHalfLog2e * l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
-    uvec3 packed = uvec3(0);
-    uint count = valid ? tile_count(a, b, half_size, packed) : 0u;
+    uvec2 packed = uvec2(0);
+    uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
     vec3 color = vec3(0);
     if (count > 0 || (valid && !is_set(kFlagCull))) {
         color = splat_color(index, g0.xyz - view.position);
@@ -155,7 +159,7 @@ void main() {
     ST4(splats, item * 3 + 1, b);
     ST4(splats, item * 3 + 2, vec4(color, half_size));
     counts[item] = count;
-    STU4(footprints, item, uvec4(packed, count));
+    ST2(footprints, item, count > 0 ? packed : uvec2(0));
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
     ST2(keys, item, uvec2(sorted ? floatBitsToUint(z) : 0xFFFFFFFFu, item));
     ST2(radii, item, floatBitsToUint(valid ? radius : vec2(0)));

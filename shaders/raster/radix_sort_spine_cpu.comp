@@ -42,7 +42,8 @@ void main() {
         } while (l < lanes);
         total = inside ? total : 0;
         uint sum = total;
-        [[unroll]] for (uint step = 1; step < 8; step *= 2) {
+        [[unroll]] for (uint s = 0; s < 3; ++s) {
+            const uint step = 1u << s;
             const uint other = subgroupShuffle(sum, (lane - step) & 7u);
             sum += lane >= step ? other : 0;
         }

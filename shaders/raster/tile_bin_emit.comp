@@ -19,7 +19,7 @@ UINTS(1, begins);
 UINTS(2, slot_begins);
 UINTS(3, sorted);
 UINTS(4, pair_count);
-UINT_QUADS(5, footprints);
+UINTS(5, footprints);
 PAIRS_OUT(6, pairs);
 layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Large { uint large[]; };
@@ -33,18 +33,20 @@ void main() {
     const uint at = invocation_index(params.groups_x);
     if (at >= LD1(sorted, 0) || LD1(pair_count, 0) == 0) return;
     const uint item = LD1(order, 2 * at + 1);
-    const uvec4 packed = LDU4(footprints, item);
+    const uvec2 packed = uvec2(LD1(footprints, 2 * item), LD1(footprints, 2 * item + 1));
     if (packed.x == kNotPacked) {
         large[atomicAdd(stats[kStatLarge], 1u)] = at;
         return;
     }
     const uint begin = LD1(begins, at);
     const uint slot = kSlots ? LD1(slot_begins, item) : 0;
-    if (packed.w == 0) return;
-    TileWalk walk = first_tile(packed, item);
-    uint pair = 0;
-    do {
-        ST2(pairs, begin + pair, uvec2(take_tile(walk), item));
+    const uint count = tiles_of(packed);
+    if (count == 0) return;
+    TileWalk walk = first_tile(packed);
+    uint pair = 0, taken;
+    do {  // what a turn without a tile stores, the next one stores over
+        ST2(pairs, begin + pair, uvec2(take_tile(walk, taken), item));
         if (kSlots) slots[begin + pair] = slot + pair;
-    } while (++pair < packed.w);
+        pair += taken;
+    } while (pair < count);
 }

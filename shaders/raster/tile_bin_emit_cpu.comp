@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
+#extension GL_KHR_shader_subgroup_vote : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/tile_bin_params.h"
@@ -21,7 +22,7 @@ UINTS(1, sums);
 UINTS(2, slot_begins);
 UINTS(3, sorted);
 layout(set = 0, binding = 4, std430) writeonly buffer PairCount { uint pair_count[]; };
-UINT_QUADS(5, footprints);
+UINTS(5, footprints);
 PAIRS_OUT(6, pairs);
 layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Large { uint large[]; };
@@ -30,6 +31,32 @@ layout(set = 0, binding = 10, std430) buffer Stats { uint stats[]; };  // accumu
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "tile_bin.glsl"
+
+// A lane's entry of the depth order, and where its pairs begin.
+struct Entry {
+    uint at, item, count, begin;
+    uvec2 packed;
+};
+
+// Those from `first` on, of which there are 8 or what is left to `end`. base: pairs before them, then after them.
+Entry entry_of_lane(uint first, uint end, uint lane, inout uint base) {
+    Entry e;
+    e.at = first + lane;
+    e.item = LD1(order, 2 * min(e.at, end - 1) + 1);
+    e.packed = uvec2(LD1(footprints, 2 * e.item), LD1(footprints, 2 * e.item + 1));
+    e.count = e.at < end ? tiles_of(e.packed) : 0;
+    uint sum = e.count;  // of this lane and those before
+    [[unroll]] for (uint s = 0; s < 3; ++s) {
+        const uint step = 1u << s;
+        const uint other = subgroupShuffle(sum, (lane - step) & 7u);
+        sum += lane >= step ? other : 0;
+    }
+    e.begin = base + sum - e.count;
+    base += subgroupShuffle(sum, 7u);
+    return e;
+}
+
+bool is_large(Entry e) { return e.count > 0 && e.packed.x == kNotPacked; }
 
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;
@@ -43,9 +70,9 @@ void main() {
         }
         first += 16;
     } while (first < params.lanes);
-    [[unroll]] for (uint step = 1; step < 8; step *= 2) {
-        total = saturating_add(total, subgroupShuffle(total, lane ^ step));
-        base = saturating_add(base, subgroupShuffle(base, lane ^ step));
+    [[unroll]] for (uint s = 0; s < 3; ++s) {
+        total = saturating_add(total, subgroupShuffleXor(total, 1u << s));
+        base = saturating_add(base, subgroupShuffleXor(base, 1u << s));
     }
     const bool fits = total <= params.capacity;
     const uint entries = LD1(sorted, 0);
@@ -57,30 +84,33 @@ void main() {
     }
     const uvec2 chunk = tile_chunk(gl_WorkGroupID.x, entries);
     if (chunk.x >= chunk.y || !fits || total == 0) return;
+    const uint chunk_base = base;
+    bool any_large = false;
     uint i = chunk.x;
     do {
-        const uint at = i + lane;
-        const uint item = LD1(order, 2 * min(at, chunk.y - 1) + 1);
-        const uvec4 packed = LDU4(footprints, item);
-        const uint count = at < chunk.y ? packed.w : 0;
-        uint sum = count;  // of this lane and those before
-        [[unroll]] for (uint step = 1; step < 8; step *= 2) {
-            const uint other = subgroupShuffle(sum, (lane - step) & 7u);
-            sum += lane >= step ? other : 0;
+        const Entry e = entry_of_lane(i, chunk.y, lane, base);
+        any_large = any_large || is_large(e);
+        if (e.count > 0 && !is_large(e)) {
+            const uint slot = kSlots ? LD1(slot_begins, e.item) : 0;
+            TileWalk walk = first_tile(e.packed);
+            uint pair = 0, taken;
+            do {  // what a turn without a tile stores, the next one stores over
+                ST2(pairs, e.begin + pair, uvec2(take_tile(walk, taken), e.item));
+                if (kSlots) slots[e.begin + pair] = slot + pair;
+                pair += taken;
+            } while (pair < e.count);
         }
-        const uint begin = base + sum - count;
-        base += subgroupShuffle(sum, 7u);
-        if (count > 0 && packed.x == kNotPacked) {
-            begins[at] = begin;
-            large[atomicAdd(stats[kStatLarge], 1u)] = at;
-        } else if (count > 0) {
-            const uint slot = kSlots ? LD1(slot_begins, item) : 0;
-            TileWalk walk = first_tile(packed, item);
-            uint pair = 0;
-            do {
-                ST2(pairs, begin + pair, uvec2(take_tile(walk), item));
-                if (kSlots) slots[begin + pair] = slot + pair;
-            } while (++pair < count);
+        i += 8;
+    } while (i < chunk.y);
+    // In a walk of their own: lavapipe does both sides of a choice, and large footprints are rare.
+    if (!subgroupAny(any_large)) return;
+    base = chunk_base;
+    i = chunk.x;
+    do {
+        const Entry e = entry_of_lane(i, chunk.y, lane, base);
+        if (is_large(e)) {
+            begins[e.at] = e.begin;
+            large[atomicAdd(stats[kStatLarge], 1u)] = e.at;
         }
         i += 8;
     } while (i < chunk.y);

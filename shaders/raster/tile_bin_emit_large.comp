@@ -31,7 +31,7 @@ layout(push_constant) uniform Push { TileBinParams params; };
 void emit(uint at) {
     const uint item = LD1(order, 2 * at + 1);
     const uint begin = LD1(begins, at);
-    const uint end = begin + LD1(footprints, 4 * item + 3);
+    const uint end = begin + LD1(footprints, 2 * item + 1);
     const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
     const ivec2 size = ivec2(params.width, params.height);
     const uint tiles_x = (params.width + 15) >> 4;

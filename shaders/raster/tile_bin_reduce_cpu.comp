@@ -32,8 +32,7 @@ void main() {
         sum = saturating_add(sum, i + lane < chunk.y ? count : 0);
         i += 8;
     } while (i < chunk.y);
-    [[unroll]] for (uint step = 1; step < 8; step *= 2)
-        sum = saturating_add(sum, subgroupShuffle(sum, lane ^ step));
+    [[unroll]] for (uint s = 0; s < 3; ++s) sum = saturating_add(sum, subgroupShuffleXor(sum, 1u << s));
     if (lane == 0) sums[gl_WorkGroupID.x] = sum;
     if (!kByIndex && gl_GlobalInvocationID.x == 0) {
         stats[kStatLongest] = 0;

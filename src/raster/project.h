@@ -22,7 +22,7 @@ struct ItemViews {
     vk::BufferView counts;      ///< [V*N] uint32: tiles
     vk::BufferView keys;        ///< [V*N,2] uint32: bits of the depth, 0xFFFFFFFF if culled; item
     vk::BufferView radii;       ///< [V*N,2] float32: pixels; 0 if culled
-    vk::BufferView footprints;  ///< [V*N,4] uint32: tiles, packed; see tile_footprint.glsl
+    vk::BufferView footprints;  ///< [V*N,2] uint32: tiles, packed; see tile_footprint.glsl
 };
 
 /// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the

@@ -16,11 +16,12 @@ constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 /// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
 /// 65535 turns in all (src/ops/launch.h). Sums of chunks are read 16 in a turn, and there are at most 32768 (a power of
-/// two below 65536 workgroups); 8 entries take one turn and one for each tile of the largest of their packed
-/// footprints, of 8 by 15 tiles (shaders/include/tile_footprint.glsl).
+/// two below 65536 workgroups); 8 entries take one turn, one for each tile of the largest of their packed footprints,
+/// of 6 by 15 tiles (shaders/include/tile_footprint.glsl), and one more if there are larger ones in the chunk.
 constexpr std::uint64_t kMaxChunks = 32768;
-constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (1 + 8 * 15) * 8;
+constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (2 + 6 * 15) * 8;
 static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);
+static_assert(kMaxWindowTiles < 0xFFFF, "a packed footprint has 16 bits for a tile's key");
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -46,7 +47,7 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
                           const Window& window) {
     if (recorder.kernels() != vk::Kernels::kCpu) return 1;
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * window.rows();
-    return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 16);
+    return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 128);
 }
 
 /// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index. On
@@ -131,13 +132,13 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
     // Chunks of 64 or more, few enough lanes that one invocation can scan their sums; on CPU devices, where each is a
-    // workgroup, of 256.
+    // workgroup, of 256 or more.
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
         ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : ops::kMaxTurns)));
     const std::uint32_t most = cpu ? 512 : 4096;
-    return std::max(std::clamp(std::bit_ceil(items / (cpu ? 256 : 64)), 64U, most), least);
+    return std::max(std::clamp(std::bit_ceil(items / (cpu ? 512 : 64)), 64U, most), least);
 }
 
 std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window) {

@@ -57,7 +57,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
         allocate(context, {{&splats, "splats", 48 * items},
                            {&counts, "tile counts", 4 * items},
                            {&radii, "radii", 8 * items},
-                           {&footprints, "footprints", 16 * items},
+                           {&footprints, "footprints", 8 * items},
                            {&begins, "first pairs", 4 * items},
                            {&slot_begins, "first records", desc.backward ? 4 * items : 16},
                            {&large, "large footprints", 4 * items},
