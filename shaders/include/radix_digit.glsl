@@ -21,6 +21,7 @@ Digit ranged_digit(uint least, uint least_inverse, uint most_bits) {
     // used / passes, rounded up, without a division, which lavapipe does lane by lane.
     uint bits = most_bits;
     [[unroll]] for (uint k = 1; k < 9; ++k) bits -= used + k * passes <= passes * most_bits ? 1 : 0;
+    bits = max(bits, 2);  // bins are read in quads
     const uint idle = params.passes - passes;
     if (params.pass < idle) return Digit(0, 0, 0, false);
     return Digit(least, (params.pass - idle) * bits, bits, params.pass == idle);

@@ -1,6 +1,6 @@
 #version 460
 // As radix_sort_spine.comp for devices whose shaders run on a CPU, and the places of the digits, too:
-// places [lanes][bins] where a lane's first entry of each digit goes. One workgroup of 8 lanes, a bin each;
+// places [lanes][bins] where a lane's first entry of each digit goes. One workgroup of 8 lanes, four bins each;
 // needs a workgroup of one subgroup.
 // Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: 10 = most bits of a digit,
 // 15 = digits by the range of the keys.
@@ -8,15 +8,16 @@
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
+#include "store.glsl"
 #include "params/radix_sort_params.h"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kBits = 8;
 layout(constant_id = 15) const bool kRanged = false;
-UINTS(0, table);
+UINT_QUADS(0, table);
 UINTS(1, input_count);
 UINTS(2, range);
-layout(set = 0, binding = 3, std430) writeonly buffer Places { uint places[]; };
+UINT_QUADS_OUT(3, places);
 layout(set = 0, binding = 4, std430) buffer Kept { uint kept[]; };  // accumulates
 layout(push_constant) uniform Push { RadixSortParams params; };
 
@@ -29,36 +30,38 @@ void main() {
     if (digit.bits == 0) return;
     const uint bins = 1u << digit.bits;
     const uint lanes = lanes_for(digit.first ? min(LD1(input_count, 0), params.capacity) : kept[0]);
-    uint before = 0;  // entries of smaller digits
+    const uint quads = bins / 4;  // of a lane's row
+    uint before = 0;              // entries of smaller digits
     uint first = 0;
     do {
-        const bool inside = first + lane < bins;
-        uint total = 0;
+        const bool inside = first + lane < quads;
+        uvec4 totals = uvec4(0);
         uint l = 0;
         do {  // 8 per turn: lavapipe limits turns (src/ops/launch.h)
             [[unroll]] for (uint j = 0; j < 8; ++j)
-                total += l + j < lanes ? LD1(table, (l + j) * bins + first + lane) : 0;
+                totals += l + j < lanes ? LDU4(table, (l + j) * quads + first + lane) : uvec4(0);
             l += 8;
         } while (l < lanes);
-        total = inside ? total : 0;
+        const uvec3 within = uvec3(totals.x, totals.x + totals.y, totals.x + totals.y + totals.z);
+        const uint total = inside ? within.z + totals.w : 0;
         uint sum = total;
         [[unroll]] for (uint s = 0; s < 3; ++s) {
             const uint step = 1u << s;
             const uint other = subgroupShuffle(sum, (lane - step) & 7u);
             sum += lane >= step ? other : 0;
         }
-        uint place = before + sum - total;
+        uvec4 place = before + sum - total + uvec4(0, within);
         l = 0;
         do {
             [[unroll]] for (uint j = 0; j < 8; ++j) {
-                const uint at = (l + j) * bins + first + lane;
-                if (inside && l + j < lanes) places[at] = place;
-                place += LD1(table, at);
+                const uint at = (l + j) * quads + first + lane;
+                if (inside && l + j < lanes) STU4(places, at, place);
+                place += LDU4(table, at);
             }
             l += 8;
         } while (l < lanes);
         before += subgroupShuffle(sum, 7u);
         first += 8;
-    } while (first < bins);
+    } while (first < quads);
     if (digit.first && lane == 0) kept[0] = before;
 }

@@ -46,7 +46,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const bool gpu = kernels == vk::Kernels::kGpu;
     const Sharing sharing = sharing_of(kernels);
     const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
-    const std::uint32_t bits = std::max(desc.key_bits, 1U);
+    const std::uint32_t bits = std::max(desc.key_bits, 2U);  // bins are read in quads
     Plan plan{};
     plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
     plan.passes = (bits + most_bits - 1) / most_bits;

@@ -10,12 +10,12 @@ namespace splat::raster {
 /// moves both, and perhaps a second value. Their number is read on the device.
 struct RadixSortDesc {
     std::uint32_t capacity = 0;   ///< entries that the arrays hold, 1 to kMaxSorted
-    std::uint32_t key_bits = 32;  ///< bits that take part, from the lowest
+    std::uint32_t key_bits = 32;  ///< bits that take part, from the lowest; 2 at least
     bool second = false;          ///< there is a second value; key_bits < 32
 };
 
 /// Most entries: one invocation sums the counters of all chunks, 2048 of 2^16 entries on CPU devices,
-/// where it takes a turn for each 8 of them twice for each 8 of 512 digits, 8192 of 2^14 with other
+/// where it takes a turn for each 8 of them twice for each 32 of 512 digits, 8192 of 2^14 with other
 /// kernels.
 inline constexpr std::uint32_t kMaxSorted = 1U << 27;
 
