@@ -19,10 +19,4 @@ bool reaches_block(vec2 corner, vec2 mean, vec4 shape) {
     return min(power.x, power.y) <= shape.w;
 }
 
-// The place of the set bit of an octet that has n set bits before it; anything if there is none.
-uint place_of_bit(uint bits, int n) {
-    [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
-    return uint(findLSB(bits));
-}
-
 #endif

@@ -43,6 +43,12 @@ struct Waiting {
     uint entries, next_entries;
 };
 
+// The place of the set bit of an octet that has n set bits before it; anything if there is none.
+uint place_of_bit(uint bits, int n) {
+    [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
+    return uint(findLSB(bits));
+}
+
 // Look at list entries from `seen` on until 8 wait, or the list ends.
 void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting waiting) {
     if (seen >= range.y || waiting.count >= 8) return;
