@@ -68,7 +68,7 @@ endfunction()
 function(HelpNamesEveryCommand)
   vkrun(0 --help)
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS")
-  foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;model"
+  foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;model" "bench;start"
                            "weights;show" "weights;convert" "weights;diff" "weights;graft" "weights;lora-merge"
                            "weights;lora-extract" "data;synth" "data;check" "data;show" compare train eval predict
                            report)
@@ -312,6 +312,34 @@ function(BenchTimesAModel)
   if(EXISTS ${TEMP}/errors.svg)
     message(FATAL_ERROR "a measurement that failed left a plot")
   endif()
+endfunction()
+
+function(BenchTimesStarts)
+  file(WRITE ${TEMP}/tiny.yaml
+       "data:\n  training_resolution: 16\nmodel:\n  base_dim: 8\n  num_blocks: 1\n  channel_mult: [1, 2]\n"
+       "  attention_resolutions: [8]\n")
+  file(MAKE_DIRECTORY ${TEMP}/scratch)
+  set(ENV{TMPDIR} ${TEMP}/scratch)
+  vkrun(0 bench start --config ${TEMP}/tiny.yaml --rounds 2 --low-memory --json)
+  file(GLOB left ${TEMP}/scratch/*)
+  if(left)
+    message(FATAL_ERROR "left behind: ${left}")
+  endif()
+  expect_json("${out}" 16 config data training_resolution)
+  expect_json("${out}" ON low_memory)
+  string(JSON rounds LENGTH "${out}" rounds)
+  if(NOT rounds EQUAL 2)
+    message(FATAL_ERROR "${rounds} rounds, expected 2")
+  endif()
+  foreach(of IN ITEMS "first" "min" "median" "rounds;1")
+    string(JSON all GET "${out}" ${of} all_ms)
+    foreach(part IN ITEMS device model read load pass)
+      expect_range("${out}" 1e-3 ${all} ${of} ${part}_ms)
+    endforeach()
+  endforeach()
+  file(WRITE ${TEMP}/none.npz "none")
+  vkrun(1 bench start --config ${TEMP}/tiny.yaml --weights ${TEMP}/none.npz)
+  expect("${err}" "none.npz" "did not get ready; its message says why")
 endfunction()
 
 function(WeightsAreShownConvertedAndCompared)

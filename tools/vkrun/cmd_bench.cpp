@@ -211,6 +211,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     ops->group("Commands");
     add_bench_raster(*bench, exit_code);
     add_bench_model(*bench, exit_code);
+    add_bench_start(*bench, exit_code);
     const auto options = std::make_shared<BenchOptions>();
     ops->add_option("--only", options->only,
                     "Operators to measure, separated by commas:\nattention, conv2d, gaussian_head, "

@@ -70,7 +70,7 @@ std::vector<std::string> peer_command(const BenchModelOptions& options, const Js
 
 std::unique_ptr<ModelPeer> start_peer(const BenchModelOptions& options, const Json& config) {
     if (!options.peer) return nullptr;
-    auto peer = std::make_unique<ModelPeer>(peer_command(options, config));
+    auto peer = std::make_unique<ModelPeer>(peer_command(options, config), kPeerRemedy);
     if (!peer->about().at("openblas").get<bool>())
         throw Failure(kFailed,
                       "the peer has no OpenBLAS, and would be many times slower than PyTorch is: "
@@ -107,7 +107,8 @@ void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer,
     const bool step = std::string(key) == "forward_backward";
     const PassMeasurement measured = measure_pass(run, peer, step, options.rounds);
     const bool in_part = run.report().at("config").contains("opt");
-    const double gflop = !step ? run.gflop() : in_part ? 0 : 3 * run.gflop();
+    const double forward = json.at("gflop").get<double>();
+    const double gflop = !step ? forward : in_part ? 0 : 3 * forward;
     json[key] = times_json(measured.ours, gflop);
     json[key]["bytes"] = run.report().at("bytes");
     json[key]["create_ms"] = run.create_ms();

@@ -111,19 +111,28 @@ double PassTimes::median_ms() const {
     return sorted.size() % 2 == 1 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
 }
 
-ModelRun::ModelRun(splat_device device, const ModelBenchOptions& options) {
+ModelRun::ModelRun(splat_device device, const ModelBenchOptions& options)
+    : objects_(options.objects) {
     const std::string config = with_adapters(device, options);
     create_ms_ = milliseconds([&] { model_ = create(device, options, config); });
-    init_ms_ = milliseconds([&] { check(splat_model_init(model_.get(), 1)); });
+    if (options.weights.empty())
+        init_ms_ = milliseconds([&] { check(splat_model_init(model_.get(), 1)); });
+    else
+        load(options.weights);
     report_ = report_of(model_.get());
-    make_inputs(options.objects);
-    count_operations(options.objects);
+    make_inputs();
 }
 
-void ModelRun::make_inputs(std::uint32_t objects) {
+void ModelRun::load(const std::string& weights) {
+    Owner<splat_weights, splat_weights_destroy> read;
+    read_ms_ = milliseconds([&] { check(splat_weights_load(weights.c_str(), read.out())); });
+    init_ms_ = milliseconds([&] { check(splat_model_load(model_.get(), read.get(), 0)); });
+}
+
+void ModelRun::make_inputs() {
     const Json& config = report_.at("config");
     const std::size_t side = number(config, "data", "training_resolution");
-    const std::size_t images = std::size_t{objects} * number(config, "data", "input_images");
+    const std::size_t images = std::size_t{objects_} * number(config, "data", "input_images");
     const std::size_t channels =
         image_channels(config) + (flag(config, "data", "origin_distances") ? 1U : 0U);
     pixels_ = images * side * side;
@@ -137,7 +146,7 @@ void ModelRun::make_inputs(std::uint32_t objects) {
     ones_.assign(pixels_ * 12, 1.0F);
 }
 
-void ModelRun::count_operations(std::uint32_t objects) {
+double ModelRun::gflop() const {
     const Json& config = report_.at("config");
     const double views = number(config, "data", "input_images");
     const double seen = flag(config, "model", "cross_view_attention") ? views : 1;
@@ -156,7 +165,7 @@ void ModelRun::count_operations(std::uint32_t objects) {
         if (name.ends_with(".qkv.weight"))  // queries by keys, and weights by values
             products += 2 * side * side * (seen * side * side) * static_cast<double>(info.dims[1]);
     }
-    gflop_ = 2 * products * objects * views * 1e-9;
+    return 2 * products * objects_ * views * 1e-9;
 }
 
 Json ModelRun::report() const {
@@ -201,7 +210,11 @@ double ModelRun::step() {
     return forward_ms + milliseconds([&] { check(splat_model_backward(model_.get(), gradients)); });
 }
 
-ModelPeer::ModelPeer(const std::vector<std::string>& command) {
+const char* const kPeerRemedy =
+    "PyTorch and a fast BLAS for it: `apt-get install python3-torch libopenblas0-pthread`; "
+    "--python PROGRAM names another interpreter";
+
+ModelPeer::ModelPeer(const std::vector<std::string>& command, const std::string& remedy) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         throw Failure(kFailed, std::string("cannot connect to a peer: ") + std::strerror(errno));
@@ -225,9 +238,8 @@ ModelPeer::ModelPeer(const std::vector<std::string>& command) {
     close(socket_);
     if (failed == 0) waitpid(process_, nullptr, 0);
     throw Failure(kFailed, "the peer '" + command.front() + "' " +
-                               (failed == 0 ? "did not get ready" : std::strerror(failed)) +
-                               "; PyTorch and a fast BLAS for it: `apt-get install python3-torch "
-                               "libopenblas0-pthread`; --python PROGRAM names another interpreter");
+                               (failed == 0 ? "did not get ready" : std::strerror(failed)) + "; " +
+                               remedy);
 }
 
 ModelPeer::~ModelPeer() {

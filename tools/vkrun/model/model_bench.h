@@ -10,7 +10,8 @@
 namespace vkrun {
 
 struct ModelBenchOptions {
-    std::string config;  ///< text; empty: the cars model
+    std::string config;   ///< text; empty: the cars model
+    std::string weights;  ///< a file; empty: random
     std::int32_t precision = SPLAT_PRECISION_BALANCED;
     std::uint32_t objects = 1;
     std::uint32_t lora = 0;  ///< rank; 0: as the configuration says
@@ -47,31 +48,34 @@ class ModelRun {
 
     [[nodiscard]] Json report() const;  ///< of the model as it is now
     [[nodiscard]] double create_ms() const { return create_ms_; }
-    [[nodiscard]] double init_ms() const { return init_ms_; }
+    [[nodiscard]] double read_ms() const { return read_ms_; }  ///< the file of weights
+    [[nodiscard]] double init_ms() const { return init_ms_; }  ///< or loading what was read
 
     /// 1e9 operations of a forward pass, two per multiplication: convolutions and the products of
-    /// attention over pixels.
-    [[nodiscard]] double gflop() const { return gflop_; }
+    /// attention over pixels. Counts them anew.
+    [[nodiscard]] double gflop() const;
 
   private:
-    void make_inputs(std::uint32_t objects);
-    void count_operations(std::uint32_t objects);
+    void load(const std::string& weights);
+    void make_inputs();
 
     Model model_;
+    std::uint32_t objects_;
     std::size_t pixels_ = 0;  ///< of all images together
     Json report_;             ///< of the new model
     double create_ms_ = 0;
+    double read_ms_ = 0;
     double init_ms_ = 0;
-    double gflop_ = 0;
     std::vector<float> images_, focals_, embedding_, tokens_;
     std::vector<float> ones_;  ///< as long as the longest output
 };
 
-/// What runs the same network in turns with ours: a process of tools/bench/torch_model.py.
+/// A process that says "ready", with JSON about itself, and then runs passes when told: of
+/// tools/bench/torch_model.py, the same network in turns with ours.
 class ModelPeer {
   public:
-    /// command  the program and its arguments. Throws if it does not get ready.
-    explicit ModelPeer(const std::vector<std::string>& command);
+    /// command  the program and its arguments. Throws, with the remedy, if it does not get ready.
+    ModelPeer(const std::vector<std::string>& command, const std::string& remedy);
     ~ModelPeer();
     ModelPeer(const ModelPeer&) = delete;
     ModelPeer& operator=(const ModelPeer&) = delete;
@@ -93,6 +97,9 @@ class ModelPeer {
 /// The arguments of torch_model.py for a configuration as reports hold it. Throws where the peer has no
 /// such network.
 std::vector<std::string> peer_arguments(const Json& config, std::uint32_t objects);
+
+/// What to do where torch_model.py does not get ready.
+extern const char* const kPeerRemedy;
 
 /// tools/bench/torch_model.py in a folder above this program or above the current folder.
 std::string find_peer_script();

@@ -2,24 +2,20 @@
 
 #include "vkrun/model/model_errors.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 
 #include "vkrun/command.h"
 #include "vkrun/svg.h"
 #include "vkrun/table.h"
+#include "vkrun/temporary_folder.h"
 
 namespace vkrun {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::array<std::pair<const char*, std::int32_t>, 3> kPrecisions = {
     {{"strict", SPLAT_PRECISION_STRICT},
@@ -30,30 +26,6 @@ constexpr std::array<std::pair<const char*, std::int32_t>, 3> kPrecisions = {
 constexpr std::array<const char*, 6> kOutputs = {"raw",    "means",     "opacities",
                                                  "scales", "rotations", "sh"};
 using Outputs = std::array<std::vector<double>, kOutputs.size()>;
-
-/// A folder of its own, gone with the object.
-class Folder {
-  public:
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "vkrun-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr)
-            throw Failure(kFailed, "cannot make a folder like '" + name +
-                                       "': " + std::strerror(errno) + "; TMPDIR names another");
-        path_ = name;
-    }
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    [[nodiscard]] std::string file(const char* name) const { return (path_ / name).string(); }
-    [[nodiscard]] std::string path() const { return path_.string(); }
-
-  private:
-    fs::path path_;
-};
 
 /// Numbers of float64, in the order of kOutputs and as many as `like` has.
 Outputs read_outputs(const std::string& path, const Outputs& like) {
@@ -113,7 +85,7 @@ struct Axis {
 ErrorMeasurement measure_errors(
     splat_device device, const ModelBenchOptions& options,
     const std::function<std::vector<std::string>(const Json& config)>& peer_command) {
-    const Folder folder;
+    const TemporaryFolder folder;
     ErrorMeasurement measurement;
     std::vector<ErrorRow>& rows = measurement.rows;
     std::vector<std::unique_ptr<ModelRun>> runs;
@@ -134,7 +106,7 @@ ErrorMeasurement measure_errors(
     command.insert(command.end(), {"--exchange", folder.path()});
     for (const char* key : {"fov", "znear", "zfar"})
         command.insert(command.end(), {std::string("--") + key, config.at("data").at(key).dump()});
-    ModelPeer peer(command);
+    ModelPeer peer(command, kPeerRemedy);
     measurement.peer = peer.about();
     for (int call = 0; call < options.rounds + 2; ++call)
         for (std::size_t i = 0; i < rows.size(); ++i)
