@@ -950,7 +950,11 @@ enum {
     SPLAT_MODEL_TRAINING = 1u << 1,   /* dropout acts */
     /* Prepare weights anew in every pass: slower. Without it and without gradients, the second pass of the
      * same weights takes memory to keep them prepared (0.7 GiB for the cars model), if the device has it. */
-    SPLAT_MODEL_LOW_MEMORY = 1u << 2
+    SPLAT_MODEL_LOW_MEMORY = 1u << 2,
+    /* With GRADIENTS: compute what a block of the network keeps for the backward pass once more there. The
+     * same numbers in less memory; figures in BENCHMARKS.md. */
+    SPLAT_MODEL_RECOMPUTE = 1u << 3,
+    SPLAT_MODEL_INPUT_GRADIENTS = 1u << 4 /* with GRADIENTS: also those of images, embedding, tokens */
 };
 
 /* Kernels of 3x3 convolutions: their errors stand in BENCHMARKS.md. */
@@ -1035,7 +1039,9 @@ SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_
 /* Results of the latest splat_model_forward, by name: "means" [objects,M,3] scene units, "opacities"
  * [objects,M,1], "scales" [objects,M,3], "rotations" [objects,M,4] w x y z, "sh" [objects,M,K,3] with
  * the constant term first, "raw" [N,output channels,R,R]; parameters by the names of the state dict,
- * and their gradients as "grad:" and the name. bytes: those of the values or more.
+ * and their gradients as "grad:" and the name. With SPLAT_MODEL_INPUT_GRADIENTS, those of the latest
+ * backward pass: "grad:images" [N,channels that the network sees,R,R], "grad:embedding" of a custom one,
+ * "grad:tokens", as in splat_model_input. bytes: those of the values or more.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such name, too few
  *   bytes), SPLAT_ERROR_INVALID_STATE (before the first pass, no gradient) */
 SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,

@@ -122,7 +122,12 @@ Status expect_ran(const api::ModelObject& object) {
     return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
 }
 
-/// A result, a parameter or a gradient.
+constexpr std::pair<model::Predictor::Input, const char*> kInputs[] = {
+    {model::Predictor::Input::kImages, "grad:images"},
+    {model::Predictor::Input::kEmbedding, "grad:embedding"},
+    {model::Predictor::Input::kTokens, "grad:tokens"}};
+
+/// A result, a parameter or its gradient.
 Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& name) {
     const auto outputs = object.predictor->outputs();
     const std::pair<const char*, vk::BufferView> results[] = {
@@ -196,9 +201,16 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(model, "model"));
-        SPLAT_TRY(
-            api::check_desc(desc, "splat_model_desc", sizeof(splat_model_desc),
-                            SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING | SPLAT_MODEL_LOW_MEMORY));
+        SPLAT_TRY(api::check_desc(desc, "splat_model_desc", sizeof(splat_model_desc),
+                                  SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING |
+                                      SPLAT_MODEL_LOW_MEMORY | SPLAT_MODEL_RECOMPUTE |
+                                      SPLAT_MODEL_INPUT_GRADIENTS));
+        constexpr std::uint32_t kBackward = SPLAT_MODEL_RECOMPUTE | SPLAT_MODEL_INPUT_GRADIENTS;
+        if ((desc->flags & kBackward) != 0 && (desc->flags & SPLAT_MODEL_GRADIENTS) == 0)
+            return error(Code::kInvalidArgument,
+                         "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
+                         "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
+                         desc->flags);
         model::PredictorOptions options;
         SPLAT_ASSIGN(options.build.precision, precision_of(desc->precision));
         SPLAT_ASSIGN(const model::PredictorConfig config, config_of(desc->config));
@@ -209,6 +221,8 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         options.gradients = (desc->flags & SPLAT_MODEL_GRADIENTS) != 0;
         options.build.training = (desc->flags & SPLAT_MODEL_TRAINING) != 0;
         options.keep_prepared = (desc->flags & SPLAT_MODEL_LOW_MEMORY) == 0;
+        options.recompute = (desc->flags & SPLAT_MODEL_RECOMPUTE) != 0;
+        options.input_gradient = (desc->flags & SPLAT_MODEL_INPUT_GRADIENTS) != 0;
         auto object = std::make_shared<api::ModelObject>();
         object->context = owner->context;
         object->objects = options.objects;
@@ -305,11 +319,24 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const vk::BufferView view, find_view(object, name));
-        const std::size_t needed = view.shape.elements() * sizeof(float);
-        if (bytes < needed)
+        const auto check_bytes = [&](std::size_t needed) -> Status {
+            if (bytes >= needed) return {};
             return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
                          needed);
+        };
+        for (const auto& [input, known] : kInputs) {
+            if (std::string_view(name) != known) continue;
+            if (!object.went_back)
+                return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
+            SPLAT_ASSIGN(const std::vector<float> gradient,
+                         object.predictor->input_gradient(input));
+            SPLAT_TRY(check_bytes(gradient.size() * sizeof(float)));
+            std::copy(gradient.begin(), gradient.end(), values);
+            return {};
+        }
+        SPLAT_ASSIGN(const vk::BufferView view, find_view(object, name));
+        const std::size_t needed = view.shape.elements() * sizeof(float);
+        SPLAT_TRY(check_bytes(needed));
         return object.context->read(view, values, needed);
     });
 }
@@ -340,7 +367,10 @@ splat_result splat_model_backward(splat_model model, const float* const gradient
                           ? object.context->fill(views[i], 0)
                           : object.context->write(views[i], gradients[i], bytes));
         }
-        return object.predictor->backward();
+        object.went_back = false;
+        SPLAT_TRY(object.predictor->backward());
+        object.went_back = true;
+        return {};
     });
 }
 

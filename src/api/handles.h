@@ -100,6 +100,7 @@ struct ModelObject {
     std::shared_ptr<model::Predictor> predictor;  ///< its own, or a trainer's
     model::LoadReport load;                       ///< of the latest load
     bool ran = false;
+    bool went_back = false;  ///< gradients of inputs are there
 
     ~ModelObject();
 };

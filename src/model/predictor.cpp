@@ -49,12 +49,14 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
     desc.outputs = made->outputs_;
     desc.outputs.push_back(made->raw_);
     desc.keep_prepared = options.keep_prepared;
+    desc.recompute = options.recompute;
     desc.backward = options.gradients;
     if (options.gradients) {
         desc.grad_outputs = made->outputs_;
         if (options.input_gradient) desc.grad_inputs.push_back(made->image_);
         if (options.input_gradient && config.embedding == Embedding::kCustom)
             desc.grad_inputs.push_back(made->embedding_);
+        if (options.input_gradient && config.tokens > 0) desc.grad_inputs.push_back(made->tokens_);
     }
     SPLAT_ASSIGN(made->executor_,
                  nn::Executor::create(context, made->graph_, *made->parameters_, desc));
@@ -188,12 +190,22 @@ Predictor::Outputs Predictor::output_gradients() const {
     return five(outputs_, &nn::Executor::gradient, *executor_);
 }
 
-Status Predictor::embedding_gradient(std::vector<float>& gradient) const {
-    const vk::BufferView& view = executor_->gradient(embedding_);
+Result<std::vector<float>> Predictor::input_gradient(Input input) const {
+    const bool there =
+        options_.gradients && options_.input_gradient &&
+        (input == Input::kImages || (input == Input::kTokens && config_.tokens > 0) ||
+         (input == Input::kEmbedding && config_.embedding == Embedding::kCustom));
+    if (!there)
+        return error(Code::kInvalidState,
+                     "predictor: there is no gradient of this input: the model was made without "
+                     "gradients of inputs, or its configuration does not have the input");
+    const vk::BufferView& view = executor_->gradient(input == Input::kImages   ? image_
+                                                     : input == Input::kTokens ? tokens_
+                                                                               : embedding_);
     std::vector<float> values(view.shape.elements());
     SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));
-    gradient = exchange_halves(values, config_.embedding_length());
-    return {};
+    if (input != Input::kEmbedding) return values;
+    return exchange_halves(values, config_.embedding_length());
 }
 
 }  // namespace splat::model

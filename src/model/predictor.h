@@ -17,6 +17,7 @@ struct PredictorOptions {
     bool gradients = false;     ///< plan and record the backward pass; else parameters have none
     bool input_gradient = false;
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
+    bool recompute = false;     ///< the same
     BuildOptions build;
 };
 
@@ -70,14 +71,12 @@ class Predictor {
     /// What the network gives to the head: [N, output_channels, R, R], row-major.
     [[nodiscard]] const vk::BufferView& raw_output() const { return executor_->tensor(raw_); }
 
-    /// Gradient of the images [N, image_channels, R, R]; only with input_gradient.
-    [[nodiscard]] const vk::BufferView& image_gradient() const {
-        return executor_->gradient(image_);
-    }
+    enum class Input : int { kImages, kEmbedding, kTokens };
 
-    /// Gradient of the embedding [N, embedding_length] of Embedding::kCustom; only with input_gradient,
-    /// and in the order of the caller's vector. Errors: those of reading.
-    Status embedding_gradient(std::vector<float>& gradient) const;
+    /// Gradient of the images [N, image_channels, R, R], of the embedding [N, embedding_length] of
+    /// Embedding::kCustom or of the tokens [N, token_dim, tokens], in the order of the caller's numbers.
+    /// Errors: kInvalidState without input_gradient or that input; those of reading.
+    [[nodiscard]] Result<std::vector<float>> input_gradient(Input input) const;
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
     [[nodiscard]] const PredictorConfig& config() const { return config_; }

@@ -185,6 +185,7 @@ ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {
     std::uint32_t c = config_.base_dim;
     for (std::uint32_t level = 0; level < config_.levels(); ++level) {
         const std::uint32_t r = config_.resolution >> level;
+        graph_.begin_segment();
         if (level == 0) {
             x = conv(enc + level_name(r, "conv"), x, c, 3, kXavier, kNoValue, 1, true);
         } else {
@@ -193,6 +194,7 @@ ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {
         skips.push_back(x);
         for (std::uint32_t i = 0; i < config_.num_blocks; ++i) {
             const std::uint32_t out = config_.base_dim * config_.channel_mult[level];
+            graph_.begin_segment();
             x = block(enc + level_name(r, "block" + std::to_string(i)), x,
                       {c, out, false, false, attends(r)});
             c = out;
@@ -207,14 +209,17 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
     std::uint32_t c = config_.base_dim * config_.channel_mult.back();
     for (std::uint32_t level = config_.levels(); level-- > 0;) {
         const std::uint32_t r = config_.resolution >> level;
+        graph_.begin_segment();
         if (level + 1 == config_.levels()) {
             x = block(dec + level_name(r, "in0"), x, {c, c, false, false, true});
+            graph_.begin_segment();
             x = block(dec + level_name(r, "in1"), x, {c, c, false, false, false});
         } else {
             x = block(dec + level_name(r, "up"), x, {c, c, true, false, false});
         }
         for (std::uint32_t i = 0; i <= config_.num_blocks; ++i) {
             if (!graph_.status().ok()) return kNoValue;
+            graph_.begin_segment();
             x = graph_.op("concat", {x, skips.back()});
             skips.pop_back();
             if (!graph_.status().ok()) return kNoValue;
@@ -225,6 +230,7 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
             c = out;
         }
     }
+    graph_.begin_segment();
     x = norm(dec + level_name(config_.resolution, "aux_norm"), x, true);
     return conv(dec + level_name(config_.resolution, "aux_conv"), x, config_.output_channels(), 3,
                 kOutput);

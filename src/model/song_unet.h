@@ -35,6 +35,7 @@ class SongUnet {
     /// embedding  [N, embedding_length], halves as the reference feeds them; kNoValue if there is none
     /// tokens     [N, token_dim, T]; kNoValue if there are none
     /// counter    [4] row-major, of the dropout's generator; kNoValue unless training
+    /// Each block is a segment of the graph (Graph::begin_segment).
     /// Returns    [N, output_channels, R, R]; the graph's status tells of errors: those of operators;
     ///            kInvalidArgument for a part of a name, see PredictorConfig, that is in none
     nn::ValueId build(nn::ValueId x, nn::ValueId embedding, nn::ValueId tokens,

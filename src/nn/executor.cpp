@@ -29,26 +29,28 @@ Status record_prepare(vk::Recorder& recorder, const Graph& graph, const Executor
                 graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
                                                       plan.forward_views(call), Pass::kForward));
     for (const auto& call : plan.backward)
-        if (plan.keeps(plan.kept_backward, call))
+        if (!call.replay && plan.keeps(plan.kept_backward, call))
             SPLAT_TRY(
                 graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
                                                       plan.backward_views(call), Pass::kBackward));
     return {};
 }
 
-Status record_forward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
-    for (const auto& call : plan.forward) {
-        const Node& node = graph.nodes()[call.node];
-        const OpViews views = plan.forward_views(call);
-        if (call.prepared != kNone && !plan.keeps(plan.kept_forward, call))
-            SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kForward));
-        SPLAT_TRY(node.row->forward(recorder, node.attributes, views));
-    }
-    return {};
+Status record_forward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan,
+                      const ExecutorPlan::Call& call) {
+    const Node& node = graph.nodes()[call.node];
+    const OpViews views = plan.forward_views(call);
+    if (call.prepared != kNone && !plan.keeps(plan.kept_forward, call))
+        SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kForward));
+    return node.row->forward(recorder, node.attributes, views);
 }
 
 Status record_backward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
     for (const auto& call : plan.backward) {
+        if (call.replay) {
+            SPLAT_TRY(record_forward(recorder, graph, plan, call));
+            continue;
+        }
         const Node& node = graph.nodes()[call.node];
         const OpViews views = plan.backward_views(call);
         for (const std::size_t tensor : call.zeros) SPLAT_TRY(recorder.fill(plan.view(tensor), 0));
@@ -115,7 +117,7 @@ Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
     for (const auto& [id, view] : ports_)
         if (graph_.value(id).kind == ValueKind::kInput)
             SPLAT_TRY(pack(recorder, graph_.value(id), view, plan.value_view(id)));
-    SPLAT_TRY(record_forward(recorder, graph_, plan));
+    for (const auto& call : plan.forward) SPLAT_TRY(record_forward(recorder, graph_, plan, call));
     for (const auto& [id, view] : ports_)
         if (graph_.value(id).kind != ValueKind::kInput)
             SPLAT_TRY(unpack(recorder, graph_.value(id), plan.value_view(id), view));

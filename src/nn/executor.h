@@ -27,6 +27,10 @@ struct ExecutorDesc {
     /// holds what a published network needs forward and most of what it needs backward: a step of
     /// adapters then fits in 2.5 GiB.
     std::uint64_t kept_bytes = std::uint64_t{1280} << 20;
+    /// Do not keep for the backward pass what only nodes of one segment (Graph::begin_segment) read, but
+    /// compute it once more there, from what the segments before gave: the same bits in less memory, for
+    /// up to the time of another forward pass (Chen et al. 2016, arXiv:1604.06174).
+    bool recompute = false;
 };
 
 struct ExecutorMemory {

@@ -47,6 +47,7 @@ Status ExecutorPlan::make() {
     kept_backward.assign(graph_.nodes().size(), kNone);
     SPLAT_TRY(find_wanted());
     if (desc_.backward) SPLAT_TRY(find_reached());
+    find_crossing();
     SPLAT_TRY(plan_inputs());
     SPLAT_TRY(plan_forward());
     SPLAT_TRY(plan_outputs());
@@ -94,6 +95,13 @@ Status ExecutorPlan::find_reached() {
             if (wanted[i]) reached_[graph_.root(n.inputs[i])] = true;
     }
     return {};
+}
+
+bool ExecutorPlan::runs_backward(std::size_t node, const std::vector<bool>& wanted) const {
+    const Node& n = graph_.nodes()[node];
+    const auto is_reached = [&](ValueId id) { return reached_[graph_.root(id)]; };
+    return std::any_of(n.outputs.begin(), n.outputs.end(), is_reached) &&
+           std::find(wanted.begin(), wanted.end(), true) != wanted.end();
 }
 
 std::vector<bool> ExecutorPlan::wanted_inputs(std::size_t node) const {
@@ -153,22 +161,32 @@ Status ExecutorPlan::plan_forward() {
         const Node& n = graph_.nodes()[node];
         Call call;
         call.node = node;
-        for (const ValueId input : n.inputs)
-            if (input != kNoValue && values_[graph_.root(input)] != kNone)
-                touch(values_[graph_.root(input)]);
-        for (const ValueId output : n.outputs) {
-            SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
-            values_[output] = tensor(graph_.value(output).name, bytes, clock_);
-        }
-        for (std::size_t i = 0; i < n.plan.saved.size(); ++i)
-            saved_[node].push_back(
-                tensor(n.row->saved[i], vk::quad_bytes(n.plan.saved[i].elements()), clock_));
-        if (n.plan.forward_workspace > 0)
-            call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
+        SPLAT_TRY(plan_results(call));
+        for (std::size_t i = 0; i < n.outputs.size(); ++i) values_[n.outputs[i]] = call.outputs[i];
+        saved_[node] = call.saved;
         if (n.plan.forward_prepared > 0)
             plan_prepared(call, n.plan.forward_prepared, UINT64_MAX, kept_forward[node]);
         forward.push_back(std::move(call));
     }
+    return {};
+}
+
+/// Inputs, new tensors for the results, and the workspace of a node's forward pass.
+Status ExecutorPlan::plan_results(Call& call) {
+    const Node& n = graph_.nodes()[call.node];
+    for (const ValueId input : n.inputs) {
+        call.inputs.push_back(input == kNoValue ? kNone : values_[graph_.root(input)]);
+        if (call.inputs.back() != kNone) touch(call.inputs.back());
+    }
+    for (const ValueId output : n.outputs) {
+        SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
+        call.outputs.push_back(tensor(graph_.value(output).name, bytes, clock_));
+    }
+    for (std::size_t i = 0; i < n.plan.saved.size(); ++i)
+        call.saved.push_back(
+            tensor(n.row->saved[i], vk::quad_bytes(n.plan.saved[i].elements()), clock_));
+    if (n.plan.forward_workspace > 0)
+        call.workspace = tensor(n.row->name, n.plan.forward_workspace, clock_);
     return {};
 }
 
@@ -204,7 +222,16 @@ Status ExecutorPlan::plan_backward() {
         }
         keep(grad_ports[id]);
     }
-    for (std::size_t node = graph_.nodes().size(); node-- > 0;) {
+    const std::vector<Node>& nodes = graph_.nodes();
+    for (std::size_t node = nodes.size(); node-- > 0;) {
+        // What the last segment computed has just been computed.
+        const std::uint32_t segment = nodes[node].segment;
+        if (desc_.recompute && segment != nodes.back().segment &&
+            segment != nodes[node + 1].segment) {
+            std::size_t first = node;
+            while (first > 0 && nodes[first - 1].segment == segment) --first;
+            SPLAT_TRY(plan_replay(first, node));
+        }
         ++clock_;
         SPLAT_TRY(plan_backward_node(node));
     }
@@ -230,12 +257,11 @@ Status ExecutorPlan::plan_backward() {
 Status ExecutorPlan::plan_backward_node(std::size_t node) {
     const Node& n = graph_.nodes()[node];
     const std::vector<bool> wanted = wanted_inputs(node);
-    const auto is_reached = [&](ValueId id) { return reached_[graph_.root(id)]; };
-    if (std::none_of(n.outputs.begin(), n.outputs.end(), is_reached) ||
-        std::find(wanted.begin(), wanted.end(), true) == wanted.end())
-        return {};
+    if (!runs_backward(node, wanted)) return {};
     Call call;
     call.node = node;
+    for (const ValueId output : n.outputs) call.outputs.push_back(values_[output]);
+    call.saved = saved_[node];
     for (const ValueId output : n.outputs) {
         std::size_t& grad = grads_[output];
         if (grad == kNone) {  // no gradient came this way
@@ -249,10 +275,12 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     bool activation = false;
     for (std::size_t i = 0; i < n.inputs.size(); ++i) {
         if (n.inputs[i] == kNoValue) {
+            call.inputs.push_back(kNone);
             call.grad_inputs.push_back(kNone);
             continue;
         }
         const std::size_t value = values_[graph_.root(n.inputs[i])];
+        call.inputs.push_back(value);
         if (value != kNone && backward_reads(*n.row, i, wanted)) touch(value);
         if (wanted[i]) {
             SPLAT_TRY(plan_grad_input(call, i));
@@ -371,11 +399,18 @@ vk::BufferView ExecutorPlan::grad_view(ValueId id) const {
 OpViews ExecutorPlan::views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
     OpViews v;
-    for (const ValueId input : node.inputs)
-        v.inputs.push_back(input == kNoValue ? vk::BufferView{} : value_view(input));
-    for (const ValueId output : node.outputs) v.outputs.push_back(value_view(output));
-    for (std::size_t i = 0; i < saved_[call.node].size(); ++i)
-        v.saved.push_back(shaped(tensors_[saved_[call.node][i]].view, node.plan.saved[i]));
+    for (std::size_t i = 0; i < node.inputs.size(); ++i) {
+        const ValueId input = node.inputs[i];
+        v.inputs.push_back(input == kNoValue ? vk::BufferView{}
+                           : call.inputs[i] == kNone
+                               ? value_view(input)
+                               : shaped(tensors_[call.inputs[i]].view, graph_.value(input).shape));
+    }
+    for (std::size_t i = 0; i < node.outputs.size(); ++i)
+        v.outputs.push_back(
+            shaped(tensors_[call.outputs[i]].view, graph_.value(node.outputs[i]).shape));
+    for (std::size_t i = 0; i < call.saved.size(); ++i)
+        v.saved.push_back(shaped(tensors_[call.saved[i]].view, node.plan.saved[i]));
     if (call.workspace != kNone) v.workspace = tensors_[call.workspace].view;
     v.accumulate = true;
     return v;

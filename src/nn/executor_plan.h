@@ -15,6 +15,10 @@ class ExecutorPlan {
     /// One operator in one pass, by tensor.
     struct Call {
         std::size_t node = 0;
+        bool replay = false;               ///< of backward: its node's forward pass once more
+        std::vector<std::size_t> inputs;   ///< tensors; kNone for parameters and what is absent
+        std::vector<std::size_t> outputs;  ///< tensors
+        std::vector<std::size_t> saved;    ///< tensors
         std::vector<std::size_t> grad_outputs;  ///< backward: tensors
         std::vector<std::size_t> zeros;  ///< tensors to be filled with zero before: gradients that
             ///< nothing reached, and row-major ones before the first sum
@@ -51,7 +55,7 @@ class ExecutorPlan {
         return kept_placed_ && kept[call.node] != kNone;
     }
 
-    /// The tensors of a node's forward pass, in the shapes that the node sees.
+    /// The tensors of a node's forward pass or its replay, in the shapes that the node sees.
     [[nodiscard]] OpViews forward_views(const Call& call) const;
     [[nodiscard]] OpViews backward_views(const Call& call) const;
 
@@ -85,6 +89,10 @@ class ExecutorPlan {
     Status plan_outputs();
     Status plan_backward();
     Status plan_backward_node(std::size_t node);
+    Status plan_replay(std::size_t first, std::size_t last);
+    Status plan_results(Call& call);
+    void find_crossing();
+    [[nodiscard]] bool runs_backward(std::size_t node, const std::vector<bool>& wanted) const;
     Status plan_grad_input(Call& call, std::size_t input);
     bool pass_gradient(Call& call, std::size_t input);
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
@@ -101,9 +109,10 @@ class ExecutorPlan {
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
     std::vector<bool> reached_;  ///< by root value: some grad_output depends on it
-    std::vector<std::size_t> values_;              ///< tensor of a root value
+    std::vector<bool> crosses_;  ///< by root value: an output, or read outside of its own segment
+    std::vector<std::size_t> values_;              ///< tensor of a root value, at this time
     std::vector<std::size_t> grads_;               ///< tensor of its gradient
-    std::vector<std::vector<std::size_t>> saved_;  ///< by node
+    std::vector<std::vector<std::size_t>> saved_;  ///< by node, at this time
 };
 
 }  // namespace splat::nn

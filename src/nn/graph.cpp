@@ -47,7 +47,7 @@ Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
         shapes.push_back(value.shape);
     }
     SPLAT_ASSIGN(OpPlan plan, row->plan(recorder_, complete, shapes));
-    return Node{row, std::move(complete), std::move(inputs), {}, std::move(plan)};
+    return Node{row, std::move(complete), std::move(inputs), {}, std::move(plan), segment_};
 }
 
 std::vector<ValueId> Graph::node(const char* op, std::vector<ValueId> inputs,

@@ -32,6 +32,7 @@ struct Node {
     std::vector<ValueId> inputs;  ///< kNoValue where an optional one is absent
     std::vector<ValueId> outputs;
     OpPlan plan;
+    std::uint32_t segment = 0;  ///< see Graph::begin_segment
 };
 
 /// Operators in the order of their execution, and the values between them. Built once per model and
@@ -61,6 +62,10 @@ class Graph {
     /// row-major values their number of elements. Errors: kShape.
     ValueId reshape(ValueId value, const Shape& shape);
 
+    /// Nodes from here on to the next call, or the end, can be computed anew for the backward pass from
+    /// what the nodes before them gave: ExecutorDesc::recompute.
+    void begin_segment() { ++segment_; }
+
     /// Keep an error that building code finds by itself, unless there is one already.
     void fail(Status status);
 
@@ -84,6 +89,7 @@ class Graph {
     Status status_;
     std::vector<Value> values_;
     std::vector<Node> nodes_;
+    std::uint32_t segment_ = 0;
 };
 
 }  // namespace splat::nn

@@ -14,9 +14,9 @@ namespace {
 /// Keys of the sections opt, logging and general: those that are read here, those of adapters, and those
 /// of published files that mean nothing here.
 const std::vector<std::string> kKnown = {
-    "opt.iterations", "opt.batch_size", "opt.micro_batch", "opt.imgs_per_obj", "opt.base_lr",
-    "opt.betas", "opt.eps", "opt.lr_schedule", "opt.warmup", "opt.step_lr_at", "opt.loss",
-    "opt.lambda_ssim", "opt.lambda_lpips", "opt.start_lpips_after", "opt.lpips_weights",
+    "opt.iterations", "opt.batch_size", "opt.micro_batch", "opt.recompute", "opt.imgs_per_obj",
+    "opt.base_lr", "opt.betas", "opt.eps", "opt.lr_schedule", "opt.warmup", "opt.step_lr_at",
+    "opt.loss", "opt.lambda_ssim", "opt.lambda_lpips", "opt.start_lpips_after", "opt.lpips_weights",
     "opt.scale_terms", "opt.ema.use", "opt.ema.beta", "opt.ema.update_every",
     "opt.ema.update_after_step",
     // model::predictor_config reads these
@@ -51,6 +51,7 @@ void read_optimiser(ConfigReader& read, TrainConfig& c) {
     read.count("opt.iterations", c.iterations);
     read.count("opt.batch_size", c.batch_size);
     read.count("opt.micro_batch", c.micro_batch);
+    read.flag("opt.recompute", c.recompute);
     read.count("opt.imgs_per_obj", c.targets);
     read.number("opt.base_lr", c.learning_rate, 0, 1e3);
     std::vector<double> betas = {c.beta1, c.beta2};
@@ -186,6 +187,7 @@ std::string merged_config_text(const model::PredictorConfig& network, const Trai
         entry("opt.iterations", whole(c.iterations)),
         entry("opt.batch_size", whole(c.batch_size)),
         entry("opt.micro_batch", whole(c.micro_batch)),
+        entry("opt.recompute", c.recompute),
         entry("opt.imgs_per_obj", whole(c.targets)),
         entry("opt.base_lr", c.learning_rate),
         {"opt.betas", {c.beta1, c.beta2}, true, false},

@@ -21,6 +21,7 @@ struct TrainConfig {
     std::uint64_t iterations = 800'000;
     std::uint32_t batch_size = 8;   ///< objects per step
     std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size
+    bool recompute = false;         ///< less memory, more time: nn::ExecutorDesc
     std::uint32_t targets = 4;      ///< images rendered per object
     std::uint64_t seed = 0;
 
@@ -63,7 +64,7 @@ struct TrainConfig {
 /// The training that a configuration describes, with the keys of the published ones where they have
 /// them:
 ///
-///   opt      iterations batch_size micro_batch imgs_per_obj base_lr betas eps lr_schedule (constant,
+///   opt      iterations batch_size micro_batch recompute imgs_per_obj base_lr betas eps lr_schedule (constant,
 ///            cosine, step) warmup step_lr_at loss (l2, l1) lambda_ssim lambda_lpips start_lpips_after
 ///            lpips_weights scale_terms ema.{use,beta,update_every,update_after_step}
 ///   logging  ckpt_iterations val_log loss_log render_log val_objects val_views

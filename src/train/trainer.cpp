@@ -66,6 +66,7 @@ Status Trainer::build(const model::PredictorConfig& network) {
     model::PredictorOptions options;
     options.objects = config_.micro_batch;
     options.gradients = true;
+    options.recompute = config_.recompute;
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(predictor_, model::Predictor::create(context_, network, options));

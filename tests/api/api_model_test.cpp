@@ -3,6 +3,7 @@
 
 #include "api/api_calls.h"
 #include "api/raster_calls.h"
+#include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
@@ -183,6 +184,61 @@ TEST_F(ApiModel, GradientsAddUp) {
                    "SPLAT_MODEL_GRADIENTS");
     std::vector<float> bias(24);
     EXPECT_DONE(splat_model_read(without, "network_with_offset.out.bias", bias.data(), 96));
+}
+
+/// The gradient of the images is that of finite differences; recomputing changes no bit of it and takes less
+/// memory.
+TEST_F(ApiModel, GradientsOfInputs) {
+    image_ = normal_fill(image_.size(), 4);  // of a constant image the normalisations have no slope
+    std::vector<float> results[2];
+    std::uint64_t activations[2] = {};
+    for (const bool recompute : {false, true}) {
+        auto desc = model_desc();
+        desc.flags = SPLAT_MODEL_INPUT_GRADIENTS;
+        Model model;
+        EXPECT_REFUSED(splat_model_create(device_, &desc, model.out()),
+                       SPLAT_ERROR_INVALID_ARGUMENT, "need SPLAT_MODEL_GRADIENTS");
+        desc.flags |= SPLAT_MODEL_GRADIENTS;
+        if (recompute) desc.flags |= SPLAT_MODEL_RECOMPUTE;
+        ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+        ASSERT_DONE(splat_model_init(model, 3));
+        std::vector<float>& gradient = results[recompute ? 1 : 0];
+        gradient.resize(image_.size());
+        const std::size_t bytes = gradient.size() * sizeof(float);
+        EXPECT_REFUSED(splat_model_read(model, "grad:images", gradient.data(), bytes),
+                       SPLAT_ERROR_INVALID_STATE, "call splat_model_backward first");
+        run(model);
+        const std::vector<float> ones(4 * kGaussians, 1);
+        const float* const by_means[5] = {ones.data(), nullptr, nullptr, nullptr, nullptr};
+        ASSERT_DONE(splat_model_backward(model, by_means));
+        EXPECT_REFUSED(splat_model_read(model, "grad:images", gradient.data(), bytes - 1),
+                       SPLAT_ERROR_INVALID_ARGUMENT, "'grad:images' takes");
+        EXPECT_REFUSED(splat_model_read(model, "grad:tokens", gradient.data(), bytes),
+                       SPLAT_ERROR_INVALID_STATE, "no gradient of this input");
+        ASSERT_DONE(splat_model_read(model, "grad:images", gradient.data(), bytes));
+        const std::string text = report(model);
+        activations[recompute ? 1 : 0] =
+            std::stoull(text.substr(text.find("\"activations\": ") + 15));
+        const auto sum = [&](float step) {
+            std::vector<float> moved = image_;
+            for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += (i % 3 == 0 ? step : -step);
+            image_.swap(moved);
+            run(model);
+            image_.swap(moved);
+            double total = 0;
+            for (const float mean : read(model, "means", 3 * kGaussians))
+                total += static_cast<double>(mean);
+            return total;
+        };
+        double expected = 0;
+        for (std::size_t i = 0; i < gradient.size(); ++i)
+            expected += static_cast<double>(i % 3 == 0 ? gradient[i] : -gradient[i]);
+        const double measured = (sum(0.02F) - sum(-0.02F)) / 0.04;
+        // Sums of 768 float32 numbers near 1 differ by 1e-5, over 0.04; and the network is not linear.
+        EXPECT_NEAR(measured, expected, 0.02 * std::abs(expected) + 1e-3);
+    }
+    EXPECT_EQ(results[0], results[1]);
+    EXPECT_LT(activations[1], activations[0]);
 }
 
 TEST_F(ApiModel, MeansOfTheCarsModelAreItsConfiguration) {

@@ -136,6 +136,53 @@ TEST_P(PredictorRules, AdditionsChangeNothingAtFirst) {
     EXPECT_EQ(run(*attending, Inputs(more)), expected);
 }
 
+/// What is computed once more for the backward pass has the same bits, dropout and attention too, and takes
+/// less memory.
+TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
+    PredictorConfig modulated = small_config();
+    modulated.dropout = 0.2F;
+    modulated.embedding = model::Embedding::kPose;
+    modulated.tokens = 5;
+    modulated.token_dim = 7;
+    PredictorConfig adapted = small_config();
+    adapted.lora.rank = 3;
+    adapted.lora.dropout = 0.1F;
+    for (const PredictorConfig& config : {modulated, adapted}) {
+        PredictorOptions options;
+        options.gradients = options.input_gradient = options.build.training = true;
+        const auto kept = make(config, options);
+        options.recompute = true;
+        const auto again = make(config, options);
+        ASSERT_TRUE(kept && again);
+        EXPECT_LT(again->executor().memory().bound, kept->executor().memory().bound);
+        const Inputs inputs(config);
+        std::vector<std::vector<float>> results[2];
+        for (Predictor* predictor : {kept.get(), again.get()}) {
+            auto& result = results[predictor == again.get() ? 1 : 0];
+            randomise(*predictor, 90);
+            result.push_back(run(*predictor, inputs));
+            const auto gradients = predictor->output_gradients();
+            for (const auto& view : {gradients.means, gradients.opacities, gradients.scales,
+                                     gradients.rotations, gradients.sh}) {
+                const std::vector<float> values = normal_fill(view.shape.elements(), 91);
+                ASSERT_OK(context().write(view, values.data(), values.size() * 4));
+            }
+            ASSERT_OK(predictor->backward());
+            for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
+                if (input == Predictor::Input::kTokens && config.tokens == 0) continue;
+                const auto gradient = predictor->input_gradient(input);
+                ASSERT_OK(gradient.status());
+                result.push_back(gradient.value());
+            }
+            result.push_back(read(predictor->raw_output()));
+            for (const nn::Parameter& parameter : predictor->parameters().all())
+                if (parameter.grad.block != nullptr) result.push_back(read(parameter.grad));
+        }
+        EXPECT_EQ(results[0], results[1]);
+        EXPECT_NE(results[0][1], std::vector<float>(results[0][1].size(), 0.0F));
+    }
+}
+
 TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
     PredictorConfig config = small_config();
     config.lora.rank = 3;

@@ -153,6 +153,60 @@ TEST_P(ExecutorRules, ParameterGradientsAddUp) {
     EXPECT_EQ(n.grad(n.w2), Values(e.grad_w2.size(), 0));
 }
 
+/// Values that a segment alone reads are computed twice, those that the next one reads are not; all results
+/// have the same bits.
+TEST_P(ExecutorRules, RecomputesWhatASegmentKeeps) {
+    std::uint64_t bounds[2] = {};
+    std::vector<Values> first;
+    for (const bool recompute : {false, true}) {
+        Graph graph(context());
+        const ValueId x = graph.input("x", {64, 64});
+        const ValueId w = graph.parameter("w", {64, 64});
+        ValueId y = x;
+        for (int segment = 0; segment < 6; ++segment) {
+            graph.begin_segment();
+            const ValueId a = graph.op("linear", {y, w});
+            const ValueId b = graph.op("linear", {graph.op("add", {a, y}, {{"scale", 0.5}}), w});
+            y = graph.op("add", {graph.op("linear", {b, w}), a}, {{"scale", 0.25}});
+        }
+        auto parameters = Parameters::create(context(), graph);
+        ASSERT_OK(parameters.status());
+        const Values weights = normal_fill(64 * 64, 7, 0, 0.1);
+        ASSERT_OK(parameters.value().write(parameters.value().of(w), weights));
+        ASSERT_OK(parameters.value().zero_gradients());
+        auto made = Executor::create(context(), graph, parameters.value(),
+                                     {.outputs = {y},
+                                      .backward = true,
+                                      .grad_outputs = {y},
+                                      .grad_inputs = {x},
+                                      .keep_prepared = false,
+                                      .recompute = recompute});
+        ASSERT_OK(made.status());
+        Executor& executor = *made.value();
+        bounds[recompute ? 1 : 0] = executor.memory().bound;
+        const Values values = normal_fill(64 * 64, 8);
+        const auto put = [&](const vk::BufferView& view) {
+            return context().write(view, values.data(), values.size() * 4);
+        };
+        std::vector<Values> results;
+        const auto get = [&](const vk::BufferView& view) {
+            results.emplace_back(view.shape.elements());
+            ASSERT_OK(context().read(view, results.back().data(), results.back().size() * 4));
+        };
+        ASSERT_OK(put(executor.tensor(x)));
+        ASSERT_OK(executor.forward());
+        ASSERT_OK(put(executor.gradient(y)));
+        ASSERT_OK(executor.backward());
+        get(executor.tensor(y));
+        get(executor.gradient(x));
+        get(parameters.value().of(w).grad);
+        if (!recompute) first = results;
+        EXPECT_EQ(results, first);
+    }
+    // Of each of five segments two tensors more are kept; of the one at work, a few live both times.
+    EXPECT_LE(bounds[1] + 5 * 64 * 64 * 4, bounds[0]);
+}
+
 /// Each gradient of part of the network, the others not asked for, is that of the whole.
 TEST_P(ExecutorRules, WhatIsFrozenCostsNothing) {
     Network whole(context());

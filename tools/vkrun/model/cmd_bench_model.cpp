@@ -288,7 +288,9 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
         ->check(CLI::IsMember({"strict", "balanced", "fast"}));
     model->add_option("--objects", options->objects, "Per pass; 1")
         ->check(CLI::Range(1, 4096).description(""));
-    model->add_flag("--backward", options->backward, "Also time forward + backward");
+    CLI::Option* backward =
+        model->add_flag("--backward", options->backward, "Also time forward + backward");
+    model->add_flag("--recompute", options->recompute, "SPLAT_MODEL_RECOMPUTE")->needs(backward);
     model->add_option("--lora", options->lora, "Train adapters of this rank only")
         ->type_name("RANK")
         ->check(CLI::Range(1, 1024).description(""));
@@ -301,7 +303,8 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model->add_flag("--peer", options->peer, "Take turns with PyTorch");
     CLI::Option* errors =
         model->add_flag("--errors", options->errors, "Run time against error, by precision");
-    for (const char* other : {"--precision", "--backward", "--lora", "--low-memory", "--peer"})
+    for (const char* other :
+         {"--precision", "--backward", "--recompute", "--lora", "--low-memory", "--peer"})
         errors->excludes(other);
     model->add_option("--svg", options->svg, "Draw it")->type_name("FILE")->needs(errors);
     model->add_option("--peer-isa", options->peer_isa, "Its instructions: default or avx2")

@@ -41,6 +41,7 @@ Model create(splat_device device, const ModelBenchOptions& options, const std::s
     auto desc = sized<splat_model_desc>();
     if (options.backward) desc.flags |= SPLAT_MODEL_GRADIENTS;
     if (options.low_memory) desc.flags |= SPLAT_MODEL_LOW_MEMORY;
+    if (options.backward && options.recompute) desc.flags |= SPLAT_MODEL_RECOMPUTE;
     desc.config = config.empty() ? nullptr : config.c_str();
     desc.objects = options.objects;
     desc.precision = options.precision;

@@ -17,6 +17,7 @@ struct ModelBenchOptions {
     std::uint32_t lora = 0;  ///< rank; 0: as the configuration says
     bool backward = false;
     bool low_memory = false;
+    bool recompute = false;
     int rounds = 5;
 };
 
