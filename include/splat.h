@@ -1047,6 +1047,12 @@ SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_
 SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,
                                         size_t bytes);
 
+/* Set a parameter, by the name of the state dict; bytes: exactly those of its values.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such parameter, a value
+ *   that is not finite), SPLAT_ERROR_SHAPE_MISMATCH (bytes) */
+SPLAT_API splat_result splat_model_write(splat_model model, const char* name, const float* values,
+                                         size_t bytes);
+
 /* The Gaussians of one object as a scene of its own. Returns as splat_model_read. */
 SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
 
@@ -1059,6 +1065,81 @@ SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
 
 /* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_model_destroy(splat_model model);
+
+/* ---- Modules --------------------------------------------------------------------------------- */
+
+/* One operator or one block of the network with its parameters: what models are made of, for networks of
+ * one's own. Externally synchronised.
+ *
+ * Ports and parameters are known by name. Of an operator of splat_op_list, row-major inputs that have
+ * gradients (weight, bias, gamma, beta) are parameters, the others inputs; all are given with their shapes,
+ * optional ones may be left out. "residual_block" is the block of Song et al.'s U-Net as Splatter Image
+ * uses it:
+ *   inputs      x [N,C,H,W]; with embedding [N,E] the block has FiLM, with tokens [N,D,T,1] and the
+ *               attribute `attention` cross-attention to them; random_counter [4] if dropout acts (the bits
+ *               of seed, seed >> 32, step and 0)
+ *   output      y
+ *   parameters  as in the state dict, after "block."; only adapters are trained, if there are any
+ *   attributes  out_channels (0: C), up, down, attention (self-attention), views (images that attend to
+ *               each other), affine_film, dropout, lora_rank, lora_alpha, lora_dropout */
+typedef struct splat_module_s* splat_module;
+
+enum {
+    SPLAT_MODULE_GRADIENTS = 1u << 0,       /* splat_module_backward is wanted */
+    SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also those of inputs */
+    SPLAT_MODULE_TRAINING = 1u << 2         /* dropout acts */
+};
+
+typedef struct splat_module_desc {
+    uint32_t struct_size;
+    uint32_t flags;                 /* SPLAT_MODULE_* */
+    const void* next;               /* NULL */
+    const char* type;               /* a name of splat_op_list, or "residual_block" */
+    const char* attributes;         /* JSON object; NULL: defaults */
+    const splat_tensor_desc* ports; /* with name, rank, dims */
+    uint32_t port_count;
+    int32_t precision; /* SPLAT_PRECISION_*, of residual_block; conv2d has an attribute */
+} splat_module_desc;
+
+/* Create a module; its parameters are zero.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute
+ *   that the type does not have), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit),
+ *   SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+SPLAT_API splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
+                                           splat_module* module);
+
+/* Start the parameters: of a block as the published code does; of an operator gamma with 1, other vectors
+ * with 0, the rest by Glorot's uniform distribution. Returns SPLAT_OK and errors of the device. */
+SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
+
+/* JSON: {"type", "inputs": [{"name", "shape"}], "outputs": [...], "parameters": [{"name", "shape",
+ * "trainable"}], "bytes" (activations and workspaces)}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
+                                           size_t* needed);
+
+/* Write an input, a parameter, or the gradient of the loss by an output ("grad:y"); read these, an output
+ * ("y") and gradients by parameters ("grad:weight"; sums since splat_module_zero_gradients) and inputs
+ * ("grad:x"). Row-major; bytes: exactly those of the tensor.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (bytes), SPLAT_ERROR_INVALID_STATE (before the pass that computes it, or if
+ *   the module does not), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_module_write(splat_module module, const char* name,
+                                          const float* values, size_t bytes);
+SPLAT_API splat_result splat_module_read(splat_module module, const char* name, float* values,
+                                         size_t bytes);
+
+/* Compute the outputs; then, once after each forward, add to the gradients of parameters and write those
+ * of inputs.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (backward without
+ *   SPLAT_MODULE_GRADIENTS or a forward pass of its own), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_module_forward(splat_module module);
+SPLAT_API splat_result splat_module_backward(splat_module module);
+SPLAT_API splat_result splat_module_zero_gradients(splat_module module);
+
+/* Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_module_destroy(splat_module module);
 
 /* ---- Training -------------------------------------------------------------------------------- */
 

@@ -14,21 +14,6 @@ namespace {
 
 using ModelPointer = std::shared_ptr<api::ModelObject>;
 
-Result<model::Precision> precision_of(std::int32_t precision) {
-    switch (precision) {
-        case SPLAT_PRECISION_BALANCED:
-            return model::Precision::kBalanced;
-        case SPLAT_PRECISION_STRICT:
-            return model::Precision::kStrict;
-        case SPLAT_PRECISION_FAST:
-            return model::Precision::kFast;
-        default:
-            return error(Code::kInvalidArgument,
-                         "splat_model_desc.precision is %d, expected 0 to %d", precision,
-                         SPLAT_PRECISION_FAST);
-    }
-}
-
 Result<model::PredictorConfig> config_of(const char* text) {
     if (text == nullptr) return model::PredictorConfig();
     SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
@@ -196,6 +181,20 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
 
 }  // namespace
 
+Result<model::Precision> api::precision_of(std::int32_t precision, const char* field) {
+    switch (precision) {
+        case SPLAT_PRECISION_BALANCED:
+            return model::Precision::kBalanced;
+        case SPLAT_PRECISION_STRICT:
+            return model::Precision::kStrict;
+        case SPLAT_PRECISION_FAST:
+            return model::Precision::kFast;
+        default:
+            return error(Code::kInvalidArgument, "%s is %d, expected 0 to %d", field, precision,
+                         SPLAT_PRECISION_FAST);
+    }
+}
+
 splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
                                 splat_model* model) {
     return api::guarded([&]() -> Status {
@@ -212,7 +211,8 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
                          "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
                          desc->flags);
         model::PredictorOptions options;
-        SPLAT_ASSIGN(options.build.precision, precision_of(desc->precision));
+        SPLAT_ASSIGN(options.build.precision,
+                     api::precision_of(desc->precision, "splat_model_desc.precision"));
         SPLAT_ASSIGN(const model::PredictorConfig config, config_of(desc->config));
         if (desc->objects > 4096)
             return error(Code::kInvalidArgument,

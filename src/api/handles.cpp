@@ -25,6 +25,8 @@ constexpr const char* kKind<DatasetObject> = "splat_dataset";
 template <>
 constexpr const char* kKind<ModelObject> = "splat_model";
 template <>
+constexpr const char* kKind<ModuleObject> = "splat_module";
+template <>
 constexpr const char* kKind<TrainerObject> = "splat_trainer";
 template <>
 constexpr const char* kKind<LpipsObject> = "splat_lpips";
@@ -77,6 +79,11 @@ OpObject::~OpObject() {
 ModelObject::~ModelObject() {
     const std::lock_guard lock(context->mutex);
     predictor.reset();
+}
+
+ModuleObject::~ModuleObject() {
+    const std::lock_guard lock(context->mutex);
+    module.reset();
 }
 
 TrainerObject::~TrainerObject() {
@@ -145,6 +152,7 @@ template struct Handles<RasterizerObject, splat_rasterizer>;
 template struct Handles<WeightsObject, splat_weights>;
 template struct Handles<DatasetObject, splat_dataset>;
 template struct Handles<ModelObject, splat_model>;
+template struct Handles<ModuleObject, splat_module>;
 template struct Handles<TrainerObject, splat_trainer>;
 template struct Handles<LpipsObject, splat_lpips>;
 

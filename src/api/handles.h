@@ -8,6 +8,7 @@
 #include "data/dataset.h"
 #include "io/weights_file.h"
 #include "model/lpips_net.h"
+#include "model/module.h"
 #include "model/weights.h"
 #include "nn/op_instance.h"
 #include "raster/pack.h"
@@ -105,6 +106,17 @@ struct ModelObject {
     ~ModelObject();
 };
 
+/// What stands behind splat_module.
+struct ModuleObject {
+    std::shared_ptr<vk::Context> context;
+    std::unique_ptr<model::Module> module;
+
+    ~ModuleObject();
+};
+
+/// SPLAT_PRECISION_* of a desc's `field`. Errors: kInvalidArgument.
+Result<model::Precision> precision_of(std::int32_t precision, const char* field);
+
 /// What stands behind splat_trainer.
 struct TrainerObject {
     std::shared_ptr<vk::Context> context;
@@ -142,6 +154,7 @@ using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
 using Weights = Handles<WeightsObject, splat_weights>;
 using Datasets = Handles<DatasetObject, splat_dataset>;
 using Models = Handles<ModelObject, splat_model>;
+using Modules = Handles<ModuleObject, splat_module>;
 using Trainers = Handles<TrainerObject, splat_trainer>;
 using Lpipses = Handles<LpipsObject, splat_lpips>;
 
@@ -153,6 +166,7 @@ extern template struct Handles<RasterizerObject, splat_rasterizer>;
 extern template struct Handles<WeightsObject, splat_weights>;
 extern template struct Handles<DatasetObject, splat_dataset>;
 extern template struct Handles<ModelObject, splat_model>;
+extern template struct Handles<ModuleObject, splat_module>;
 extern template struct Handles<TrainerObject, splat_trainer>;
 extern template struct Handles<LpipsObject, splat_lpips>;
 

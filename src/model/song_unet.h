@@ -62,6 +62,8 @@ class SongUnet {
 
     nn::Graph& graph_;
     nn::ValueId embedding_ = nn::kNoValue;
+    nn::ValueId tokens_ = nn::kNoValue;
+    nn::ValueId counter_ = nn::kNoValue;
 
   private:
     [[nodiscard]] Status check_parts() const;
@@ -84,8 +86,6 @@ class SongUnet {
     const PredictorConfig& config_;
     BuildOptions options_;
     std::map<std::string, Init> inits_;
-    nn::ValueId tokens_ = nn::kNoValue;
-    nn::ValueId counter_ = nn::kNoValue;
     std::int64_t dropouts_ = 0;  ///< layers so far: the generator's stream
 };
 

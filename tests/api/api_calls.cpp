@@ -155,6 +155,22 @@ Model make_model(const Device& device) {
     return model;
 }
 
+splat_module_desc module_desc() {
+    static const splat_tensor_desc port = tensor_desc({1, 4}, "x");
+    auto desc = sized<splat_module_desc>();
+    desc.type = "silu";
+    desc.ports = &port;
+    desc.port_count = 1;
+    return desc;
+}
+
+Module make_module(const Device& device) {
+    const splat_module_desc desc = module_desc();
+    Module module;
+    EXPECT_EQ(splat_module_create(device, &desc, module.out()), SPLAT_OK);
+    return module;
+}
+
 splat_trainer_desc trainer_desc() {
     static const std::string config = std::string(kSmallModel) +
                                       "\nopt: {batch_size: 2, imgs_per_obj: 2, base_lr: 1e-3,"

@@ -74,6 +74,7 @@ using Scene = Owned<splat_scene, splat_scene_destroy>;
 using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Model = Owned<splat_model, splat_model_destroy>;
+using Module = Owned<splat_module, splat_module_destroy>;
 using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
 using Lpips = Owned<splat_lpips, splat_lpips_destroy>;
 using Dataset = Owned<splat_dataset, splat_dataset_destroy>;
@@ -113,6 +114,10 @@ inline constexpr const char* kSmallModel =
     "  training_resolution: 16";
 splat_model_desc model_desc();
 Model make_model(const Device& device);
+
+/// silu of "x" [1,4], and how it is asked for; the port lives as long as the program.
+splat_module_desc module_desc();
+Module make_module(const Device& device);
 
 /// A trainer of the same model, two objects with two targets a step.
 splat_trainer_desc trainer_desc();

@@ -319,13 +319,14 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, reserved, 60, 4),}
 };  // clang-format on
 
-const Layout kLayouts[] = {
-    kPhotoDesc,      kDatasetDesc,   kDatasetViews,  kSyntheticDesc,  kTrainerDesc,
-    kTrainerBatch,   kTrainerInfo,   kLpipsDesc,     kImageScores,    kModelDesc,
-    kModelInput,     kDeviceInfo,    kDeviceDesc,    kMemoryInfo,     kTensorDesc,
-    kTensorInfo,     kTensorStats,   kOpDesc,        kSceneDesc,      kSceneFileDesc,
-    kSimilarity,     kSceneInfo,     kCamera,        kOrbitDesc,      kCameraFileDesc,
-    kRasterizerDesc, kGaussiansDesc, kGradientsDesc, kRasterizerInfo, kWeightsInfo};
+const Layout kLayouts[] = {kPhotoDesc,      kDatasetDesc,    kDatasetViews,  kSyntheticDesc,
+                           kTrainerDesc,    kTrainerBatch,   kTrainerInfo,   kLpipsDesc,
+                           kImageScores,    kModelDesc,      kModelInput,    kDeviceInfo,
+                           kDeviceDesc,     kMemoryInfo,     kTensorDesc,    kTensorInfo,
+                           kTensorStats,    kOpDesc,         kSceneDesc,     kSceneFileDesc,
+                           kSimilarity,     kSceneInfo,      kCamera,        kOrbitDesc,
+                           kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc,
+                           kRasterizerInfo, kWeightsInfo,    kModuleDesc};
 
 /// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
 std::vector<std::string> defects(const Layout& layout) {

@@ -26,6 +26,7 @@ splat_dataset_views sample_dataset_views;
 splat_synthetic_desc sample_synthetic_desc;
 splat_model_desc sample_model_desc;
 splat_model_input sample_model_input;
+splat_module_desc sample_module_desc;
 splat_photo_desc sample_photo_desc;
 splat_trainer_desc sample_trainer_desc;
 splat_trainer_batch sample_trainer_batch;

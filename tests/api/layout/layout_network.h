@@ -94,6 +94,21 @@ inline const Layout kTrainerInfo = {  // clang-format off
     SPLAT_FIELD(splat_trainer_info, lpips, 80, 8),}
 };  // clang-format on
 
+inline const Layout kModuleDesc = {  // clang-format off
+    "splat_module_desc",
+    sizeof(splat_module_desc),
+    48,
+    {
+    SPLAT_FIELD(splat_module_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_module_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_module_desc, next, 8, 8),
+    SPLAT_FIELD(splat_module_desc, type, 16, 8),
+    SPLAT_FIELD(splat_module_desc, attributes, 24, 8),
+    SPLAT_FIELD(splat_module_desc, ports, 32, 8),
+    SPLAT_FIELD(splat_module_desc, port_count, 40, 4),
+    SPLAT_FIELD(splat_module_desc, precision, 44, 4),}
+};  // clang-format on
+
 inline const Layout kLpipsDesc = {  // clang-format off
     "splat_lpips_desc",
     sizeof(splat_lpips_desc),

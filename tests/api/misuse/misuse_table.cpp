@@ -22,7 +22,7 @@ bool Outputs::untouched() const {
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
            weights.untouched() && model.untouched() && weights_info.untouched() &&
            trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
-           dataset.untouched() && lpips.untouched() && distance.untouched();
+           module.untouched() && dataset.untouched() && lpips.untouched() && distance.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -33,6 +33,7 @@ MisuseTable::MisuseTable() {
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
     stale_weights_ = number(make_weights().destroy());
     stale_model_ = number(make_model(device_).destroy());
+    stale_module_ = number(make_module(device_).destroy());
     stale_trainer_ = number(make_trainer(device_).destroy());
     stale_dataset_ = number(make_dataset().destroy());
     library_rows();
@@ -56,6 +57,7 @@ MisuseTable::MisuseTable() {
     weights_rows();
     dataset_rows();
     model_rows();
+    module_rows();
     config_rows();
     trainer_rows();
     photo_rows();

@@ -31,6 +31,7 @@ struct Outputs {
     Output<splat_rasterizer> rasterizer;
     Output<splat_weights> weights;
     Output<splat_model> model;
+    Output<splat_module> module;
     Output<splat_trainer> trainer;
     Output<splat_trainer_info> trainer_info;
     Output<splat_lpips> lpips;
@@ -85,6 +86,8 @@ class MisuseTable {
     void model_rows();
     void model_state_rows();
     void model_pass_rows();
+    void module_rows();
+    void module_tensor_rows();
     void config_rows();
     void trainer_rows();
     void trainer_step_rows();
@@ -124,6 +127,7 @@ class MisuseTable {
     Weights weights_ = make_weights();
     splat_weights weights_handle_ = weights_.get();  ///< that descs point to
     Model model_ = make_model(device_);
+    Module module_ = make_module(device_);
     Trainer trainer_ = make_trainer(device_);
     Dataset dataset_ = make_dataset();
     std::uintptr_t stale_device_ = 0;
@@ -133,6 +137,7 @@ class MisuseTable {
     std::uintptr_t stale_rasterizer_ = 0;
     std::uintptr_t stale_weights_ = 0;
     std::uintptr_t stale_model_ = 0;
+    std::uintptr_t stale_module_ = 0;
     std::uintptr_t stale_trainer_ = 0;
     std::uintptr_t stale_dataset_ = 0;
     std::vector<Misuse> rows_;
@@ -149,6 +154,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
     constexpr bool weights = std::is_same_v<Handle, splat_weights>;
     constexpr bool model = std::is_same_v<Handle, splat_model>;
+    constexpr bool module = std::is_same_v<Handle, splat_module>;
     constexpr bool trainer = std::is_same_v<Handle, splat_trainer>;
     constexpr bool dataset = std::is_same_v<Handle, splat_dataset>;
     const auto bad = [&](const char* what, std::uintptr_t key) {
@@ -162,6 +168,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
     if (!weights) bad("weights", number(weights_.get()));
     if (!model) bad("a model", number(model_.get()));
+    if (!module) bad("a module", number(module_.get()));
     if (!trainer) bad("a trainer", number(trainer_.get()));
     if (!dataset) bad("a data set", number(dataset_.get()));
     bad("a destroyed device", stale_device_);
@@ -171,6 +178,7 @@ void MisuseTable::handles(const char* function, const char* parameter,
     bad("a destroyed rasterizer", stale_rasterizer_);
     bad("destroyed weights", stale_weights_);
     bad("a destroyed model", stale_model_);
+    bad("a destroyed module", stale_module_);
     bad("a destroyed trainer", stale_trainer_);
     bad("a destroyed data set", stale_dataset_);
     bad("a small number", 1);

@@ -3,6 +3,12 @@
 
 namespace splat::test {
 
+namespace {
+
+constexpr float kValues[4] = {1, 2, 3, 4};
+
+}  // namespace
+
 void MisuseTable::model_rows() {
     const splat_model_desc good = model_desc();
     handles<splat_device>(
@@ -94,6 +100,17 @@ void MisuseTable::model_pass_rows() {
     });
     add("splat_model_forward", "input", "no images", kArgument,
         [this, input] { return splat_model_forward(model_, &input); });
+    on_model("splat_model_write",
+             [](splat_model m) { return splat_model_write(m, "means", kValues, sizeof kValues); });
+    add("splat_model_write", "name", "NULL", kArgument,
+        [this] { return splat_model_write(model_, nullptr, kValues, sizeof kValues); });
+    add("splat_model_write", "name", "a result", kArgument,
+        [this] { return splat_model_write(model_, "means", kValues, sizeof kValues); });
+    add("splat_model_write", "values", "NULL", kArgument,
+        [this] { return splat_model_write(model_, "means", nullptr, sizeof kValues); });
+    add("splat_model_write", "bytes", "too few", SPLAT_ERROR_SHAPE_MISMATCH, [this] {
+        return splat_model_write(model_, "network_with_offset.out.bias", kValues, sizeof kValues);
+    });
     on_model("splat_model_read", [this](splat_model m) {
         return splat_model_read(m, "means", *outputs.values.out(), 64);
     });
@@ -122,6 +139,91 @@ void MisuseTable::model_pass_rows() {
         [this] { return splat_model_backward(model_, kNone); });
     on_model("splat_model_zero_gradients",
              [](splat_model m) { return splat_model_zero_gradients(m); });
+}
+
+void MisuseTable::module_rows() {
+    const splat_module_desc good = module_desc();
+    handles<splat_device>(
+        "splat_module_create", "device",
+        [this, good](splat_device d) {
+            return splat_module_create(d, &good, outputs.module.out());
+        },
+        kHandle);
+    descs<splat_module_desc>("splat_module_create", good, [this](const splat_module_desc* desc) {
+        return splat_module_create(device_, desc, outputs.module.out());
+    });
+    add("splat_module_create", "desc", "NULL", kArgument,
+        [this] { return splat_module_create(device_, nullptr, outputs.module.out()); });
+    add("splat_module_create", "module", "NULL", kArgument,
+        [this, good] { return splat_module_create(device_, &good, nullptr); });
+    const auto spoilt = [&](const char* what, void (*spoil)(splat_module_desc&)) {
+        splat_module_desc desc = good;
+        spoil(desc);
+        add("splat_module_create", "desc", what, kArgument,
+            [this, desc] { return splat_module_create(device_, &desc, outputs.module.out()); });
+    };
+    static const splat_tensor_desc kNameless = tensor_desc({1, 4});
+    static const splat_tensor_desc kWhole = tensor_desc({1, 4}, "x", SPLAT_DTYPE_U32);
+    static splat_tensor_desc scalar = tensor_desc({}, "x");
+    static splat_tensor_desc empty = tensor_desc({1, 4}, "x");
+    empty.dims[1] = 0;
+    spoilt("no type", [](splat_module_desc& d) { d.type = nullptr; });
+    spoilt("a type that is none", [](splat_module_desc& d) { d.type = "sil"; });
+    spoilt("attributes that are none", [](splat_module_desc& d) { d.attributes = "]"; });
+    spoilt("no ports", [](splat_module_desc& d) { d.ports = nullptr; });
+    spoilt("too many ports", [](splat_module_desc& d) { d.port_count = 65; });
+    spoilt("a precision that is none", [](splat_module_desc& d) { d.precision = 3; });
+    spoilt("a port without a name", [](splat_module_desc& d) { d.ports = &kNameless; });
+    spoilt("a port of whole numbers", [](splat_module_desc& d) { d.ports = &kWhole; });
+    spoilt("a scalar port", [](splat_module_desc& d) { d.ports = &scalar; });
+    spoilt("an empty port", [](splat_module_desc& d) { d.ports = &empty; });
+    module_tensor_rows();
+}
+
+void MisuseTable::module_tensor_rows() {
+    const auto on_module = [this](const char* name,
+                                  std::function<splat_result(splat_module)> call) {
+        handles<splat_module>(name, "module", std::move(call), kHandle);
+    };
+    on_module("splat_module_init", [](splat_module m) { return splat_module_init(m, 1); });
+    add("splat_module_init", "seed", "any", SPLAT_OK,
+        [this] { return splat_module_init(module_, ~std::uint64_t{0}); });
+    on_module("splat_module_report", [this](splat_module m) {
+        return splat_module_report(m, *outputs.text.out(), 16, outputs.size.out());
+    });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_module_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [this] { return splat_module_report(module_, nullptr, 0, nullptr); });
+    on_module("splat_module_write",
+              [](splat_module m) { return splat_module_write(m, "x", kValues, sizeof kValues); });
+    on_module("splat_module_read", [this](splat_module m) {
+        return splat_module_read(m, "x", *outputs.values.out(), 16);
+    });
+    for (const char* name : {static_cast<const char*>(nullptr), "z", "grad:z", ""}) {
+        add("splat_module_write", "name", "none", kArgument,
+            [this, name] { return splat_module_write(module_, name, kValues, sizeof kValues); });
+        add("splat_module_read", "name", "none", kArgument,
+            [this, name] { return splat_module_read(module_, name, *outputs.values.out(), 16); });
+    }
+    add("splat_module_read", "name", "before the first pass", kState,
+        [this] { return splat_module_read(module_, "y", *outputs.values.out(), 16); });
+    add("splat_module_write", "values", "NULL", kArgument,
+        [this] { return splat_module_write(module_, "x", nullptr, 16); });
+    add("splat_module_read", "values", "NULL", kArgument,
+        [this] { return splat_module_read(module_, "x", nullptr, 16); });
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{12}, std::size_t{64}}) {
+        add("splat_module_write", "bytes", "others", SPLAT_ERROR_SHAPE_MISMATCH,
+            [this, bytes] { return splat_module_write(module_, "x", kValues, bytes); });
+        add("splat_module_read", "bytes", "others", SPLAT_ERROR_SHAPE_MISMATCH, [this, bytes] {
+            return splat_module_read(module_, "x", *outputs.values.out(), bytes);
+        });
+    }
+    on_module("splat_module_forward", splat_module_forward);
+    on_module("splat_module_backward", splat_module_backward);
+    add("splat_module_backward", "module", "made without gradients", kState,
+        [this] { return splat_module_backward(module_); });
+    on_module("splat_module_zero_gradients", splat_module_zero_gradients);
+    handles<splat_module>("splat_module_destroy", "module", splat_module_destroy, SPLAT_OK);
 }
 
 }  // namespace splat::test

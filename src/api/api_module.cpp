@@ -1,0 +1,193 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "core/finite.h"
+#include "core/json.h"
+
+using namespace splat;
+
+namespace {
+
+/// A live module and its device, locked while `body` runs.
+template <class Body>
+splat_result locked(splat_module module, Body&& body) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
+        const std::lock_guard lock(object->context->mutex);
+        return body(*object);
+    });
+}
+
+Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
+    SPLAT_TRY(api::require(given.type, "splat_module_desc.type"));
+    if (given.port_count > 64)
+        return error(Code::kInvalidArgument,
+                     "splat_module_desc.port_count is %u, expected at most 64", given.port_count);
+    if (given.port_count > 0) SPLAT_TRY(api::require(given.ports, "splat_module_desc.ports"));
+    model::ModuleDesc desc;
+    desc.type = given.type;
+    if (given.attributes != nullptr) {
+        SPLAT_ASSIGN(desc.attributes,
+                     parse_flat_json(given.attributes, "splat_module_desc.attributes"));
+    }
+    for (std::uint32_t i = 0; i < given.port_count; ++i) {
+        const splat_tensor_desc& port = given.ports[i];
+        const std::string what = format("splat_module_desc.ports[%u]", i);
+        SPLAT_TRY(api::check_desc(&port, what.c_str(), sizeof(splat_tensor_desc), 0));
+        SPLAT_TRY(api::require(port.name, (what + ".name").c_str()));
+        if (port.dtype != 0 && port.dtype != SPLAT_DTYPE_F32)
+            return error(Code::kInvalidArgument, "%s.dtype is %d, expected SPLAT_DTYPE_F32",
+                         what.c_str(), port.dtype);
+        if (port.rank < 1 || port.rank > SPLAT_MAX_RANK)
+            return error(Code::kInvalidArgument, "%s.rank is %u, expected 1 to %d", what.c_str(),
+                         port.rank, SPLAT_MAX_RANK);
+        SPLAT_ASSIGN(const Shape shape,
+                     Shape::create({port.dims, port.rank}, format("port '%s'", port.name)));
+        desc.ports.push_back({port.name, shape});
+    }
+    desc.gradients = (given.flags & SPLAT_MODULE_GRADIENTS) != 0;
+    desc.input_gradients = (given.flags & SPLAT_MODULE_INPUT_GRADIENTS) != 0;
+    desc.build.training = (given.flags & SPLAT_MODULE_TRAINING) != 0;
+    if (desc.input_gradients && !desc.gradients)
+        return error(Code::kInvalidArgument,
+                     "splat_module_desc.flags is %#x: SPLAT_MODULE_INPUT_GRADIENTS needs "
+                     "SPLAT_MODULE_GRADIENTS",
+                     given.flags);
+    SPLAT_ASSIGN(desc.build.precision,
+                 api::precision_of(given.precision, "splat_module_desc.precision"));
+    return desc;
+}
+
+std::string shape_json(const std::string& name, const Shape& shape) {
+    return format("{\"name\": %s, \"shape\": %s", json_quote(name).c_str(), shape.text().c_str());
+}
+
+std::string ports_json(const std::vector<model::ModulePort>& ports) {
+    std::string list;
+    for (const model::ModulePort& port : ports)
+        list += (list.empty() ? "" : ", ") + shape_json(port.name, port.shape) + "}";
+    return "[" + list + "]";
+}
+
+std::string report_of(model::Module& module) {
+    std::string parameters;
+    for (const nn::Parameter& p : module.parameters().all())
+        parameters += (parameters.empty() ? "" : ",\n  ") + shape_json(p.name, p.shape) +
+                      format(", \"trainable\": %s}", p.trainable ? "true" : "false");
+    return format(
+        "{\"type\": %s,\n \"inputs\": %s,\n \"outputs\": %s,\n \"parameters\": [%s],\n "
+        "\"bytes\": %llu}",
+        json_quote(module.type()).c_str(), ports_json(module.names().inputs).c_str(),
+        ports_json(module.names().outputs).c_str(), parameters.c_str(),
+        static_cast<unsigned long long>(module.memory().arenas));
+}
+
+Status check_bytes(std::size_t bytes, const vk::BufferView& view, const char* name) {
+    const std::size_t needed = view.shape.elements() * sizeof(float);
+    if (bytes == needed) return {};
+    return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,
+                 view.shape.text().c_str(), needed);
+}
+
+}  // namespace
+
+splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
+                                 splat_module* module) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_TRY(api::require(module, "module"));
+        SPLAT_TRY(api::check_desc(
+            desc, "splat_module_desc", sizeof(splat_module_desc),
+            SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
+        SPLAT_ASSIGN(const model::ModuleDesc wanted, desc_of(*desc));
+        auto object = std::make_shared<api::ModuleObject>();
+        object->context = owner->context;
+        {
+            const std::lock_guard lock(object->context->mutex);
+            SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
+        }  // an object that add() cannot take is destroyed there, which locks again
+        *module = api::Modules::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_module_init(splat_module module, uint64_t seed) {
+    return locked(module, [&](api::ModuleObject& object) { return object.module->init(seed); });
+}
+
+splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
+                                 size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = locked(module, [&](api::ModuleObject& object) -> Status {
+        const std::string text = report_of(*object.module);
+        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_module_write(splat_module module, const char* name, const float* values,
+                                size_t bytes) {
+    return locked(module, [&](api::ModuleObject& object) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const vk::BufferView view, object.module->target(name));
+        SPLAT_TRY(check_bytes(bytes, view, name));
+        SPLAT_TRY(object.context->write(view, values, bytes));
+        if (object.module->parameters().find(name) != nullptr)
+            object.module->parameters().changed();
+        return {};
+    });
+}
+
+splat_result splat_module_read(splat_module module, const char* name, float* values, size_t bytes) {
+    return locked(module, [&](api::ModuleObject& object) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const vk::BufferView view, object.module->source(name));
+        SPLAT_TRY(check_bytes(bytes, view, name));
+        return object.context->read(view, values, bytes);
+    });
+}
+
+splat_result splat_module_forward(splat_module module) {
+    return locked(module, [](api::ModuleObject& object) { return object.module->forward(); });
+}
+
+splat_result splat_module_backward(splat_module module) {
+    return locked(module, [](api::ModuleObject& object) { return object.module->backward(); });
+}
+
+splat_result splat_module_zero_gradients(splat_module module) {
+    return locked(module, [](api::ModuleObject& object) {
+        return object.module->parameters().zero_gradients();
+    });
+}
+
+splat_result splat_module_destroy(splat_module module) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Modules::remove(module, "module"));
+        return {};
+    });
+}
+
+splat_result splat_model_write(splat_model model, const char* name, const float* values,
+                               size_t bytes) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        nn::Parameters& parameters = object->predictor->parameters();
+        const nn::Parameter* parameter = parameters.find(name);
+        if (parameter == nullptr)
+            return error(Code::kInvalidArgument,
+                         "the model has no parameter '%s'; splat_model_store lists them", name);
+        SPLAT_TRY(check_bytes(bytes, parameter->value, name));
+        const std::span<const float> given(values, bytes / sizeof(float));
+        const std::size_t bad = find_not_finite(given);
+        if (bad < given.size())
+            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
+                         name, static_cast<double>(given[bad]), bad);
+        return parameters.write(*parameter, given);
+    });
+}

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/json.h"
+#include "model/song_unet.h"
+#include "nn/executor.h"
+
+namespace splat::model {
+
+/// A tensor that the caller writes, by the name of an operator's port or of a residual block's.
+struct ModulePort {
+    std::string name;
+    Shape shape;
+};
+
+struct ModuleDesc {
+    std::string type;  ///< an operator of nn::op_table(), or kResidualBlock
+    std::vector<JsonScalar> attributes;
+    std::vector<ModulePort> ports;
+    bool gradients = false;
+    bool input_gradients = false;
+    bool recompute = false;  ///< see nn::ExecutorDesc
+    BuildOptions build;
+};
+
+/// A block of the network as it is described in song_unet.h, with everything that it can have.
+///
+/// Ports: x [N,C,H,W]; embedding [N,E], with it the block has FiLM; tokens [N,D,T,1], with them attention to
+/// tokens, if `attention`; random_counter [4] (bits of seed, seed >> 32, step, 0), if dropout acts. Parameters
+/// are named "block." and as in the state dict; the output is "y".
+inline constexpr const char* kResidualBlock = "residual_block";
+
+/// One operator or one block with its parameters, run by names of ports: a graph of its own.
+class Module {
+  public:
+    /// Parameters are zero until init() or write(). Errors: kInvalidArgument (type, an attribute, a port
+    /// that the type does not have), kShape, kUnsupported, kOutOfDeviceMemory.
+    static Result<std::unique_ptr<Module>> create(vk::Context& context, const ModuleDesc& desc);
+
+    /// Start the parameters from a seed: those of a block as the network's (init.h); of an operator gamma
+    /// with 1, other vectors with 0, matrices and kernels with Xavier's uniform distribution.
+    Status init(std::uint64_t seed);
+
+    /// Where "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output) is written. Who
+    /// writes a parameter calls parameters().changed() afterwards. Errors: kInvalidArgument, listing names.
+    Result<vk::BufferView> target(const std::string& name);
+
+    /// Where those and "y", "grad:x", "grad:block.conv0.weight" are read. Errors: those of target();
+    /// kInvalidState before the pass that computes them, or if it does not.
+    Result<vk::BufferView> source(const std::string& name);
+
+    Status forward();
+    Status backward();
+
+    [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
+
+    struct Names {
+        std::vector<ModulePort> inputs, outputs;
+    };
+    [[nodiscard]] const Names& names() const { return names_; }
+    [[nodiscard]] const std::string& type() const { return desc_.type; }
+    [[nodiscard]] const nn::ExecutorMemory& memory() const { return executor_->memory(); }
+
+  private:
+    Module(vk::Context& context, ModuleDesc desc) : desc_(std::move(desc)), graph_(context) {}
+    Status build_operator();
+    Status build_block();
+    Status check_ports(const std::vector<std::string>& known) const;
+    [[nodiscard]] const ModulePort* port(const std::string& name) const;
+    void add_input(const ModulePort& port, nn::Layout layout, bool constant);
+    void add_output(const std::string& name, nn::ValueId value);
+    [[nodiscard]] Status unknown(const std::string& name) const;
+
+    ModuleDesc desc_;
+    nn::Graph graph_;
+    PredictorConfig config_;  ///< of a block
+    std::map<std::string, Init> inits_;
+    std::unique_ptr<nn::Parameters> parameters_;
+    std::unique_ptr<nn::Executor> executor_;
+    Names names_;
+    std::map<std::string, nn::ValueId> inputs_, outputs_;
+    std::vector<nn::ValueId> differentiable_;  ///< inputs that can have a gradient
+    bool ran_ = false;
+    bool went_back_ = false;
+};
+
+}  // namespace splat::model
