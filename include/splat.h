@@ -737,7 +737,7 @@ enum {
     SPLAT_SKIP_CULL = 1u << 2,           /* sorting what is outside, too faint, or (ANTIALIASED) too small */
     SPLAT_SKIP_EARLY_OUT = 1u << 3,      /* blending where every pixel has stopped */
     SPLAT_SKIP_UNCHANGED = 1u << 4,      /* drawing when scene, cameras, background stay */
-    SPLAT_SKIP_BLOCKS = 1u << 5          /* what a block of 8 x 8 pixels cannot see */
+    SPLAT_SKIP_BLOCKS = 1u << 5          /* what a block of 8 x 8 pixels cannot see (kernels for CPUs) */
 };
 
 typedef struct splat_rasterizer_desc {

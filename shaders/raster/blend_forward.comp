@@ -5,13 +5,15 @@
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4; image [V,H,W]
 // vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w
-// depth, expected depth, contributors, 0). Specialisation: 10 = write extra, 13 = blend normals instead
-// of colours, without background. The workgroup has kTileSize^2 invocations.
+// depth, expected depth, contributors, 0). Specialisation: 10 = write extra, 11 = end where every pixel has
+// stopped (kernels for GPUs; the same bits), 13 = blend normals instead of colours, without background.
+// The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const bool kExtra = false;
+layout(constant_id = 11) const bool kEarlyOut = false;
 layout(constant_id = 13) const bool kNormals = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
@@ -27,6 +29,8 @@ const uint kBatch = 64;
 shared vec4 batch_a[kBatch];
 shared vec4 batch_b[kBatch];
 shared vec4 batch_c[kBatch];
+shared uint running[2];  // whether a pixel goes on; batches use them in turn, so that one is read while
+                         // the other is filled
 
 void main() {
     const uint lane = gl_LocalInvocationID.x;
@@ -42,8 +46,15 @@ void main() {
     bool stopped = !inside;
     uint entries = 0, contributors = 0;
     vec4 sum = vec4(0);
-    for (uint start = range.x; start < range.y; start += kBatch) {
+    uint side = 0;
+    if (kEarlyOut) {
+        if (lane < 2) running[lane] = 0;
         barrier();
+    }
+    for (uint start = range.x; start < range.y; start += kBatch) {
+        if (kEarlyOut && !stopped) atomicOr(running[side], 1u);
+        barrier();
+        if (kEarlyOut && running[side] == 0) break;
         const uint filled = min(kBatch, range.y - start);
         if (lane < filled) {
             const uint item = pairs[start + lane].y;
@@ -52,7 +63,10 @@ void main() {
             batch_c[lane] = kNormals ? normals[item] : splats[item * 3 + 2];
         }
         barrier();
+        if (kEarlyOut && lane == 0) running[side] = 0;
+        side ^= 1u;
         for (uint i = 0; i < filled; ++i) {
+            if (kEarlyOut && stopped) break;
             const vec4 a = batch_a[i];
             precise float alpha = min(kAlphaMax, a.z * exp2(log2_weight(a.xy, batch_b[i].xyz, centre)));
             alpha = alpha >= kAlphaMin ? alpha : 0.0;

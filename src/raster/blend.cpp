@@ -55,6 +55,8 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
     if (cpu) {
         constants.push_back({11, desc.skips.early_out ? 0U : 1U});
         constants.push_back({12, desc.skips.blocks ? 0U : 1U});
+    } else if (recorder.kernels() == vk::Kernels::kGpu) {
+        constants.push_back({11, desc.skips.early_out ? 1U : 0U});
     }
     std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
                                         vk::read(views.normals),    vk::read(views.ranges),
@@ -90,8 +92,8 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
         vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
         vk::write(records.b),   vk::write(records.c)};
+    if (kernels != vk::Kernels::kPlain) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
     if (cpu) {
-        constants.push_back({12, desc.skips.early_out ? 0U : 1U});
         constants.push_back({13, desc.skips.blocks ? 0U : 1U});
         constants.push_back({14, desc.original_gradient ? 1U : 0U});
         accesses.push_back(vk::read(views.order));

@@ -20,8 +20,10 @@ struct Skips {
     bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
     bool cull = true;       ///< Gaussians that reach no tile are not sorted: those outside, too
                             ///< faint, or, antialiased, too small (their opacity compensates)
-    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, both passes
-    bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes
+    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, both passes;
+                            ///< kernels for CPUs alone have blocks
+    bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes; the
+                            ///< plain kernels walk whole lists
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
 
