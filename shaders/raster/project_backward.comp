@@ -1,7 +1,7 @@
 #version 460
 // Sums each Gaussian's records of the blending backward pass, in their fixed order, and carries the
 // gradient back through projection.glsl and the spherical harmonics, over all views.
-// One invocation computes one Gaussian. Gaussians that reached no tile cost a store.
+// One invocation computes one Gaussian. Those that reached no tile, or that no pixel saw, cost a store.
 // Bindings: gaussians, colors, cameras, splats, counts, begins, record_a, record_b, record_c;
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
@@ -80,7 +80,7 @@ struct Gaussian {
     float opacity;
 };
 
-// Sums of an item's records, and its opacity after compensation (0: nothing was seen of it).
+// Sums of an item's records, and its opacity after compensation (0: it reached no tile).
 struct Records {
     vec4 a, b, c;
     float opacity;
@@ -161,6 +161,9 @@ void main() {
                 records.b += LD4(record_b, i);
                 records.c += LD4(record_c, i);
             }
+        }
+        // Of what no pixel saw, all sums are zeros, and so is its gradient.
+        if (records.a != vec4(0) || records.b != vec4(0) || records.c != vec4(0)) {
             item_backward(index, v, item, gaussian, records);
         } else if (kExport && present && params.accumulate == 0) {
             exported[item * 3] = vec4(0);

@@ -1,9 +1,13 @@
 // Work that may be left out: switched off, the results are the same bits.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "ops/op_harness.h"
 #include "raster/raster_scenes.h"
 #include "raster/raster_session.h"
+#include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -104,6 +108,43 @@ TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     EXPECT_LT(all.pairs, boxes.pairs) << "exact_tiles";
     EXPECT_LT(boxes.pairs, bits_of(context(), scene, square).stats.pairs) << "opacity_extent";
     EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
+}
+
+/// Behind others that stop every pixel: spoiled before the backward pass, they show whether it reads them.
+TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
+    constexpr std::size_t kFront = 12;
+    RasterCase scene = random_scene({40, 37, 29}, 87, 1);
+    scene.camera.world_to_camera = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        scene.means[3 * i + 2] = i < kFront ? 2 : 6;
+        if (i >= kFront) continue;
+        scene.opacities[i] = 1;
+        for (std::size_t k = 0; k < 3; ++k) scene.scales[3 * i + k] = 9;
+    }
+    const raster::RasterDesc desc = with_gradients(raster_desc(scene, kRasterModes[1]));
+    const std::vector<float> weights = normal_fill(4 * scene.pixels(), 1);
+    RasterSession whole(context(), scene, desc);
+    RasterSession spoiled(context(), scene, desc);
+    ASSERT_OK(whole.status());
+    ASSERT_OK(spoiled.status());
+    ASSERT_OK(whole.forward());
+    ASSERT_OK(whole.backward(weights));
+    ASSERT_OK(spoiled.forward());
+    EXPECT_GT(spoiled.rasterizer().stats().visible, scene.count() / 2) << "few are occluded";
+    const auto spoil = [&](const vk::Buffer& buffer, std::size_t width) {
+        std::vector<float> values = download(context(), buffer.range(), width * scene.count());
+        std::fill(values.begin() + static_cast<std::ptrdiff_t>(width * kFront), values.end(),
+                  std::numeric_limits<float>::quiet_NaN());
+        ASSERT_OK(context().write(buffer.range(), values.data(), values.size() * sizeof(float)));
+    };
+    spoil(spoiled.scene().gaussians, 12);
+    spoil(spoiled.scene().colors, std::size_t{4} * desc.color_quads());
+    ASSERT_OK(spoiled.backward(weights));
+    EXPECT_EQ(spoiled.gradients(), whole.gradients());
+    EXPECT_EQ(spoiled.exported(), whole.exported());
+    const std::vector<float> exported = whole.exported();
+    EXPECT_EQ(std::vector<float>(exported.begin() + 12 * kFront, exported.end()),
+              std::vector<float>(exported.size() - 12 * kFront));
 }
 
 /// Compensation makes Gaussians of a small part of a pixel fainter than a pixel can see.
