@@ -810,7 +810,9 @@ enum {
     SPLAT_OUTPUT_DEPTH = 3,          /* [V,H,W] sum of weight * depth, scene units along z */
     SPLAT_OUTPUT_EXPECTED_DEPTH = 4, /* [V,H,W] depth / alpha */
     SPLAT_OUTPUT_CONTRIBUTORS = 5,   /* [V,H,W] Gaussians of weight > 0 */
-    SPLAT_OUTPUT_MEANS2D = 6,        /* [V,N,2] pixels; this and those below: 0 where culled */
+    /* Of each Gaussian; 0 where culled: before the near or behind the far plane, outside the image, not
+     * finite, without extent, or (SPLAT_CONVENTION_GSPLAT) fainter than 1/255. No skip changes them. */
+    SPLAT_OUTPUT_MEANS2D = 6,        /* [V,N,2] pixels */
     SPLAT_OUTPUT_RADII = 7,          /* [V,N,2] pixels */
     SPLAT_OUTPUT_CONICS = 8,         /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
     SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] scene units along z */

@@ -1,6 +1,6 @@
 #version 460
-// Project every Gaussian into every view, count the tiles it can reach and, if any, evaluate its
-// colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
+// Project every Gaussian into every view, count the tiles it can reach and, if a pixel may see it, evaluate
+// its colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
 // One invocation computes one item (gl_WorkGroupID.z is the view); what is culled, or not finite, gets
 // radius 0, no tiles and the key 0xFFFFFFFF.
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
@@ -146,13 +146,17 @@ void main() {
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
     vec3 color = vec3(0);
-    if (count > 0 || (valid && !is_set(kFlagCull))) {
+    // Not of what has tiles alone: whether it is there depends neither on the window nor on a skip.
+    const bool dense = a.z >= kAlphaMin;
+    if (valid && (dense || !is_set(kFlagCull))) {
         color = splat_color(index, g0.xyz - view.position);
         if (!finite(color)) {
-            valid = false;
-            a.z = 0;
             color = vec3(0);
-            count = 0;
+            if (dense) {
+                valid = false;
+                a = vec4(0);
+                count = 0;
+            }
         }
     }
     ST4(splats, item * 3, a);

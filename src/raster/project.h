@@ -26,7 +26,7 @@ struct ItemViews {
 };
 
 /// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the
-/// colours of those that have any.
+/// colours of those dense enough to be seen. Only counts, keys and footprints depend on the window.
 ///
 /// Errors       the recorder's
 /// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)

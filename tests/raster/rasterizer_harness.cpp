@@ -63,7 +63,6 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
                                                      desc.normals ? 4 * pixels : 0));
     SPLAT_ASSIGN(const auto splats, download<float>(context, space.splats.range(), 12 * items));
     SPLAT_ASSIGN(const auto radii, download<float>(context, space.radii.range(), 2 * items));
-    SPLAT_ASSIGN(const auto counts, download<std::uint32_t>(context, space.counts.range(), items));
     for (std::size_t p = 0; p < pixels; ++p) {
         for (std::size_t c = 0; c < 3; ++c)
             run.outputs.rgb.push_back(static_cast<double>(run.image[4 * p + c]));
@@ -74,13 +73,13 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.depth_expected.push_back(static_cast<double>(extra[4 * p + 1]));
         run.outputs.n_contrib.push_back(static_cast<std::int64_t>(extra[4 * p + 2]));
     }
-    bool without_color = false;  // visible, but of no tile
+    bool without_color = false;  // too faint to be seen, but not culled: 3dgs
     for (std::size_t i = 0; i < items; ++i) {
         add_splat(&splats[12 * i], radii[2 * i] > 0, run.outputs);
         run.outputs.radii.push_back(static_cast<std::int64_t>(radii[2 * i]));
         run.outputs.radii.push_back(static_cast<std::int64_t>(radii[2 * i + 1]));
         run.outputs.valid.push_back(radii[2 * i] > 0 ? 1 : 0);
-        without_color |= radii[2 * i] > 0 && counts[i] == 0;
+        without_color |= radii[2 * i] > 0 && splats[12 * i + 2] < raster::kAlphaMin;
     }
     if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as it should be
     return {};

@@ -5,12 +5,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <span>
 
 #include "core/checked_math.h"
 #include "ops/op_harness.h"
 #include "raster/raster_scenes.h"
 #include "raster/raster_session.h"
 #include "raster/tile_bin.h"
+#include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -142,6 +145,48 @@ TEST_P(RasterizerMemory, GroupsOfTileRowsGiveTheSameImage) {
     ASSERT_NE(narrow, nullptr);
     const bool cpu = GetParam() == vk::Kernels::kCpu;  // the others take seconds for the gradient
     expect_same_in_groups(context(), *narrow, scene, kRasterModes[0], 2, cpu);
+}
+
+/// Of each Gaussian: mean, opacity, depth, conic factor, reach; then all radii.
+std::vector<float> of_gaussians(vk::Context& context, RasterSession& session, std::size_t count) {
+    const raster::Workspace& space = session.rasterizer().workspace();
+    const std::vector<float> splats = download(context, space.splats.range(), 12 * count);
+    std::vector<float> all = download(context, space.radii.range(), 2 * count);
+    for (std::size_t i = 0; i < splats.size(); ++i)
+        if (i % 12 < 8) all.push_back(splats[i]);
+    return all;
+}
+
+/// Every fourth colour is not finite, also of Gaussians that reach a few rows of tiles, or none.
+TEST_P(RasterizerMemory, WhatIsSaidOfAGaussianDependsOnNoWindowOrSkip) {
+    RasterCase scene = wide_faint_scene({480, 32, 96});
+    for (std::size_t i = 1; i < scene.count(); i += 4)
+        scene.sh[3 * i + i % 3] = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 1; i < scene.count(); i += 8) scene.opacities[i] *= 0.2F;
+    for (const std::size_t i : {17, 65, 29, 77}) scene.scales[3 * i] = 1e-4F;
+    const auto narrow = lowered(16 * scene.pixels());
+    ASSERT_NE(narrow, nullptr);
+    for (const RasterMode& mode : std::span(kRasterModes).first(2)) {
+        SCOPED_TRACE(mode.name);
+        raster::RasterDesc desc = raster_desc(scene, mode);
+        desc.backward = true;  // for the size of the arrays
+        RasterSession whole(context(), scene, desc);
+        ASSERT_OK(whole.forward());
+        const std::vector<float> expected = of_gaussians(context(), whole, scene.count());
+        const auto seen = std::count_if(expected.begin(), expected.begin() + 2 * 480,
+                                        [](float radius) { return radius > 0; });
+        EXPECT_GT(seen, 2 * 340) << "those of finite colours";
+        EXPECT_LT(seen, 2 * 430) << "not those of others, but for the faint ones of 3dgs";
+        RasterSession groups(*narrow, scene, desc);
+        ASSERT_OK(groups.forward());
+        EXPECT_GE(groups.rasterizer().stats().passes, 2U);
+        EXPECT_EQ(of_gaussians(*narrow, groups, scene.count()), expected);
+        desc.skips = {false, false, false, false, false, false};
+        RasterSession without(context(), scene, desc);
+        ASSERT_OK(without.forward());
+        EXPECT_EQ(of_gaussians(context(), without, scene.count()), expected) << "no skips";
+        EXPECT_EQ(without.image(), whole.image());
+    }
 }
 
 /// 1100 Gaussians, most of them in 4 tiles of a row; room for 3300 pairs.
