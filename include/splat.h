@@ -433,8 +433,9 @@ SPLAT_API splat_result splat_op_destroy(splat_op op);
 /* ---- Scene ----------------------------------------------------------------------------------- */
 
 /* A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device;
- * a rasterizer that draws it keeps a packed copy on its device until the scene changes or is
- * destroyed. Axes: those of 3DGS .ply files, x right, y down, z forward (SPLAT_FRAME_RDF).
+ * a rasterizer that draws it leaves a packed copy on its device, and so keeps that device open, until
+ * the scene changes or is destroyed. Axes: those of 3DGS .ply files, x right, y down, z forward
+ * (SPLAT_FRAME_RDF).
  *
  * Attributes, float32, row-major, n Gaussians, K = (sh_degree + 1)^2:
  *   "means" [n,3] scene units             "log_scales" [n,3] or activated "scales" [n,3], > 0
@@ -730,14 +731,18 @@ enum {
     SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
 };
 
-/* Work that is left out because it does not change the image. */
+/* Work that is left out because it does not change the image. What a convention culls (see
+ * SPLAT_OUTPUT_MEANS2D) is culled in any case. */
 enum {
     SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* what lies beyond alpha = 1/255 */
     SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
-    SPLAT_SKIP_CULL = 1u << 2,           /* sorting what is outside, too faint, or (ANTIALIASED) too small */
-    SPLAT_SKIP_EARLY_OUT = 1u << 3,      /* blending where every pixel has stopped */
-    SPLAT_SKIP_UNCHANGED = 1u << 4,      /* drawing when scene, cameras, background stay */
-    SPLAT_SKIP_BLOCKS = 1u << 5          /* what a block of 8 x 8 pixels cannot see (kernels for CPUs) */
+    SPLAT_SKIP_CULL = 1u << 2,           /* sorting what reaches no tile: too faint, too small */
+    /* blending where every pixel has stopped; plain kernels do without */
+    SPLAT_SKIP_EARLY_OUT = 1u << 3,
+    /* drawing when scene, cameras, background stay; never of tensors, which may have been written */
+    SPLAT_SKIP_UNCHANGED = 1u << 4,
+    /* what a block of 8 x 8 pixels cannot see; kernels for CPUs alone have it */
+    SPLAT_SKIP_BLOCKS = 1u << 5
 };
 
 typedef struct splat_rasterizer_desc {
@@ -779,7 +784,8 @@ typedef struct splat_gaussians_desc {
 } splat_gaussians_desc;
 
 /* Draw Gaussians; the images stay in the rasterizer, see splat_rasterizer_output. What is not finite
- * or has no extent is left out.
+ * or has no extent is left out. A scene keeps its packed copy on the device for later calls, and the
+ * device open, until it is changed or destroyed, even if rasterizer and device are destroyed before.
  * scene           N Gaussians; bands beyond the rasterizer's degree are left out
  * gaussians       tensors of the rasterizer's device; all NULL for N = 0
  * cameras         `count` = V cameras of W x H pixels
@@ -810,13 +816,13 @@ enum {
     SPLAT_OUTPUT_DEPTH = 3,          /* [V,H,W] sum of weight * depth, scene units along z */
     SPLAT_OUTPUT_EXPECTED_DEPTH = 4, /* [V,H,W] depth / alpha */
     SPLAT_OUTPUT_CONTRIBUTORS = 5,   /* [V,H,W] Gaussians of weight > 0 */
-    /* Of each Gaussian; 0 where culled: before the near or behind the far plane, outside the image, not
-     * finite, without extent, or (SPLAT_CONVENTION_GSPLAT) fainter than 1/255. No skip changes them. */
-    SPLAT_OUTPUT_MEANS2D = 6,        /* [V,N,2] pixels */
-    SPLAT_OUTPUT_RADII = 7,          /* [V,N,2] pixels */
-    SPLAT_OUTPUT_CONICS = 8,         /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
-    SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] scene units along z */
-    SPLAT_OUTPUT_VISIBILITY = 10,    /* [V,N] 1, or 0 for what is culled */
+    /* Those of Gaussians are 0 where culled: before the near or behind the far plane, outside the
+     * image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them. */
+    SPLAT_OUTPUT_MEANS2D = 6,     /* [V,N,2] pixels */
+    SPLAT_OUTPUT_RADII = 7,       /* [V,N,2] pixels */
+    SPLAT_OUTPUT_CONICS = 8,      /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
+    SPLAT_OUTPUT_DEPTHS = 9,      /* [V,N] scene units along z */
+    SPLAT_OUTPUT_VISIBILITY = 10, /* [V,N] 1, or 0 for what is culled */
     /* [V,H,W,3] sum of weight * normal: axis of the least scale, OpenCV axes of the camera */
     SPLAT_OUTPUT_NORMALS = 11
 };
@@ -875,12 +881,14 @@ SPLAT_API splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
 typedef struct splat_rasterizer_info {
     uint32_t struct_size;
     uint32_t passes;      /* groups of tile rows that the last forward call drew one by one */
-    uint64_t visible;     /* (Gaussian, view) that reached a tile */
+    uint64_t visible;     /* (Gaussian, view) that reached a tile (with SPLAT_SKIP_CULL off: that the
+                           * convention keeps); of several passes, in the one with most */
     uint64_t pairs;       /* (tile, Gaussian, view) */
     uint64_t longest;     /* Gaussians on the fullest tile */
     uint64_t tiles;       /* of all views */
     uint64_t empty_tiles; /* of these, without Gaussians */
-    uint64_t bytes;       /* device memory of the rasterizer */
+    uint64_t bytes;       /* device memory of the rasterizer; scenes' packed copies are not counted, as
+                           * rasterizers share them */
     uint32_t runs;        /* 0: nothing had changed; 2 and more: memory had to grow */
     uint32_t reserved;
 } splat_rasterizer_info;
@@ -890,7 +898,7 @@ typedef struct splat_rasterizer_info {
 SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
                                                  splat_rasterizer_info* info);
 
-/* Destroy a rasterizer; scenes and tensors stay.
+/* Destroy a rasterizer; scenes, with their packed copies on the device, and tensors stay.
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 

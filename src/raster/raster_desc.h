@@ -18,8 +18,9 @@ enum class Convention : int {
 struct Skips {
     bool opacity_extent = true;  ///< extents end where alpha falls below 1/255
     bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
-    bool cull = true;       ///< Gaussians that reach no tile are not sorted: those outside, too
-                            ///< faint, or, antialiased, too small (their opacity compensates)
+    bool cull = true;       ///< Gaussians that reach no tile are not sorted: those between pixel
+                            ///< centres, too faint, or, antialiased, too small (their opacity
+                            ///< compensates); what the convention culls never is
     bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, both passes;
                             ///< kernels for CPUs alone have blocks
     bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes; the

@@ -11,7 +11,8 @@ namespace splat::raster {
 
 /// What the latest forward call did.
 struct RasterStats {
-    std::uint64_t visible = 0;      ///< (Gaussian, view) that reached a tile, in the pass with most
+    std::uint64_t visible = 0;      ///< (Gaussian, view) sorted: that reached a tile or, without
+                                    ///< skips.cull, are not culled; in the pass with most
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
     std::uint64_t empty_tiles = 0;  ///< of all views
