@@ -46,7 +46,8 @@ Status Rasterizer::check_device() const {
                      static_cast<unsigned long long>(binding / 16));
     if (std::uint64_t{desc_.tiles_x()} * desc_.views > kMaxWindowTiles)
         return error(Code::kUnsupported,
-                     "rasterizer: a row of %u tiles in %u views, expected at most %llu in all",
+                     "rasterizer: a row of %u tiles in %u views, expected at most %llu in all: "
+                     "render fewer views per call, or narrower images",
                      desc_.tiles_x(), desc_.views,
                      static_cast<unsigned long long>(kMaxWindowTiles));
     return {};

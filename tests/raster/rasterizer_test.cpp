@@ -51,6 +51,8 @@ TEST_P(Rasterizer, RefusesDescriptionsThatMakeNoSense) {
     refuses([](Desc& d) { d.width = d.height = ~0U; }, Code::kUnsupported, "or smaller ones");
     refuses([](Desc& d) { d.gaussians = 1, d.width = 1U << 20, d.height = 1; }, Code::kUnsupported,
             "a row of 65536 tiles");
+    refuses([](Desc& d) { d.gaussians = 1, d.width = 1U << 20, d.height = 1; }, Code::kUnsupported,
+            "render fewer views per call, or narrower images");
 }
 
 TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
