@@ -148,15 +148,6 @@ Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::Rasterize
     return packed;
 }
 
-/// The context's mutex is held by the caller.
-Status draw(api::RasterizerObject& object, const raster::SceneInput& input,
-            const raster::PackedViews& views) {
-    object.drawn = false;
-    SPLAT_TRY(object.rasterizer->forward(input, views));
-    object.drawn = true;
-    return {};
-}
-
 /// Check the tensors, and take them into `views`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
                        const splat_gaussians_desc& from, raster::AttributeViews& views) {
@@ -188,10 +179,11 @@ Status pack(api::RasterizerObject& object, const raster::AttributeViews& views) 
     if (object.inputs.gaussians.bytes() == 0) {
         SPLAT_ASSIGN(object.inputs, raster::allocate_packed(*object.context, desc));
     }
-    object.drawn = false;
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(raster::pack_attributes(recorder, desc, views, object.inputs.input()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+    SPLAT_TRY(object.context->make_ready(list));
+    object.rasterizer->invalidate();
     return object.context->run(list);
 }
 
@@ -223,7 +215,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
         }
         const std::lock_guard lock(object->context->mutex);
         object->scenes.push_back(packed);
-        SPLAT_TRY(draw(*object, packed->arrays.input(packed->version), views));
+        SPLAT_TRY(object->rasterizer->forward(packed->arrays.input(packed->version), views));
         // The lists now name this scene only.
         released = std::exchange(object->scenes, {packed});
         return {};
@@ -247,7 +239,7 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(pack(*object, attributes));
-        return draw(*object, object->inputs.input(), views);
+        return object->rasterizer->forward(object->inputs.input(), views);
     });
 }
 
@@ -262,7 +254,7 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
                        object->inputs.colors.bytes() + object->gradients.gaussians.bytes() +
                        object->gradients.colors.bytes() + object->grad_image.bytes() +
                        object->grad_depth.bytes();
-        if (object->drawn) {
+        if (object->rasterizer->drawn()) {
             filled.passes = stats.passes;
             filled.visible = stats.visible;
             filled.pairs = stats.pairs;

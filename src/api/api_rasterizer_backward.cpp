@@ -116,7 +116,7 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
         SPLAT_TRY(check_tensors(arguments, desc, *gradients, tensors));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
-        if (!object->drawn)
+        if (!object->rasterizer->drawn())
             return error(Code::kInvalidState,
                          "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
         SPLAT_TRY(pack(*object, tensors));

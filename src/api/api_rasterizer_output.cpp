@@ -50,7 +50,7 @@ Result<const OutputRow*> find_output(const api::RasterizerObject& object, splat_
 
 /// The context's mutex is held.
 Status check_drawn(const api::RasterizerObject& object) {
-    if (object.drawn) return {};
+    if (object.rasterizer->drawn()) return {};
     return error(Code::kInvalidState,
                  "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
 }

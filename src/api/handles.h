@@ -68,7 +68,6 @@ struct SceneObject {
 struct RasterizerObject {
     std::shared_ptr<vk::Context> context;
     std::unique_ptr<raster::Rasterizer> rasterizer;
-    bool drawn = false;           ///< the workspace holds a forward call that succeeded
     raster::PackedArrays inputs;  ///< of tensors; empty before the first such call
     raster::PackedArrays gradients;
     vk::Buffer grad_image;  ///< [V,H,W] quads

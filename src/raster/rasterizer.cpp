@@ -62,23 +62,23 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
     SPLAT_TRY(self->space_.allocate_items(context, desc));
     const auto items = static_cast<std::uint32_t>(desc.items());
     SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));
-    const std::uint64_t first = std::max(kFirstPairsPerItem * desc.items(), kLeastCapacity);
-    const std::uint64_t most = Workspace::max_capacity(context.device().info(), desc);
-    SPLAT_TRY(self->space_.allocate_pairs(context, desc,
-                                          static_cast<std::uint32_t>(std::min(first, most))));
+    SPLAT_TRY(self->allocate_first_pairs());
     return self;
 }
 
-Status Rasterizer::upload(const PackedViews& views) {
-    const std::vector<float>& values = views.values;
-    SPLAT_ASSERT(values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
-    if (values == uploaded_) return {};
-    valid_ = false;
+Status Rasterizer::allocate_first_pairs() {
+    const std::uint64_t first = std::max(kFirstPairsPerItem * desc_.items(), kLeastCapacity);
+    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    return space_.allocate_pairs(context_, desc_,
+                                 static_cast<std::uint32_t>(std::min(first, most)));
+}
+
+Status Rasterizer::upload(std::vector<float> values) {
     uploaded_.clear();
     const std::size_t bytes = (values.size() - 4) * sizeof(float);
     SPLAT_TRY(context_.write(space_.cameras.range(), values.data(), bytes));
     SPLAT_TRY(context_.write(space_.background.range(), &values[values.size() - 4], 16));
-    uploaded_ = values;
+    uploaded_ = std::move(values);
     return {};
 }
 
@@ -137,20 +137,21 @@ std::uint64_t Rasterizer::list_limit() const {
 }
 
 Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
-    SPLAT_TRY(upload(views));
-    if (desc_.skips.unchanged && valid_ && scene.version != 0 && scene.version == scene_.version &&
-        same(scene, scene_)) {
+    SPLAT_ASSERT(views.values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
+    const bool moved = views.values != uploaded_;
+    if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
+        scene.version == scene_.version && same(scene, scene_)) {
         stats_.runs = 0;
         return {};
     }
-    valid_ = false;
-    if (!same(scene, scene_)) {
-        forward_.clear();
-        backward_.clear();
-    }
+    // Until the device works, a failure leaves the last call as it was, its gradient included.
+    std::vector<float> values = moved ? views.values : std::vector<float>();
+    if (forward_.empty() || !same(scene, scene_)) SPLAT_TRY(record_forward(scene));
     scene_ = scene;
+    valid_ = false;
+    if (moved) SPLAT_TRY(upload(std::move(values)));
     for (stats_.runs = 1;; ++stats_.runs) {
-        if (forward_.empty()) SPLAT_TRY(record_forward());
+        if (forward_.empty()) SPLAT_TRY(record_forward(scene));
         std::uint64_t needed = 0;
         SPLAT_TRY(run_forward(needed));
         if (needed <= space_.capacity) break;

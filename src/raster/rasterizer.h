@@ -53,7 +53,7 @@ class Rasterizer {
     /// `views` is of pack_views with this rasterizer's desc.
     ///
     /// Errors: kUnsupported if a tile's list is longer than the device's loops can be; those of
-    /// create.
+    /// create. One before the device works leaves the call before as it was.
     Status forward(const SceneInput& scene, const PackedViews& views);
 
     /// Gradient of the latest forward call. `gradients` is like SceneInput; pose and exported
@@ -64,6 +64,12 @@ class Rasterizer {
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const SceneInput& gradients);
 
+    /// Whether the workspace holds the results of a forward call that succeeded.
+    [[nodiscard]] bool drawn() const { return valid_; }
+
+    /// The scene's arrays are about to be written: from now on nothing is drawn.
+    void invalidate() { valid_ = false; }
+
     [[nodiscard]] const RasterDesc& desc() const { return desc_; }
     [[nodiscard]] const RasterStats& stats() const { return stats_; }
     [[nodiscard]] const Workspace& workspace() const { return space_; }
@@ -71,10 +77,12 @@ class Rasterizer {
   private:
     Rasterizer(vk::Context& context, const RasterDesc& desc) : context_(context), desc_(desc) {}
     Status check_device() const;
-    Status upload(const PackedViews& views);
-    Status record_forward();
-    Status record_forward_pass(vk::Recorder& recorder, const Window& window);
-    Status record_normals(vk::Recorder& recorder, const Window& window);
+    Status allocate_first_pairs();
+    Status upload(std::vector<float> values);
+    Status record_forward(const SceneInput& scene);
+    Status record_forward_pass(vk::Recorder& recorder, const SceneViews& scene,
+                               const Window& window);
+    Status record_normals(vk::Recorder& recorder, const SceneViews& scene, const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                            const SceneInput& gradients);
     Status run_forward(std::uint64_t& needed);

@@ -23,8 +23,8 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .extra = space_.extra.range()};
 }
 
-Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& window) {
-    const SceneViews scene = {scene_.gaussians, scene_.colors, space_.cameras.range()};
+Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SceneViews& scene,
+                                       const Window& window) {
     const auto items = static_cast<std::uint32_t>(desc_.items());
     const RadixSortDesc by_depth = {.capacity = items};
     const RadixSortDesc by_tile = {.capacity = space_.capacity,
@@ -73,39 +73,42 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const Window& win
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[side].range(),
                           space_.kept_pairs.range(), tile_views()));
     SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
-    return record_normals(recorder, window);
+    return record_normals(recorder, scene, window);
 }
 
-Status Rasterizer::record_normals(vk::Recorder& recorder, const Window& window) {
+Status Rasterizer::record_normals(vk::Recorder& recorder, const SceneViews& scene,
+                                  const Window& window) {
     if (!desc_.normals) return {};
     if (desc_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
-    SPLAT_TRY(project_normals(recorder, desc_,
-                              {scene_.gaussians, scene_.colors, space_.cameras.range()},
-                              space_.items(), space_.normals.range()));
+    SPLAT_TRY(project_normals(recorder, desc_, scene, space_.items(), space_.normals.range()));
     BlendViews views = blend_views(window);
     views.image = space_.normal_image.range();
     return blend_forward(recorder, desc_, window, views, space_.capacity, true);
 }
 
-Status Rasterizer::record_forward() {
+Status Rasterizer::record_forward(const SceneInput& scene) {
+    if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
+    const SceneViews from = {scene.gaussians, scene.colors, space_.cameras.range()};
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(desc_, pass, passes_);
         vk::Recorder recorder(context_);
         if (desc_.items() > 0) {
-            SPLAT_TRY(record_forward_pass(recorder, window));
+            SPLAT_TRY(record_forward_pass(recorder, from, window));
         } else {
             SPLAT_TRY(recorder.fill(space_.kept_pairs.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
             SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[0].range(),
                                   space_.kept_pairs.range(), tile_views()));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
-            SPLAT_TRY(record_normals(recorder, window));
+            SPLAT_TRY(record_normals(recorder, from, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+        SPLAT_TRY(context_.make_ready(list));
         lists.push_back(std::move(list));
     }
     forward_ = std::move(lists);
+    backward_.clear();
     return {};
 }
 

@@ -95,6 +95,9 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
 
 Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
                                  std::uint32_t wanted) {
+    pairs = {};
+    capacity = 0;
+    pair_bytes_ = 0;
     Pairs fresh;
     const std::uint64_t entries = std::uint64_t{8} * wanted;
     const std::uint64_t slots = desc.backward ? std::uint64_t{4} * wanted : 16;

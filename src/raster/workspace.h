@@ -13,7 +13,8 @@ class Workspace {
     /// Errors: those of Memory::allocate.
     Status allocate_items(vk::Context& context, const RasterDesc& desc);
 
-    /// Pair arrays for `capacity` pairs; the old ones stay if this fails.
+    /// Pair arrays for `capacity` pairs. The old ones go first, as nothing of them is needed and both
+    /// might not fit; if this fails there are none, and the capacity is 0.
     Status allocate_pairs(vk::Context& context, const RasterDesc& desc, std::uint32_t capacity);
 
     /// Of all buffers.

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "api/host_memory.h"
+#include "api/raster_calls.h"
 #include "api/scenario/scenario.h"
 #include "core/fault.h"
 #include "vk/instance.h"
@@ -220,6 +221,66 @@ TEST_F(ApiFault, TimeoutsAreOverWhenRepeated) {
     fault::disarm();
     EXPECT_DONE(splat_op_backward(all.op));
     EXPECT_EQ(download(all.grad_x), (std::vector<float>{1, 2, 3, 4}));
+}
+
+/// A rasterizer that has drawn two scenes, one after the other, so that both are on the device.
+struct Drawing {
+    Drawing() {
+        SampleScene sample(5);
+        one = sample.create();
+        for (float& value : sample.sh) value += 0.5F;
+        other = sample.create();
+        EXPECT_DONE(draw(other));
+        EXPECT_DONE(draw(one));
+    }
+    splat_result draw(const Scene& scene) {
+        return splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr);
+    }
+    [[nodiscard]] std::vector<float> image() const {
+        return output(rasterizer, SPLAT_OUTPUT_RGB, 3 * std::size_t{20} * 18);
+    }
+    std::vector<float> gradient() {
+        auto desc = sized<splat_gradients_desc>();
+        desc.grad_rgb = weights;
+        desc.grad_means = grad_means;
+        EXPECT_DONE(splat_rasterizer_backward(rasterizer, &desc));
+        return download(grad_means);
+    }
+
+    Device device = Objects::open();
+    Rasterizer rasterizer =
+        make_rasterizer(device, rasterizer_desc(5, 20, 18, SPLAT_RASTERIZER_BACKWARD));
+    Tensor weights =
+        upload(device, {1, 18, 20, 3}, std::vector<float>(3 * std::size_t{20} * 18, 1.0F));
+    Tensor grad_means = make_tensor(device, {5, 3});
+    splat_camera camera = sample_camera(20, 18);
+    Scene one, other;
+};
+
+TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
+    for (const char* point :
+         {"vk.create_descriptor_pool", "vk.create_command_pool", "vk.create_fence"}) {
+        SCOPED_TRACE(point);
+        Drawing drawing;
+        const std::vector<float> image = drawing.image();
+        const std::vector<float> gradient = drawing.gradient();
+        fault::arm(point, 1, 1);
+        EXPECT_TRUE(documented(drawing.draw(drawing.other)));
+        EXPECT_GE(fault::disarm(), 1U);
+        EXPECT_EQ(drawing.image(), image);
+        EXPECT_EQ(drawing.gradient(), gradient);
+        ASSERT_DONE(drawing.draw(drawing.other));
+        EXPECT_NE(drawing.image(), image);
+    }
+    Drawing drawing;
+    fault::arm("vk.wait_timeout", 1, 1);
+    EXPECT_REFUSED(drawing.draw(drawing.other), SPLAT_ERROR_TIMEOUT, "");
+    fault::disarm();
+    std::vector<float> alpha(std::size_t{20} * 18);
+    EXPECT_REFUSED(splat_rasterizer_read(drawing.rasterizer, SPLAT_OUTPUT_ALPHA, alpha.data(),
+                                         alpha.size() * sizeof(float)),
+                   SPLAT_ERROR_INVALID_STATE, "has drawn nothing");
+    EXPECT_DONE(drawing.draw(drawing.other));
 }
 
 TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {

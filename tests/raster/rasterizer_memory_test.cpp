@@ -29,6 +29,14 @@ class RasterizerMemory : public KernelsTest {
         };
         return make_context(desc);
     }
+
+    /// A device of the same kernels with so much memory in all (0: what there is), each buffer in a
+    /// block of its own, so that the sum is exact.
+    [[nodiscard]] std::shared_ptr<vk::Context> limited(std::uint64_t budget_bytes) const {
+        vk::ContextDesc desc = context_desc(GetParam(), Bounds::kExact);
+        desc.memory.budget_bytes = budget_bytes;
+        return make_context(desc);
+    }
 };
 SPLAT_INSTANTIATE_KERNELS(RasterizerMemory);
 
@@ -111,6 +119,42 @@ TEST_P(RasterizerMemory, GrowsOnce) {
     ASSERT_OK(session.forward());
     EXPECT_EQ(session.rasterizer().stats().runs, 1U);
     EXPECT_EQ(session.image(), image);
+}
+
+/// Growth takes the larger arrays, not the old ones beside them. On a device without room for it, it
+/// fails each time, and the rasterizer draws what needs none.
+TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
+    const RasterCase scene = wide_faint_scene({120, 120, 90});
+    RasterCase narrow = scene;
+    for (float& scale : narrow.scales) scale *= 0.01F;
+    raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
+    desc.backward = true;
+    const std::vector<float> expected = raster_image(context(), narrow, desc);
+    std::uint64_t before = 0;
+    std::uint64_t after = 0;
+    for (const bool enough : {true, false}) {
+        const auto device = limited(enough ? 0 : (before + after) / 2);
+        ASSERT_NE(device, nullptr);
+        const auto other = PackedScene::create(*device, narrow, desc);
+        ASSERT_OK(other.status());
+        RasterSession session(*device, scene, desc);
+        ASSERT_OK(session.status());
+        before = device->memory().use().used;
+        if (enough) {
+            ASSERT_OK(session.forward());
+            EXPECT_EQ(session.rasterizer().stats().runs, 2U);
+            after = device->memory().use().used;
+            EXPECT_EQ(device->memory().use().peak, after) << "old and new ones at once";
+        } else {
+            for (int call = 0; call < 2; ++call)
+                EXPECT_ERROR(session.forward(), Code::kOutOfDeviceMemory, "of the budget of");
+            EXPECT_ERROR(session.backward(std::vector<float>(4 * scene.pixels())),
+                         Code::kInvalidArgument, "needs a forward call");
+        }
+        const scene::Camera camera = camera_of(scene);
+        ASSERT_OK(session.draw(other.value().input(), {&camera, 1}));
+        EXPECT_EQ(session.image(), expected) << enough;
+    }
 }
 
 /// Records of 16 bytes per pair: bindings as large as the image hold 256 pairs per tile.
