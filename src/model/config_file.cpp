@@ -55,10 +55,37 @@ const std::vector<std::string> kKnown = {"data.training_resolution",
                                          "model.scale_scale",
                                          "model.scale_bias",
                                          "model.token_dim",
-                                         "model.tokens"};
+                                         "model.tokens",
+                                         "model.out_channels"};
 
 bool describes_network(const std::string& key) {
     return key.starts_with("data.") || key.starts_with("cam_embd.") || key.starts_with("model.");
+}
+
+bool is_given(const Config& config, const char* key) {
+    const ConfigEntry* entry = config.find(key);
+    return entry != nullptr && !entry->map &&
+           (entry->list || !std::holds_alternative<std::monostate>(entry->values[0]));
+}
+
+/// What the published code goes by the category's name for, after the keys that say the same are read. Its
+/// merged files have the field of view of the default configuration there, which it never looks at.
+Status take_category(const Config& config, PredictorConfig& c) {
+    SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", ""));
+    if (!is_co3d_category(category)) return {};
+    if (c.fov_degrees != 0 && c.fov_degrees != PredictorConfig().fov_degrees)
+        return error(Code::kInvalidArgument,
+                     "%s: 'data.fov' is %g, but 'data.category' is '%s', whose views have focal "
+                     "lengths of their own; expected 0, or no data.fov",
+                     config.what().c_str(), static_cast<double>(c.fov_degrees), category.c_str());
+    if (is_given(config, "data.origin_distances") && !c.origin_distance)
+        return error(Code::kInvalidArgument,
+                     "%s: 'data.origin_distances' is false, but 'data.category' is '%s', whose "
+                     "depths are relative to them; expected true, or no data.origin_distances",
+                     config.what().c_str(), category.c_str());
+    c.fov_degrees = 0;
+    c.origin_distance = true;
+    return {};
 }
 
 void read_data(ConfigReader& read, PredictorConfig& c) {
@@ -129,6 +156,10 @@ void read_training(ConfigReader& read, PredictorConfig& c) {
 
 }  // namespace
 
+bool is_co3d_category(const std::string& category) {
+    return category == "hydrants" || category == "teddybears";
+}
+
 Result<PredictorConfig> predictor_config(const Config& config) {
     for (const ConfigEntry& entry : config.entries()) {
         if (!describes_network(entry.key) ||
@@ -147,6 +178,7 @@ Result<PredictorConfig> predictor_config(const Config& config) {
     read_network(read, c);
     read_training(read, c);
     SPLAT_TRY(read.status());
+    SPLAT_TRY(take_category(config, c));
     SPLAT_TRY(check(c));
     return c;
 }

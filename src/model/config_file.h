@@ -19,8 +19,15 @@ namespace splat::model {
 ///             scale_bias token_dim tokens
 ///   opt       freeze lora_finetune lora_rank lora_alpha lora_dropout lora_targets train_with_adapters
 ///
-/// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range
+/// The categories hydrants and teddybears mean CO3D's geometry, as in the published code: fov 0, and origin
+/// distances. model.out_channels is passed over.
+///
+/// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range, or one
+///         that contradicts the category
 Result<PredictorConfig> predictor_config(const Config& config);
+
+/// CO3D: each view has focal lengths of its own, and depths are relative to the distance of the origin.
+bool is_co3d_category(const std::string& category);
 
 /// The same as JSON that predictor_config() reads back.
 std::string config_text(const PredictorConfig& config);

@@ -167,6 +167,9 @@ Result<TrainConfig> train_config(const Config& config) {
     read_logging(read, c);
     read_data(read, c);
     SPLAT_TRY(read.status());
+    if (model::is_co3d_category(c.category)) {
+        SPLAT_ASSIGN(c.scale_terms, config.get<bool>("opt.scale_terms", true));
+    }
     SPLAT_TRY(check(c, config.what().c_str()));
     return c;
 }

@@ -71,6 +71,8 @@ struct TrainConfig {
 ///   general  random_seed precision (balanced, strict, fast)
 ///   data     root format category subset white_background cache_mib
 ///
+/// Without a value of its own, opt.scale_terms is true for CO3D's categories (model::is_co3d_category).
+///
 /// Keys of published files that say nothing here (of a GPU, of a logging service) are passed over;
 /// keys of these sections that nobody knows are refused with the nearest one, those of the network
 /// too (model::predictor_config).
