@@ -141,17 +141,22 @@ void read_network(ConfigReader& read, PredictorConfig& c) {
     read.count("model.tokens", c.tokens);
 }
 
-void read_training(ConfigReader& read, PredictorConfig& c) {
+Status read_training(ConfigReader& read, const Config& config, PredictorConfig& c) {
     read.texts("opt.freeze", c.frozen);
     bool finetune = false;
     read.flag("opt.lora_finetune", finetune);
-    if (!finetune) return;
+    if (!finetune) return {};
     c.lora.rank = 4;  // what the published code always takes
     read.count("opt.lora_rank", c.lora.rank);
     read.number("opt.lora_alpha", c.lora.alpha);
     read.number("opt.lora_dropout", c.lora.dropout);
     read.texts("opt.lora_targets", c.lora.targets);
     read.texts("opt.train_with_adapters", c.lora.trained);
+    if (c.lora.rank > 0) return {};
+    return error(Code::kInvalidArgument,
+                 "%s: 'opt.lora_rank' is 0, expected 1 or more with opt.lora_finetune; to train "
+                 "all parameters, set opt.lora_finetune to false",
+                 config.what().c_str());
 }
 
 }  // namespace
@@ -176,7 +181,7 @@ Result<PredictorConfig> predictor_config(const Config& config) {
     read_data(read, c);
     read_embedding(read, c);
     read_network(read, c);
-    read_training(read, c);
+    SPLAT_TRY(read_training(read, config, c));
     SPLAT_TRY(read.status());
     SPLAT_TRY(take_category(config, c));
     SPLAT_TRY(check(c));

@@ -30,6 +30,13 @@ TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
     EXPECT_ERROR(read("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
 }
 
+/// Without a rank there are no adapters: all parameters would be trained.
+TEST(PredictorConfigFile, RefusesAdaptersOfNoRank) {
+    EXPECT_ERROR(read("opt: {lora_finetune: true, lora_rank: 0}\n").status(),
+                 Code::kInvalidArgument, "'opt.lora_rank' is 0, expected 1 or more");
+    EXPECT_OK(read("opt: {lora_finetune: false, lora_rank: 0}\n").status());
+}
+
 /// What config_text() writes is read as the same configuration.
 TEST(PredictorConfigFile, GoesRound) {
     for (const char* text :
