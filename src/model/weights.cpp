@@ -90,13 +90,14 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
     if (rays == nullptr) return {};
     if (rays->values.size() != predictor.rays().size()) {
         report.rays_differ = true;
-        if (options.graft) return {};
+        if (options.graft && !options.take_rays) return {};
         return error(Code::kShape,
                      "tensor 'ray_dirs' has shape %s, expected [1, 3, %u, %u]: the file is for "
                      "another resolution",
                      io::dims_text(rays->dims).c_str(), predictor.config().resolution,
                      predictor.config().resolution);
     }
+    SPLAT_TRY(io::check_finite(*rays));
     for (std::size_t i = 0; i < rays->values.size(); ++i)  // float32 of the reference's own formula
         if (std::abs(rays->values[i] - predictor.rays()[i]) > 1e-5F) report.rays_differ = true;
     if (!report.rays_differ || options.graft || options.take_rays) return {};

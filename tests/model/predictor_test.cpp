@@ -313,6 +313,45 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
                  "another field of view");
 }
 
+/// The ray grid is checked before any parameter is written.
+TEST_P(PredictorRules, ARefusedRayGridChangesNothing) {
+    const auto from = make(small_config());
+    const auto to = make(small_config());
+    ASSERT_TRUE(from && to);
+    randomise(*from, 110);
+    const auto state = model::save_state(*from);
+    const auto before = model::save_state(*to);
+    ASSERT_OK(state.status());
+    ASSERT_OK(before.status());
+    const auto with_rays = [&](std::vector<std::int64_t> dims, std::vector<float> values) {
+        io::NamedTensors changed;
+        for (const io::NamedTensor& tensor : state.value())
+            if (tensor.name != "ray_dirs") {
+                EXPECT_OK(changed.add(tensor));
+            }
+        EXPECT_OK(changed.add({"ray_dirs", std::move(dims), io::NumberType::kF32, values}));
+        return changed;
+    };
+    std::vector<float> broken = from->rays();
+    broken[7] = NAN;
+    const std::vector<std::int64_t> dims = {1, 3, 16, 16};
+    model::LoadReport report;
+    model::LoadOptions options;
+    EXPECT_ERROR(model::load_state(*to, with_rays(dims, broken), options, report),
+                 Code::kInvalidArgument, "'ray_dirs' holds nan at element 7");
+    options.take_rays = true;
+    EXPECT_ERROR(model::load_state(*to, with_rays(dims, broken), options, report),
+                 Code::kInvalidArgument, "'ray_dirs' holds nan at element 7");
+    options.graft = true;
+    EXPECT_ERROR(
+        model::load_state(*to, with_rays({1, 3, 2, 2}, std::vector<float>(12)), options, report),
+        Code::kShape, "'ray_dirs' has shape [1, 3, 2, 2], expected [1, 3, 16, 16]");
+    const auto after = model::save_state(*to);
+    ASSERT_OK(after.status());
+    for (const io::NamedTensor& tensor : after.value())
+        EXPECT_EQ(tensor.values, before.value().find(tensor.name)->values) << tensor.name;
+}
+
 /// Poses and view indices modulate as a given vector of their sines and cosines does.
 TEST_P(PredictorRules, EmbedsPosesAndIndices) {
     PredictorConfig config = small_config();
