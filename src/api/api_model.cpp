@@ -3,6 +3,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/finite.h"
 #include "core/json.h"
 #include "model/adapters.h"
 #include "model/config_file.h"
@@ -361,6 +362,15 @@ splat_result splat_model_backward(splat_model model, const float* const gradient
         const auto outputs = object.predictor->output_gradients();
         const vk::BufferView views[5] = {outputs.means, outputs.opacities, outputs.scales,
                                          outputs.rotations, outputs.sh};
+        constexpr const char* kNames[5] = {"means", "opacities", "scales", "rotations", "sh"};
+        for (std::size_t i = 0; i < 5; ++i) {  // all are checked before any is written
+            if (gradients[i] == nullptr) continue;
+            const std::span<const float> values(gradients[i], views[i].shape.elements());
+            if (const std::size_t bad = find_not_finite(values); bad < values.size())
+                return error(Code::kInvalidArgument,
+                             "gradients[%zu], of '%s', holds %g at %zu, expected finite numbers", i,
+                             kNames[i], static_cast<double>(values[bad]), bad);
+        }
         for (std::size_t i = 0; i < 5; ++i) {
             const std::uint64_t bytes = views[i].shape.elements() * sizeof(float);
             SPLAT_TRY(gradients[i] == nullptr

@@ -114,61 +114,86 @@ Status Predictor::init(std::uint64_t seed) {
     return {};
 }
 
-Status Predictor::put(ValueId id, std::span<const float> values, const char* name) {
-    const vk::BufferView& view = executor_->tensor(id);
-    SPLAT_TRY(expect_count(name, values.size(), view.shape.elements()));
-    SPLAT_TRY(expect_finite(name, values));
-    return context_.write(view, values.data(), values.size_bytes());
+Status Predictor::check_put(const Put& put) const {
+    SPLAT_TRY(
+        expect_count(put.name, put.values.size(), executor_->tensor(put.id).shape.elements()));
+    return expect_finite(put.name, put.values);
+}
+
+Status Predictor::write_put(const Put& put) {
+    return context_.write(executor_->tensor(put.id), put.values.data(), put.values.size_bytes());
 }
 
 Status Predictor::set_rays(std::vector<float> rays) {
-    SPLAT_TRY(put(rays_value_, rays, "ray_dirs"));
+    const Put put{rays_value_, {}, rays, "ray_dirs"};
+    SPLAT_TRY(check_put(put));
+    SPLAT_TRY(write_put(put));
     rays_ = std::move(rays);
     return {};
 }
 
-Status Predictor::set_input(const PredictorInput& input) {
+/// The planes that the network sees, and the origin distance, which is the last plane of each image.
+Status Predictor::add_images(std::span<const float> all, std::vector<Put>& puts) const {
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
     const std::size_t seen = config_.image_channels() * pixels;
     const std::size_t given = config_.input_channels() * pixels;
-    SPLAT_TRY(expect_count("images", input.images.size(), images() * given));
-    if (config_.origin_distance) {  // the last plane of each image; the network sees the others
-        std::vector<float> shown;
-        std::vector<float> distances;
-        for (std::size_t image = 0; image < images(); ++image) {
-            const auto planes = input.images.subspan(image * given, given);
-            const auto last = planes.subspan(seen);
-            if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
-                return error(Code::kInvalidArgument,
-                             "predictor: the origin distance of image %zu varies, expected one "
-                             "number in the whole plane",
-                             image);
-            shown.insert(shown.end(), planes.begin(),
-                         planes.begin() + static_cast<std::ptrdiff_t>(seen));
-            distances.push_back(last[0]);
-        }
-        SPLAT_TRY(put(image_, shown, "images"));
-        SPLAT_TRY(put(origin_, distances, "origin_distance"));
-    } else {
-        SPLAT_TRY(put(image_, input.images, "images"));
+    SPLAT_TRY(expect_count("images", all.size(), images() * given));
+    if (!config_.origin_distance) {
+        puts.push_back({image_, {}, all, "images"});
+        return {};
     }
-    SPLAT_TRY(put(view_to_world_, input.view_to_world, "view_to_world"));
-    SPLAT_TRY(put(quaternion_, input.quaternions, "quaternions"));
-    if (focal_ != kNoValue) SPLAT_TRY(put(focal_, input.focals, "focals"));
-    if (tokens_ != kNoValue) SPLAT_TRY(put(tokens_, input.tokens, "tokens"));
-    if (counter_ != kNoValue) {
-        const std::uint32_t counter[4] = {static_cast<std::uint32_t>(input.seed),
-                                          static_cast<std::uint32_t>(input.seed >> 32), input.step,
-                                          0};
-        SPLAT_TRY(context_.write(executor_->tensor(counter_), counter, sizeof counter));
+    std::vector<float> shown;
+    std::vector<float> distances;
+    for (std::size_t image = 0; image < images(); ++image) {
+        const auto planes = all.subspan(image * given, given);
+        const auto last = planes.subspan(seen);
+        if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
+            return error(Code::kInvalidArgument,
+                         "predictor: the origin distance of image %zu varies, expected one number "
+                         "in the whole plane",
+                         image);
+        shown.insert(shown.end(), planes.begin(),
+                     planes.begin() + static_cast<std::ptrdiff_t>(seen));
+        distances.push_back(last[0]);
     }
-    if (embedding_ == kNoValue) return {};
+    puts.push_back({image_, std::move(shown), {}, "images"});
+    puts.push_back({origin_, std::move(distances), {}, "origin_distance"});
+    return {};
+}
+
+Status Predictor::set_input(const PredictorInput& input) {
+    std::vector<Put> puts;
+    SPLAT_TRY(add_images(input.images, puts));
+    puts.push_back({view_to_world_, {}, input.view_to_world, "view_to_world"});
+    puts.push_back({quaternion_, {}, input.quaternions, "quaternions"});
+    if (focal_ != kNoValue) puts.push_back({focal_, {}, input.focals, "focals"});
+    if (tokens_ != kNoValue) puts.push_back({tokens_, {}, input.tokens, "tokens"});
     if (config_.embedding == Embedding::kPose)
-        return put(embedding_, pose_scalars(input.view_to_world), "embedding");
+        puts.push_back({embedding_, pose_scalars(input.view_to_world), {}, "embedding"});
     if (config_.embedding == Embedding::kIndex)
-        return put(embedding_, index_scalars(config_, images()), "embedding");
-    return put(embedding_, exchange_halves(input.embedding, config_.embedding_length()),
-               "embedding");
+        puts.push_back({embedding_, index_scalars(config_, images()), {}, "embedding"});
+    if (config_.embedding == Embedding::kCustom)
+        puts.push_back({embedding_,
+                        exchange_halves(input.embedding, config_.embedding_length()),
+                        {},
+                        "embedding"});
+    for (Put& put : puts) {
+        if (!put.owned.empty()) put.values = put.owned;
+        SPLAT_TRY(check_put(put));
+    }
+    input_changed_ = true;
+    for (const Put& put : puts) SPLAT_TRY(write_put(put));
+    if (counter_ == kNoValue) return {};
+    const std::uint32_t counter[4] = {static_cast<std::uint32_t>(input.seed),
+                                      static_cast<std::uint32_t>(input.seed >> 32), input.step, 0};
+    return context_.write(executor_->tensor(counter_), counter, sizeof counter);
+}
+
+Status Predictor::backward() {
+    if (input_changed_)
+        return error(Code::kInvalidState,
+                     "backward was called after new inputs without their forward pass");
+    return executor_->backward();
 }
 
 namespace {

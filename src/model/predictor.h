@@ -49,14 +49,19 @@ class Predictor {
     /// Start the parameters as the paper's code does, from a seed.
     Status init(std::uint64_t seed);
 
-    /// Errors: kShape, naming the field, its size and the expected one; kInvalidArgument for numbers
-    /// that are not finite.
+    /// All or nothing: what is refused leaves the input of the last pass, and what that keeps for its
+    /// backward pass. Errors: kShape, naming the field, its size and the expected one; kInvalidArgument
+    /// for numbers that are not finite.
     Status set_input(const PredictorInput& input);
 
-    Status forward() { return executor_->forward(); }
+    Status forward() {
+        input_changed_ = false;
+        return executor_->forward();
+    }
 
-    /// Fill the gradients of parameters, from those of outputs that were written before.
-    Status backward() { return executor_->backward(); }
+    /// Fill the gradients of parameters, from those of outputs that were written before. Errors:
+    /// kInvalidState after a set_input() without its forward pass.
+    Status backward();
 
     /// Row-major results of forward, and where backward reads their gradients.
     ///
@@ -92,7 +97,16 @@ class Predictor {
         : context_(context), config_(config), options_(options), graph_(context) {}
     Status build();
     nn::ValueId build_embedding();
-    Status put(nn::ValueId id, std::span<const float> values, const char* name);
+    /// Numbers for an input of the graph.
+    struct Put {
+        nn::ValueId id;
+        std::vector<float> owned;  ///< what `values` shows, unless that is the caller's
+        std::span<const float> values;
+        const char* name;
+    };
+    Status check_put(const Put& put) const;
+    Status write_put(const Put& put);
+    Status add_images(std::span<const float> images, std::vector<Put>& puts) const;
     [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
 
     vk::Context& context_;
@@ -103,6 +117,7 @@ class Predictor {
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;
     std::vector<float> rays_;
+    bool input_changed_ = false;  ///< since the last forward pass
     nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,

@@ -241,6 +241,49 @@ TEST_F(ApiModel, GradientsOfInputs) {
     EXPECT_LT(activations[1], activations[0]);
 }
 
+/// What is refused leaves what the last pass keeps for its backward pass.
+TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
+    splat_model_desc desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    const std::vector<float> ones(4 * kGaussians, 1.0F);
+    const float* const gradients[5] = {ones.data(), nullptr, nullptr, ones.data(), nullptr};
+    const char* name = "grad:network_with_offset.encoder.enc.16x16_conv.weight";
+    const auto backward = [&] {
+        EXPECT_DONE(splat_model_backward(model, gradients));
+        return read(model, name, 216);
+    };
+    ASSERT_DONE(splat_model_zero_gradients(model));
+    run(model);
+    const std::vector<float> expected = backward();
+
+    ASSERT_DONE(splat_model_zero_gradients(model));
+    run(model);
+    const std::vector<float> raw = read(model, "raw", 24 * kGaussians);
+    const std::vector<float> other(3 * kGaussians, 0.75F);
+    std::vector<float> pose(16, 0.0F);
+    for (std::size_t i = 0; i < 4; ++i) pose[5 * i] = 1;
+    pose[12] = 2;
+    const float broken[4] = {1, 0, NAN, 0};
+    auto input = sized<splat_model_input>();
+    input.images = other.data();
+    input.view_to_world = pose.data();
+    input.quaternions = broken;
+    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "'quaternions' holds nan at 2");
+    EXPECT_EQ(read(model, "raw", 24 * kGaussians), raw);
+
+    // Nor do gradients that are refused, whichever of the five.
+    std::vector<float> spoilt = ones;
+    spoilt[5] = INFINITY;
+    const float* const wrong[5] = {ones.data(), ones.data(), nullptr, spoilt.data(), nullptr};
+    EXPECT_REFUSED(splat_model_backward(model, wrong), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "gradients[3], of 'rotations', holds inf at 5");
+    EXPECT_EQ(backward(), expected);
+}
+
 TEST_F(ApiModel, MeansOfTheCarsModelAreItsConfiguration) {
     splat_model_desc desc = model_desc();
     desc.config = nullptr;
