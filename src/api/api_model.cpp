@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -171,12 +172,12 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
     made.sh = part(sh, object.objects, index);
     // Scenes hold logarithms and logits, as files of Gaussians do.
     made.log_scales = part(scales, object.objects, index);
-    for (float& scale : made.log_scales) scale = std::log(scale);
+    // exp() of the network's output may be 0 in float32: a flat Gaussian, which still is drawn.
+    constexpr float kLeastScale = std::numeric_limits<float>::min();
+    for (float& scale : made.log_scales) scale = std::log(std::max(scale, kLeastScale));
     made.opacity_logits = part(opacities, object.objects, index);
-    for (float& opacity : made.opacity_logits) {
-        const auto o = static_cast<double>(opacity);
-        opacity = static_cast<float>(std::log(o / (1 - o)));
-    }
+    for (float& opacity : made.opacity_logits)
+        opacity = static_cast<float>(scene::logit_of(static_cast<double>(opacity)));
     return made;
 }
 

@@ -284,6 +284,31 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     EXPECT_EQ(backward(), expected);
 }
 
+/// In float32 sigmoid(20) is 1 and exp(-110) is 0; a scene's logits and logarithms stay finite, so that
+/// nothing that is drawn gets lost on the way to a file.
+TEST_F(ApiModel, ScenesOfExtremesAreFinite) {
+    splat_model_desc desc = model_desc();
+    desc.config =
+        "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8],\n"
+        "  opacity_bias: 20, scale_scale: 20, scale_bias: 1e-38}\n"
+        "data: {training_resolution: 16}";
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    for (std::size_t i = 0; i < image_.size(); ++i) image_[i] = static_cast<float>(i % 7) - 3;
+    run(model);
+    const std::vector<float> opacities = read(model, "opacities", kGaussians);
+    EXPECT_EQ(opacities, std::vector<float>(kGaussians, 1.0F));
+    const std::vector<float> scales = read(model, "scales", 3 * kGaussians);
+    EXPECT_GT(std::count(scales.begin(), scales.end(), 0.0F), 0) << "the case that is meant";
+    Scene scene;
+    ASSERT_DONE(splat_model_scene(model, 0, scene.out()));
+    auto info = sized<splat_scene_info>();
+    ASSERT_DONE(splat_scene_get_info(scene, &info));
+    EXPECT_EQ(info.non_finite, 0U);
+    EXPECT_EQ(info.opacity_mean, 1.0);
+}
+
 TEST_F(ApiModel, MeansOfTheCarsModelAreItsConfiguration) {
     splat_model_desc desc = model_desc();
     desc.config = nullptr;
