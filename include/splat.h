@@ -1038,11 +1038,15 @@ typedef struct splat_model_input {
     const float* focals;        /* [N,2] pixels; NULL unless the configuration's fov is 0 */
     const float* embedding;     /* [N,length] of a custom embedding, else NULL */
     const float* tokens;        /* [N,token_dim,tokens], else NULL */
+    uint32_t channels; /* of each image, to be compared with the configuration's; 0: not compared */
+    uint32_t objects;  /* in the arrays, likewise with the model's */
 } splat_model_input;
 
 /* Run the network. Arrays are read before the call returns.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
- *   not finite), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects),
+ *   SPLAT_ERROR_INVALID_ARGUMENT (NULL where the configuration needs an array, an array where it needs
+ *   none, numbers that are not finite), in each case with the last pass as it was;
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_input* input);
 
@@ -1195,6 +1199,8 @@ typedef struct splat_trainer_batch {
     const float* tokens;        /* [B*V,token_dim,tokens], else NULL */
     const float* targets;       /* [B*T,3,R,R] */
     const splat_camera* cameras; /* B*T, of R x R pixels */
+    uint32_t channels; /* of each input image, to be compared with the configuration's; 0: not compared */
+    uint32_t objects;  /* B, likewise */
 } splat_trainer_batch;
 
 typedef struct splat_trainer_info {
@@ -1213,9 +1219,9 @@ typedef struct splat_trainer_info {
 } splat_trainer_info;
 
 /* One update. Arrays are read before the call returns.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are
- *   not finite), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
- *   SPLAT_ERROR_DEVICE_LOST; on error the update is not done */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
+ *   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on error the update is not done */
 SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                           splat_trainer_info* info);
 

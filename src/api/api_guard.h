@@ -46,6 +46,19 @@ Status check_desc(const Desc* desc, const char* type, std::size_t first_version_
     return {};
 }
 
+/// Copy a caller's struct of inputs, as much as its version has, and zeros beyond.
+template <class Input>
+Status take_input(const Input* given, const char* argument, const char* type,
+                  std::size_t first_version_size, Input& taken) {
+    SPLAT_TRY(require(given, argument));
+    if (given->struct_size < first_version_size)
+        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
+                     type, given->struct_size, type, sizeof(Input));
+    const std::size_t size = given->struct_size;
+    __builtin_memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
+    return {};
+}
+
 /// Check the struct_size of an *_info that the caller wants filled.
 template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {

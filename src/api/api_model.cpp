@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/network_arrays.h"
 #include "core/finite.h"
 #include "core/json.h"
 #include "model/adapters.h"
@@ -82,6 +84,9 @@ Status run(api::ModelObject& object, const splat_model_input& input) {
         return error(Code::kInvalidArgument,
                      "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
                      "or neither");
+    SPLAT_TRY(api::check_network_arrays({"splat_model_input", input.focals, input.embedding,
+                                         input.tokens, input.channels, input.objects},
+                                        c, object.objects));
     const Poses identity(images);
     const auto span = [](const float* values, std::size_t count) {
         return values == nullptr ? std::span<const float>() : std::span(values, count);
@@ -307,13 +312,10 @@ splat_result splat_model_report(splat_model model, char* buffer, size_t capacity
 
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
     return locked(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(input, "input"));
-        if (input->struct_size < sizeof(splat_model_input))
-            return error(Code::kInvalidArgument,
-                         "splat_model_input.struct_size is %u, expected sizeof(splat_model_input) "
-                         "= %zu",
-                         input->struct_size, sizeof(splat_model_input));
-        return run(object, *input);
+        splat_model_input taken{};
+        SPLAT_TRY(api::take_input(input, "input", "splat_model_input",
+                                  offsetof(splat_model_input, channels), taken));
+        return run(object, taken);
     });
 }
 

@@ -1,6 +1,9 @@
+#include <cstddef>
+
 #include "api/api_guard.h"
 #include "api/camera_value.h"
 #include "api/handles.h"
+#include "api/network_arrays.h"
 #include "eval/image_scores.h"
 #include "model/config_file.h"
 
@@ -48,6 +51,9 @@ Status take(const splat_trainer_batch& from, const model::PredictorConfig& netwo
     SPLAT_TRY(api::require(from.quaternions, "splat_trainer_batch.quaternions"));
     SPLAT_TRY(api::require(from.targets, "splat_trainer_batch.targets"));
     SPLAT_TRY(api::require(from.cameras, "splat_trainer_batch.cameras"));
+    SPLAT_TRY(api::check_network_arrays({"splat_trainer_batch", from.focals, from.embedding,
+                                         from.tokens, from.channels, from.objects},
+                                        network, training.batch_size));
     const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
     const std::size_t inputs = std::size_t{training.batch_size} * network.views;
     const std::size_t targets = std::size_t{training.batch_size} * training.targets;
@@ -139,16 +145,13 @@ splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
 splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                 splat_trainer_info* info) {
     return locked(trainer, [&](api::TrainerObject& object) -> Status {
-        SPLAT_TRY(api::require(batch, "batch"));
-        if (batch->struct_size < sizeof(splat_trainer_batch))
-            return error(Code::kInvalidArgument,
-                         "splat_trainer_batch.struct_size is %u, expected "
-                         "sizeof(splat_trainer_batch) = %zu",
-                         batch->struct_size, sizeof(splat_trainer_batch));
+        splat_trainer_batch taken{};
+        SPLAT_TRY(api::take_input(batch, "batch", "splat_trainer_batch",
+                                  offsetof(splat_trainer_batch, channels), taken));
         SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
         Arrays arrays;
         SPLAT_TRY(
-            take(*batch, object.trainer->predictor().config(), object.trainer->config(), arrays));
+            take(taken, object.trainer->predictor().config(), object.trainer->config(), arrays));
         train::TrainStep step;
         SPLAT_TRY(object.trainer->step(arrays.batch, step));
         api::give(info_of(step), info);

@@ -241,6 +241,69 @@ TEST_F(ApiModel, GradientsOfInputs) {
     EXPECT_LT(activations[1], activations[0]);
 }
 
+/// Numbers that a caller may give for a check, as pointers have no length.
+TEST_F(ApiModel, ComparesChannelsAndObjects) {
+    const Model model = make_model(device_);
+    auto input = sized<splat_model_input>();
+    input.images = image_.data();
+    input.channels = 3;
+    input.objects = 1;
+    EXPECT_DONE(splat_model_forward(model, &input));
+    input.channels = 4;
+    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_model_input.channels is 4, expected 3: RGB");
+    input.channels = 0;
+    input.objects = 2;
+    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_model_input.objects is 2, expected 1");
+    // Programs made with the struct's first version have no such fields.
+    input.struct_size = offsetof(splat_model_input, channels);
+    EXPECT_DONE(splat_model_forward(model, &input));
+
+    splat_model_desc desc = model_desc();
+    const std::string config =
+        std::string(kSmallModel) + "\n  use_pred_normal: true\n  use_mask: true";
+    desc.config = config.c_str();
+    Model more;
+    ASSERT_DONE(splat_model_create(device_, &desc, more.out()));
+    input = sized<splat_model_input>();
+    input.images = image_.data();
+    input.channels = 3;
+    EXPECT_REFUSED(splat_model_forward(more, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "channels is 3, expected 7: RGB, normal, mask");
+}
+
+/// Arrays that the configuration has no use for would be passed over, and those that it needs are named.
+TEST_F(ApiModel, TakesTheArraysOfItsConfiguration) {
+    const float numbers[256] = {1, 1};
+    const auto check = [&](const char* keys, const float* splat_model_input::*array,
+                           const char* missing, const char* unwanted) {
+        splat_model_desc desc = model_desc();
+        const std::string config = std::string(kSmallModel) + keys;
+        desc.config = config.c_str();
+        Model needs;
+        ASSERT_DONE(splat_model_create(device_, &desc, needs.out()));
+        auto input = sized<splat_model_input>();
+        input.images = image_.data();
+        EXPECT_REFUSED(splat_model_forward(needs, &input), SPLAT_ERROR_INVALID_ARGUMENT, missing);
+        input.*array = numbers;
+        EXPECT_DONE(splat_model_forward(needs, &input)) << keys;
+        const Model plain = make_model(device_);
+        EXPECT_REFUSED(splat_model_forward(plain, &input), SPLAT_ERROR_INVALID_ARGUMENT, unwanted);
+    };
+    check("\n  fov: 0", &splat_model_input::focals,
+          "focals is NULL, expected 2 numbers for each image: the configuration has data.fov 0",
+          "focals is given, expected NULL: the configuration has data.fov 51.9895");
+    check("\n  custom_embedding: true\ncam_embd: {embedding: pose, dimension: 2}",
+          &splat_model_input::embedding,
+          "embedding is NULL, expected 12 numbers for each image: the configuration has a custom",
+          "embedding is given, expected NULL: the configuration has no custom embedding");
+    check("\nmodel.token_dim: 3\nmodel.tokens: 5", &splat_model_input::tokens,
+          "tokens is NULL, expected 15 numbers for each image: the configuration has "
+          "model.token_dim 3 and model.tokens 5",
+          "tokens is given, expected NULL: the configuration has model.token_dim 0");
+}
+
 /// What is refused leaves what the last pass keeps for its backward pass.
 TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     splat_model_desc desc = model_desc();

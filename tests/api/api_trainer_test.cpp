@@ -70,6 +70,29 @@ TEST_F(ApiTrainer, ItsModelOutlivesIt) {
     EXPECT_EQ(bias(fresh), values) << "the first average is a copy";
 }
 
+TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
+    const Trainer trainer = make_trainer(device_);
+    const Model model = initialised(trainer);
+    auto info = sized<splat_trainer_info>();
+    splat_trainer_batch batch = batch_.desc();
+    batch.channels = 7;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_trainer_batch.channels is 7, expected 3: RGB");
+    batch.channels = 3;
+    batch.objects = 1;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_trainer_batch.objects is 1, expected 2");
+    batch.objects = 2;
+    batch.focals = batch.quaternions;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_trainer_batch.focals is given, expected NULL");
+    batch.focals = nullptr;
+    EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
+    batch.struct_size = offsetof(splat_trainer_batch, channels);  // its first version
+    EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
+    EXPECT_EQ(info.step, 2U);
+}
+
 TEST_F(ApiTrainer, MergesConfigurations) {
     const char* const values[] = {"opt.base_lr=1e-4", "data.training_resolution=32"};
     std::size_t needed = 0;

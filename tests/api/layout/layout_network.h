@@ -34,7 +34,7 @@ inline const Layout kModelDesc = {  // clang-format off
 inline const Layout kModelInput = {  // clang-format off
     "splat_model_input",
     sizeof(splat_model_input),
-    64,
+    72,
     {
     SPLAT_FIELD(splat_model_input, struct_size, 0, 4),
     SPLAT_FIELD(splat_model_input, step, 4, 4),
@@ -44,7 +44,9 @@ inline const Layout kModelInput = {  // clang-format off
     SPLAT_FIELD(splat_model_input, quaternions, 32, 8),
     SPLAT_FIELD(splat_model_input, focals, 40, 8),
     SPLAT_FIELD(splat_model_input, embedding, 48, 8),
-    SPLAT_FIELD(splat_model_input, tokens, 56, 8),}
+    SPLAT_FIELD(splat_model_input, tokens, 56, 8),
+    SPLAT_FIELD(splat_model_input, channels, 64, 4),
+    SPLAT_FIELD(splat_model_input, objects, 68, 4),}
 };  // clang-format on
 
 inline const Layout kTrainerDesc = {  // clang-format off
@@ -61,7 +63,7 @@ inline const Layout kTrainerDesc = {  // clang-format off
 inline const Layout kTrainerBatch = {  // clang-format off
     "splat_trainer_batch",
     sizeof(splat_trainer_batch),
-    72,
+    80,
     {
     SPLAT_FIELD(splat_trainer_batch, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_batch, reserved, 4, 4),
@@ -72,7 +74,9 @@ inline const Layout kTrainerBatch = {  // clang-format off
     SPLAT_FIELD(splat_trainer_batch, embedding, 40, 8),
     SPLAT_FIELD(splat_trainer_batch, tokens, 48, 8),
     SPLAT_FIELD(splat_trainer_batch, targets, 56, 8),
-    SPLAT_FIELD(splat_trainer_batch, cameras, 64, 8),}
+    SPLAT_FIELD(splat_trainer_batch, cameras, 64, 8),
+    SPLAT_FIELD(splat_trainer_batch, channels, 72, 4),
+    SPLAT_FIELD(splat_trainer_batch, objects, 76, 4),}
 };  // clang-format on
 
 inline const Layout kTrainerInfo = {  // clang-format off

@@ -95,7 +95,7 @@ void MisuseTable::model_pass_rows() {
         [this] { return splat_model_forward(model_, nullptr); });
     add("splat_model_forward", "input", "struct_size cut", kArgument, [this, input] {
         splat_model_input cut = input;
-        cut.struct_size -= 1;
+        cut.struct_size = offsetof(splat_model_input, channels) - 1;  // less than the first version
         return splat_model_forward(model_, &cut);
     });
     add("splat_model_forward", "input", "no images", kArgument,

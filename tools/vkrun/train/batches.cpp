@@ -38,9 +38,10 @@ splat_trainer_batch Batch::desc() const {
     batch.images = images.data();
     batch.view_to_world = view_to_world.data();
     batch.quaternions = quaternions.data();
-    batch.focals = focals.data();
+    if (!focals.empty()) batch.focals = focals.data();
     batch.targets = targets.data();
     batch.cameras = cameras.data();
+    batch.channels = channels;
     return batch;
 }
 
@@ -52,6 +53,7 @@ std::uint32_t BatchSource::object_at(std::uint64_t position) const {
 
 Batch BatchSource::make(std::uint64_t n) const {
     Batch batch;
+    batch.channels = channels_.count();
     for (std::uint32_t i = 0; i < shape_.objects; ++i) {
         const std::uint64_t position = n * shape_.objects + i;
         const std::uint32_t object = object_at(position);
@@ -65,7 +67,7 @@ Batch BatchSource::make(std::uint64_t n) const {
         append(batch.images, views.inputs, views.inputs.size());
         append(batch.view_to_world, views.view_to_world, std::size_t{16} * shape_.views);
         append(batch.quaternions, views.quaternions, std::size_t{4} * shape_.views);
-        append(batch.focals, views.focals, std::size_t{2} * shape_.views);
+        if (shape_.focals) append(batch.focals, views.focals, std::size_t{2} * shape_.views);
         const std::size_t plane = views.images.size() / numbers.size();
         batch.targets.insert(
             batch.targets.end(),

@@ -18,6 +18,7 @@ struct Batch {
     std::vector<float> images, view_to_world, quaternions, focals, targets;
     std::vector<splat_camera> cameras;
     std::vector<std::string> names;  ///< of the objects
+    std::uint32_t channels = 0;      ///< of the images
 
     [[nodiscard]] splat_trainer_batch desc() const;
 };
@@ -27,6 +28,7 @@ struct BatchShape {
     std::uint32_t views = 0;    ///< input images of each
     std::uint32_t targets = 0;  ///< images to be rendered, the input images first among them
     std::uint64_t seed = 0;
+    bool focals = false;  ///< each view has its own
 };
 
 /// The batches of a training. Batch `n` depends on the seed and n alone: each pass over the objects has

@@ -98,7 +98,8 @@ Scene Network::predict(const Views& views) {
     input.images = views.inputs.data();
     input.view_to_world = views.view_to_world.data();
     input.quaternions = views.quaternions.data();
-    input.focals = views.focals.data();
+    if (fov_degrees_ == 0) input.focals = views.focals.data();
+    input.channels = channels_.count();
     check(splat_model_forward(model_.get(), &input));
     Scene scene;
     check(splat_model_scene(model_.get(), 0, scene.out()));

@@ -136,6 +136,7 @@ TrainingEnd Training::run(const std::function<bool()>& stop) {
     shape.targets = config_.at("opt").at("imgs_per_obj");
     shape.views = config_.at("data").at("input_images");
     shape.seed = config_.at("general").at("random_seed");
+    shape.focals = config_.at("data").at("fov") == 0;
     const BatchSource source(*data_, ImageChannels::of(config_), shape);
     Prefetch batches(source, attempts_, 2);
     begun_ = std::chrono::steady_clock::now();
