@@ -100,6 +100,49 @@ void read_data(ConfigReader& read, PredictorConfig& c) {
     read.flag("data.use_mask", c.mask);
 }
 
+Status refuse(const Config& config, const char* key, const std::string& value,
+              const char* expected) {
+    return error(Code::kInvalidArgument, "%s: '%s' is %s, expected %s", config.what().c_str(), key,
+                 value.c_str(), expected);
+}
+
+/// The published code asserts that an embedding enters by FiLM, and has no layer that would take one that
+/// is not made of sines and cosines, unless it is the caller's own.
+Status check_embedding(const Config& config, const PredictorConfig& c) {
+    const auto is_null = [&](const char* key) {
+        return config.find(key) != nullptr && !is_given(config, key);
+    };
+    SPLAT_ASSIGN(const bool custom, config.get<bool>("data.custom_embedding", false));
+    if (custom && c.embedding == Embedding::kNone)
+        return refuse(config, "cam_embd.embedding", "none",
+                      "pose where data.custom_embedding is true, whose vectors take its place");
+    if (c.embedding == Embedding::kNone) return {};
+    SPLAT_ASSIGN(const std::string method, config.get<std::string>("cam_embd.method", "film"));
+    if (method != "film" || is_null("cam_embd.method"))
+        return refuse(config, "cam_embd.method", is_null("cam_embd.method") ? "null" : method,
+                      "film where there is an embedding");
+    if (custom) return {};
+    SPLAT_ASSIGN(const std::string encode,
+                 config.get<std::string>("cam_embd.encode_embedding", "positional"));
+    if (encode != "positional" || is_null("cam_embd.encode_embedding"))
+        return refuse(config, "cam_embd.encode_embedding",
+                      is_null("cam_embd.encode_embedding") ? "null" : encode,
+                      "positional where there is an embedding");
+    return {};
+}
+
+/// One of the two networks; the published code would build both, or none.
+Status read_offset(const Config& config, PredictorConfig& c) {
+    constexpr const char* kWith = "model.network_with_offset";
+    constexpr const char* kWithout = "model.network_without_offset";
+    SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, false));
+    SPLAT_ASSIGN(c.offset, config.get<bool>(kWith, !without));
+    if (is_given(config, kWith) && is_given(config, kWithout) && c.offset == without)
+        return error(Code::kInvalidArgument, "%s: '%s' and '%s' are both %s, expected one of them",
+                     config.what().c_str(), kWith, kWithout, without ? "true" : "false");
+    return {};
+}
+
 void read_embedding(ConfigReader& read, PredictorConfig& c) {
     const std::string kind = read.choice("cam_embd.embedding", "none", {"none", "pose", "index"});
     bool custom = false;
@@ -110,6 +153,8 @@ void read_embedding(ConfigReader& read, PredictorConfig& c) {
                                         : Embedding::kPose;
     read.count("cam_embd.dimension", c.embedding_dim);
     if (c.embedding == Embedding::kNone) c.embedding_dim = PredictorConfig().embedding_dim;
+    read.choice("cam_embd.method", "film", {"film", "concat"});
+    read.choice("cam_embd.encode_embedding", "positional", {"positional", "fourier"});
     c.film = read.choice("cam_embd.film", "reference", {"reference", "affine"}) == "affine"
                  ? Film::kAffine
                  : Film::kReference;
@@ -124,9 +169,6 @@ void read_network(ConfigReader& read, PredictorConfig& c) {
     read.number("model.dropout", c.dropout);
     read.count("model.max_sh_degree", c.sh_degree);
     read.flag("model.isotropic", c.isotropic);
-    bool without = false;
-    read.flag("model.network_without_offset", without);
-    c.offset = !without;
     read.flag("model.inverted_x", c.inverted_x);
     read.flag("model.inverted_y", c.inverted_y);
     read.number("model.depth_scale", c.init_depth.scale);
@@ -184,6 +226,8 @@ Result<PredictorConfig> predictor_config(const Config& config) {
     SPLAT_TRY(read_training(read, config, c));
     SPLAT_TRY(read.status());
     SPLAT_TRY(take_category(config, c));
+    SPLAT_TRY(check_embedding(config, c));
+    SPLAT_TRY(read_offset(config, c));
     SPLAT_TRY(check(c));
     return c;
 }

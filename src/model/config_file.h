@@ -11,8 +11,9 @@ namespace splat::model {
 ///
 ///   data      training_resolution fov znear zfar input_images category origin_distances
 ///             use_pred_depth use_pred_normal use_mask custom_embedding
-///   cam_embd  embedding (null, pose, index) dimension method (null, film) encode_embedding film
-///             (reference, affine)
+///   cam_embd  embedding (null, pose, index) dimension method (film) encode_embedding (positional) film
+///             (reference, affine); without an embedding method and encode_embedding may be anything
+///             published files have
 ///   model     base_dim num_blocks channel_mult attention_resolutions cross_view_attention dropout
 ///             max_sh_degree isotropic network_with_offset network_without_offset inverted_x inverted_y
 ///             depth_scale depth_bias xyz_scale xyz_bias opacity_scale opacity_bias scale_scale

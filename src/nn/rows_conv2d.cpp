@@ -17,8 +17,22 @@ constexpr Attribute kConv2dAttributes[] = {
     {"scale", "number", "1", "factor of the output"},
     {"winograd", "integer", "0", "2 or 4: by F(2x2) or F(4x4), for kernels of 3x3; 0: directly"},
     {"precision", "integer", "0",
-     "1 strict, 2 balanced, 3 fast: winograd by the table for the shape"},
+     "1 strict, 2 balanced, 3 fast: winograd by the table for the shape; 0: as winograd says"},
 };
+
+Status check_attributes(const Attributes& attributes) {
+    const std::int64_t precision = attributes.integer("precision");
+    const std::int64_t winograd = attributes.integer("winograd");
+    if (precision < 0 || precision > 3)
+        return error(Code::kInvalidArgument, "conv2d: precision = %lld, expected 0 to 3",
+                     static_cast<long long>(precision));
+    if (precision > 0 && winograd != 0)
+        return error(Code::kInvalidArgument,
+                     "conv2d: winograd = %lld with precision = %lld, which chooses it; expected "
+                     "one of them",
+                     static_cast<long long>(winograd), static_cast<long long>(precision));
+    return {};
+}
 
 ops::Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const Shape& weight,
                             bool bias) {
@@ -34,8 +48,8 @@ ops::Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const 
                              std::clamp<std::int64_t>(attributes.integer("winograd"), -1, 99))};
     const std::int64_t precision = attributes.integer("precision");
     if (precision > 0 && desc.kernel == 3)
-        desc.winograd = ops::conv2d_algorithm(
-            desc, static_cast<ops::Conv2dPrecision>(std::min<std::int64_t>(precision, 3) - 1));
+        desc.winograd =
+            ops::conv2d_algorithm(desc, static_cast<ops::Conv2dPrecision>(precision - 1));
     return desc;
 }
 
@@ -43,6 +57,7 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
                            std::span<const Shape> inputs) {
     const Shape& x = inputs[0];
     const Shape& weight = inputs[1];
+    SPLAT_TRY(check_attributes(attributes));
     if (x.rank() != 4)
         return error(Code::kShape, "conv2d: tensor 'x' has shape %s, expected [N, C, H, W]",
                      x.text().c_str());

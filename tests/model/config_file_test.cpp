@@ -30,6 +30,52 @@ TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
     EXPECT_ERROR(read("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
 }
 
+/// What the published code builds no network for, or asserts not to be.
+TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
+    const auto status = [](const char* embedding) {
+        return read(std::string("cam_embd: {dimension: 4, ") + embedding + "}\n").status();
+    };
+    EXPECT_OK(status("embedding: pose, method: film, encode_embedding: positional"));
+    EXPECT_OK(status("embedding: pose"));
+    EXPECT_OK(status("embedding: null, method: null, encode_embedding: null"));
+    EXPECT_OK(status("embedding: null, method: concat, encode_embedding: fourier"));
+    EXPECT_ERROR(status("embedding: pose, method: concat"), Code::kInvalidArgument,
+                 "'cam_embd.method' is concat, expected film");
+    EXPECT_ERROR(status("embedding: index, method: null"), Code::kInvalidArgument,
+                 "'cam_embd.method' is null, expected film");
+    EXPECT_ERROR(status("embedding: pose, encode_embedding: null"), Code::kInvalidArgument,
+                 "'cam_embd.encode_embedding' is null, expected positional");
+    EXPECT_ERROR(status("embedding: pose, encode_embedding: fourier"), Code::kInvalidArgument,
+                 "'cam_embd.encode_embedding' is fourier, expected positional");
+    EXPECT_ERROR(status("method: flim"), Code::kInvalidArgument, "'cam_embd.method' is 'flim'");
+    const auto custom = read(
+        "data: {custom_embedding: true}\n"
+        "cam_embd: {embedding: pose, dimension: 4, method: film, encode_embedding: null}\n");
+    ASSERT_OK(custom.status());
+    EXPECT_EQ(custom.value().embedding, model::Embedding::kCustom);
+    EXPECT_ERROR(read("data: {custom_embedding: true}\n").status(), Code::kInvalidArgument,
+                 "'cam_embd.embedding' is none, expected pose where data.custom_embedding is true");
+}
+
+TEST(PredictorConfigFile, TakesOneOfTwoHeads) {
+    const auto offset = [](const char* keys) {
+        const auto config = read(std::string("model: {") + keys + "}\n");
+        EXPECT_OK(config.status());
+        return config.ok() && config.value().offset;
+    };
+    EXPECT_TRUE(offset(""));
+    EXPECT_TRUE(offset("network_with_offset: true, network_without_offset: false"));
+    EXPECT_TRUE(offset("network_without_offset: false"));
+    EXPECT_FALSE(offset("network_with_offset: false"));
+    EXPECT_FALSE(offset("network_without_offset: true"));
+    EXPECT_FALSE(offset("network_with_offset: false, network_without_offset: true"));
+    for (const char* both : {"true", "false"})
+        EXPECT_ERROR(read(std::string("model: {network_with_offset: ") + both +
+                          ", network_without_offset: " + both + "}\n")
+                         .status(),
+                     Code::kInvalidArgument, std::string("are both ") + both);
+}
+
 /// Without a rank there are no adapters: all parameters would be trained.
 TEST(PredictorConfigFile, RefusesAdaptersOfNoRank) {
     EXPECT_ERROR(read("opt: {lora_finetune: true, lora_rank: 0}\n").status(),

@@ -52,6 +52,15 @@ TEST_P(Conv2dRules, RejectsBadShapes) {
     for (const int winograd : {-1, 1, 3, 6, 1000})
         EXPECT_ERROR(status([&](OpCall& c) { c.attributes["winograd"] = winograd; }),
                      Code::kInvalidArgument, "expected 0, or 2 or 4");
+    for (const int precision : {-3, 4, 7})
+        EXPECT_ERROR(status([&](OpCall& c) { c.attributes["precision"] = precision; }),
+                     Code::kInvalidArgument,
+                     "precision = " + std::to_string(precision) + ", expected 0 to 3");
+    EXPECT_ERROR(status([](OpCall& c) {
+                     c.attributes["winograd"] = 4;
+                     c.attributes["precision"] = 1;
+                 }),
+                 Code::kInvalidArgument, "winograd = 4 with precision = 1, which chooses it");
     EXPECT_ERROR(status([](OpCall& c) {
                      c.attributes["winograd"] = 2;
                      c.inputs[1] = {{6, 3, 1, 1}, std::vector<float>(18)};
