@@ -981,7 +981,8 @@ typedef struct splat_model_desc {
 
 /* Create a model; its parameters are zero.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a key of the
- *   configuration that is unknown or beyond its range), SPLAT_ERROR_UNSUPPORTED,
+ *   configuration that is unknown or beyond its range; a model.base_dim whose multiples do not divide
+ *   into a layer's groups; GRADIENTS where nothing is left to be trained), SPLAT_ERROR_UNSUPPORTED,
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
 SPLAT_API splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
                                           splat_model* model);

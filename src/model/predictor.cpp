@@ -91,7 +91,16 @@ Status Predictor::build() {
                             {"offset", config_.offset},
                             {"isotropic", config_.isotropic}});
     inits_ = unet.inits();
-    return graph_.status();
+    SPLAT_TRY(graph_.status());
+    const auto& values = graph_.values();
+    if (!options_.gradients ||
+        std::any_of(values.begin(), values.end(), [](const nn::Value& v) { return v.trainable; }))
+        return {};
+    return error(Code::kInvalidArgument,
+                 "configuration: %s leave no parameter to be trained, and gradients are wanted",
+                 config_.lora.rank == 0
+                     ? "the names of opt.freeze"
+                     : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
 }
 
 /// The vector that modulates blocks, with its halves exchanged as the published network gets it.

@@ -45,14 +45,21 @@ bool SongUnet::attends(std::uint32_t resolution) const {
                      resolution) != config_.attention_resolutions.end();
 }
 
-ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu) {
+ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times) {
+    if (!graph_.status().ok()) return kNoValue;
     const std::uint32_t c = channels(x);
+    const std::uint32_t groups = std::max(1U, std::min(32U, c / 4));
+    if (c % groups != 0)
+        graph_.fail(error(Code::kInvalidArgument,
+                          "configuration: layer '%s' has %u channels, which do not divide into its "
+                          "%u groups; model.base_dim is %u, a multiple of 32 divides everywhere",
+                          name.c_str(), c, groups, config_.base_dim));
     const ValueId gamma = parameter(name + ".weight", {c}, kOne);
     const ValueId beta = parameter(name + ".bias", {c}, kZero);
-    return graph_.op("group_norm", {x, gamma, beta},
-                     {{"groups", std::int64_t{std::max(1U, std::min(32U, c / 4))}},
-                      {"eps", kEps},
-                      {"silu", silu}});
+    for (int time = 0; time < times; ++time)
+        x = graph_.op("group_norm", {x, gamma, beta},
+                      {{"groups", std::int64_t{groups}}, {"eps", kEps}, {"silu", silu}});
+    return x;
 }
 
 ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId residual,
@@ -117,14 +124,7 @@ ValueId SongUnet::modulate(const std::string& name, ValueId x, std::uint32_t c) 
     }
     x = graph_.op("film", {x, linear(name + ".affine", embedding_, c)});
     // The published code normalises and activates twice, with the same weights; they depend on it.
-    const ValueId gamma = parameter(name + ".norm1.weight", {c}, kOne);
-    const ValueId beta = parameter(name + ".norm1.bias", {c}, kZero);
-    for (int time = 0; time < 2; ++time)
-        x = graph_.op("group_norm", {x, gamma, beta},
-                      {{"groups", std::int64_t{std::max(1U, std::min(32U, c / 4))}},
-                       {"eps", kEps},
-                       {"silu", true}});
-    return x;
+    return norm(name + ".norm1", x, true, 2);
 }
 
 /// A residual block: y = (conv1(act(norm1(conv0(act(norm0(x)))))) + skip(x)) / sqrt(2), then attention.

@@ -78,7 +78,7 @@ class SongUnet {
                      std::uint32_t kernel, nn::ValueId residual);
     nn::ValueId linear(const std::string& name, nn::ValueId x, std::uint32_t out,
                        const Init& bias = {});
-    nn::ValueId norm(const std::string& name, nn::ValueId x, bool silu);
+    nn::ValueId norm(const std::string& name, nn::ValueId x, bool silu, int times = 1);
     nn::ValueId parameter(const std::string& name, const Shape& shape, const Init& init);
     [[nodiscard]] std::uint32_t channels(nn::ValueId x) const { return graph_.value(x).shape[1]; }
     [[nodiscard]] bool attends(std::uint32_t resolution) const;

@@ -443,6 +443,30 @@ TEST_P(PredictorRules, TrainsWhatIsChosen) {
                  Code::kInvalidArgument, "opt.train_with_adapters has 'conv9'");
 }
 
+/// The sentence names the key to change, and which layer does not take it.
+TEST_P(PredictorRules, NamesTheKeyThatNoNetworkCanBeMadeOf) {
+    PredictorConfig config = small_config();
+    config.base_dim = 36;
+    config.channel_mult = {1, 4};
+    EXPECT_ERROR(Predictor::create(context(), config, {}).status(), Code::kInvalidArgument,
+                 "layer 'network_with_offset.encoder.enc.8x8_block0.norm1' has 144 channels, which "
+                 "do not divide into its 32 groups; model.base_dim is 36");
+    PredictorOptions options;
+    options.gradients = true;
+    config = small_config();
+    config.frozen = {"network_with_offset."};
+    EXPECT_ERROR(Predictor::create(context(), config, options).status(), Code::kInvalidArgument,
+                 "opt.freeze leave no parameter to be trained");
+    EXPECT_OK(Predictor::create(context(), config, {}).status());
+    config = small_config();
+    config.lora.rank = 2;
+    config.lora.targets.clear();
+    EXPECT_ERROR(Predictor::create(context(), config, options).status(), Code::kInvalidArgument,
+                 "opt.lora_targets, opt.train_with_adapters and opt.freeze leave no parameter");
+    config.lora.trained = {"out.bias"};
+    EXPECT_OK(Predictor::create(context(), config, options).status());
+}
+
 TEST_P(PredictorRules, RefusesInputsThatDoNotFit) {
     const auto predictor = make(small_config());
     ASSERT_TRUE(predictor);
