@@ -90,6 +90,11 @@ struct PredictorConfig {
     /// Length of the vector that modulates blocks; 0 = none.
     [[nodiscard]] std::uint32_t embedding_length() const;
 
+    /// What the names of all parameters start with, as in the published code.
+    [[nodiscard]] const char* network_name() const {
+        return offset ? "network_with_offset" : "network_wo_offset";
+    }
+
     [[nodiscard]] std::uint32_t levels() const {
         return static_cast<std::uint32_t>(channel_mult.size());
     }

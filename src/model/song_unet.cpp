@@ -181,7 +181,7 @@ ValueId SongUnet::token_attention(const std::string& name, ValueId x) {
 }
 
 ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {
-    const std::string enc = "network_with_offset.encoder.enc.";
+    const std::string enc = std::string(config_.network_name()) + ".encoder.enc.";
     std::uint32_t c = config_.base_dim;
     for (std::uint32_t level = 0; level < config_.levels(); ++level) {
         const std::uint32_t r = config_.resolution >> level;
@@ -205,7 +205,7 @@ ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {
 }
 
 ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
-    const std::string dec = "network_with_offset.encoder.dec.";
+    const std::string dec = std::string(config_.network_name()) + ".encoder.dec.";
     std::uint32_t c = config_.base_dim * config_.channel_mult.back();
     for (std::uint32_t level = config_.levels(); level-- > 0;) {
         const std::uint32_t r = config_.resolution >> level;
@@ -241,7 +241,7 @@ ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId co
     counter_ = counter;
     if (embedding != kNoValue) {
         const std::uint32_t width = 4 * config_.base_dim;
-        const std::string map = "network_with_offset.encoder.map_layer";
+        const std::string map = std::string(config_.network_name()) + ".encoder.map_layer";
         embedding = graph_.op("silu", {linear(map + "0", embedding, width)});
         embedding_ = graph_.op("silu", {linear(map + "1", embedding, width)});
     }
@@ -250,7 +250,7 @@ ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId co
     if (!graph_.status().ok()) return kNoValue;
     x = decode(x, skips);
     if (!graph_.status().ok()) return kNoValue;
-    x = conv("network_with_offset.out", x, config_.output_channels(), 1,
+    x = conv(config_.network_name() + std::string(".out"), x, config_.output_channels(), 1,
              {Init::Kind::kHeadWeight, 0}, kNoValue, 1, false, {Init::Kind::kHeadBias, 0});
     graph_.fail(check_parts());
     return x;

@@ -31,7 +31,21 @@ bool may_be_fresh(const std::string& name) {
 
 std::string first_conv_name(const PredictorConfig& c) {
     const std::string r = std::to_string(c.resolution);
-    return "network_with_offset.encoder.enc." + r + "x" + r + "_conv.weight";
+    return std::string(c.network_name()) + ".encoder.enc." + r + "x" + r + "_conv.weight";
+}
+
+/// Networks without offset were once saved under the names of those with one: what to read is `renamed`.
+Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const NamedTensors& tensors,
+                                            NamedTensors& renamed) {
+    const std::string old = std::string(PredictorConfig().network_name()) + ".";
+    const auto has_old = [&](const NamedTensor& tensor) { return tensor.name.starts_with(old); };
+    if (c.offset || std::none_of(tensors.begin(), tensors.end(), has_old)) return &tensors;
+    for (NamedTensor tensor : tensors) {
+        if (has_old(tensor))
+            tensor.name = std::string(c.network_name()) + "." + tensor.name.substr(old.size());
+        SPLAT_TRY(renamed.add(std::move(tensor)));
+    }
+    return &renamed;
 }
 
 bool same_dims(const NamedTensor& tensor, const Shape& shape) {
@@ -117,8 +131,11 @@ ImageChannels channels_of(const PredictorConfig& config) {
     return {config.depth, config.normal, config.mask};
 }
 
-Status load_state(Predictor& predictor, const NamedTensors& tensors, const LoadOptions& options,
+Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOptions& options,
                   LoadReport& report) {
+    NamedTensors renamed;
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(predictor.config(), given, renamed));
+    const NamedTensors& tensors = *named;
     const std::string first_conv = first_conv_name(predictor.config());
     LoadReport made;
     std::vector<float> first_weight;
@@ -200,7 +217,7 @@ std::vector<std::string> resampling_layers(const PredictorConfig& c) {
     for (std::uint32_t level = 1; level < c.levels(); ++level)
         for (const bool down : {true, false}) {
             const std::string r = std::to_string(c.resolution >> (down ? level : level - 1));
-            const std::string block = std::string("network_with_offset.encoder.") +
+            const std::string block = std::string(c.network_name()) + ".encoder." +
                                       (down ? "enc." : "dec.") + r + "x" + r +
                                       (down ? "_down" : "_up");
             layers.push_back(block + ".conv0");

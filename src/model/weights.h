@@ -47,7 +47,7 @@ struct LoadReport {
 /// Errors  kShape, naming the tensor, its shapes and what to do; kInvalidArgument for a missing
 ///         tensor, one that is not finite, or a ray grid of another field of view where neither
 ///         grafting nor take_rays was asked for
-Status load_state(Predictor& predictor, const io::NamedTensors& tensors, const LoadOptions& options,
+Status load_state(Predictor& predictor, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
 /// All parameters under their names, and the buffers that published files hold: ray_dirs, the

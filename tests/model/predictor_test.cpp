@@ -241,6 +241,35 @@ TEST_P(PredictorRules, SavesWhatItLoads) {
     EXPECT_EQ(run(*second, inputs), run(*first, inputs));
 }
 
+/// Without offset the names are those of the published code; files of earlier versions are read, too.
+TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
+    PredictorConfig config = small_config();
+    config.offset = false;
+    const auto first = make(config);
+    const auto second = make(config);
+    ASSERT_TRUE(first && second);
+    randomise(*first, 95);
+    const auto state = model::save_state(*first);
+    ASSERT_OK(state.status());
+    io::NamedTensors earlier;
+    for (io::NamedTensor tensor : state.value()) {
+        EXPECT_FALSE(tensor.name.starts_with("network_with_offset.")) << tensor.name;
+        if (tensor.name.starts_with("network_wo_offset."))
+            tensor.name = "network_with_offset." + tensor.name.substr(18);
+        ASSERT_OK(earlier.add(std::move(tensor)));
+    }
+    EXPECT_NE(state.value().find("network_wo_offset.out.bias"), nullptr);
+    model::LoadReport report;
+    const Inputs inputs(config);
+    const io::NamedTensors* const files[] = {&state.value(), &earlier};
+    for (const io::NamedTensors* file : files) {
+        ASSERT_OK(second->init(8));
+        ASSERT_OK(model::load_state(*second, *file, {}, report));
+        EXPECT_TRUE(report.fresh.empty() && report.left_out.empty());
+        EXPECT_EQ(run(*second, inputs), run(*first, inputs));
+    }
+}
+
 /// Widened to more channels, a network does not see them until it is trained, whatever they hold.
 TEST_P(PredictorRules, GraftsByMeaning) {
     PredictorConfig narrow = small_config();
