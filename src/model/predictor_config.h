@@ -57,7 +57,7 @@ struct PredictorConfig {
     Embedding embedding = Embedding::kNone;
     std::uint32_t embedding_dim = 10;  ///< sines and cosines per scalar of the pose
     Film film = Film::kReference;
-    std::uint32_t token_dim = 0;  ///< features of the tokens that are attended to; 0 = none
+    std::uint32_t token_dim = 0;  ///< features of the tokens that the decoder attends to; 0 = none
     std::uint32_t tokens = 0;     ///< tokens per image
 
     std::uint32_t sh_degree = 1;  ///< 0 or 1

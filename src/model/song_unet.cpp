@@ -145,7 +145,7 @@ ValueId SongUnet::block(const std::string& name, ValueId x, const BlockShape& sh
         original = conv(name + ".skip", original, shape.out, 1, kXavier);
     x = conv(name + ".conv1", x, shape.out, 3, kAlmostZero, original, kSkipScale, true);
     if (shape.attention) x = self_attention(name, x);
-    if (shape.attention && tokens_ != kNoValue) x = token_attention(name, x);
+    if (shape.tokens && tokens_ != kNoValue) x = token_attention(name, x);
     return x;
 }
 
@@ -167,8 +167,9 @@ ValueId SongUnet::self_attention(const std::string& name, ValueId x) {
     return across ? graph_.reshape(x, shape) : x;
 }
 
-/// Pixels ask, tokens answer: y = x + out(attention(q(norm(x)), k(tokens), v(tokens))), out starting at
-/// zero, so that adding it changes nothing at first.
+/// In the bottleneck (in0) and in the decoder's blocks with attention. Pixels ask, tokens answer:
+/// y = x + out(attention(q(norm(x)), k(tokens), v(tokens))), out starting at zero, so that adding it
+/// changes nothing at first.
 ValueId SongUnet::token_attention(const std::string& name, ValueId x) {
     if (!graph_.status().ok()) return kNoValue;
     const std::uint32_t c = channels(x);
@@ -211,7 +212,7 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
         const std::uint32_t r = config_.resolution >> level;
         graph_.begin_segment();
         if (level + 1 == config_.levels()) {
-            x = block(dec + level_name(r, "in0"), x, {c, c, false, false, true});
+            x = block(dec + level_name(r, "in0"), x, {c, c, false, false, true, true});
             graph_.begin_segment();
             x = block(dec + level_name(r, "in1"), x, {c, c, false, false, false});
         } else {
@@ -224,9 +225,9 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
             skips.pop_back();
             if (!graph_.status().ok()) return kNoValue;
             const std::uint32_t out = config_.base_dim * config_.channel_mult[level];
-            const bool last = i == config_.num_blocks;
+            const bool attention = i == config_.num_blocks && attends(r);  // of the last block
             x = block(dec + level_name(r, "block" + std::to_string(i)), x,
-                      {channels(x), out, false, false, last && attends(r)});
+                      {channels(x), out, false, false, attention, attention});
             c = out;
         }
     }

@@ -51,6 +51,7 @@ class SongUnet {
         bool up = false;
         bool down = false;
         bool attention = false;
+        bool tokens = false;  ///< attends to them, where there are any
     };
 
     nn::ValueId block(const std::string& name, nn::ValueId x, const BlockShape& shape);

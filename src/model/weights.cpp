@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 namespace splat::model {
@@ -27,6 +28,12 @@ bool may_be_fresh(const std::string& name) {
     for (const char* part : {".lora_A", ".lora_B", ".affine.", ".map_layer", ".cross_attention."})
         if (name.find(part) != std::string::npos) return true;
     return false;
+}
+
+/// Networks with tokens once attended to them in the encoder, too; its tensors are left out.
+bool is_of_earlier_networks(const std::string& name) {
+    return name.find(".enc.") != std::string::npos &&
+           name.find(".cross_attention.") != std::string::npos;
 }
 
 std::string first_conv_name(const PredictorConfig& c) {
@@ -173,10 +180,14 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
     for (const NamedTensor& tensor : tensors)
         if (!used.contains(tensor.name) && !is_buffer(tensor.name))
             made.left_out.push_back(tensor.name);
-    if (!options.graft && !made.left_out.empty())
+    const auto unknown =
+        std::find_if_not(made.left_out.begin(), made.left_out.end(), is_of_earlier_networks);
+    if (!options.graft && unknown != made.left_out.end())
         return error(Code::kInvalidArgument,
-                     "the file has %zu tensors that this network lacks, the first is '%s'",
-                     made.left_out.size(), made.left_out[0].c_str());
+                     "the file has %td tensors that this network lacks, one is '%s'",
+                     std::count_if(made.left_out.begin(), made.left_out.end(),
+                                   std::not_fn(is_of_earlier_networks)),
+                     unknown->c_str());
     SPLAT_TRY(check_rays(predictor, tensors, options, made));
 
     for (const std::string& name : made.copied)

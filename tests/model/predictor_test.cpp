@@ -3,91 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "model/adapters.h"
-#include "ops/op_harness.h"
-#include "support/rng_fill.h"
+#include "model/small_predictor.h"
 
 namespace splat::test {
 namespace {
 
-using model::Predictor;
-using model::PredictorConfig;
-using model::PredictorOptions;
-
-/// Small, with every kind of block: 2 levels of 16 and 8 pixels, attention at 8.
-PredictorConfig small_config() {
-    PredictorConfig c;
-    c.resolution = 16;
-    c.base_dim = 8;
-    c.num_blocks = 1;
-    c.channel_mult = {1, 2};
-    c.attention_resolutions = {8};
-    c.dropout = 0;
-    return c;
-}
-
-struct Inputs {
-    explicit Inputs(const PredictorConfig& c, std::uint32_t objects = 1, std::uint64_t seed = 5) {
-        const std::uint32_t n = objects * c.views;
-        images =
-            normal_fill(std::size_t{n} * c.input_channels() * c.resolution * c.resolution, seed);
-        for (std::uint32_t i = 0; i < n; ++i) {
-            const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-            poses.insert(poses.end(), pose, pose + 16);
-            const float rotation[4] = {1, 0, 0, 0};
-            quaternions.insert(quaternions.end(), rotation, rotation + 4);
-        }
-        tokens = normal_fill(std::size_t{n} * c.token_dim * c.tokens, seed + 1);
-    }
-    [[nodiscard]] model::PredictorInput view() const {
-        return {.images = images,
-                .view_to_world = poses,
-                .quaternions = quaternions,
-                .focals = {},
-                .embedding = {},
-                .tokens = tokens};
-    }
-    std::vector<float> images, poses, quaternions, tokens;
-};
-
-class PredictorRules : public KernelsTest {
-  protected:
-    std::unique_ptr<Predictor> make(const PredictorConfig& config,
-                                    const PredictorOptions& options = {}) {
-        auto made = Predictor::create(context(), config, options);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->init(7));
-        EXPECT_OK(made.value()->parameters().zero_gradients());
-        return std::move(made.value());
-    }
-    std::vector<float> read(const vk::BufferView& view) {
-        std::vector<float> values(view.shape.elements());
-        EXPECT_OK(context().read(view, values.data(), values.size() * 4));
-        return values;
-    }
-    /// What the network gives to the head.
-    std::vector<float> run(Predictor& predictor, const Inputs& inputs) {
-        EXPECT_OK(predictor.set_input(inputs.view()));
-        EXPECT_OK(predictor.forward());
-        return read(predictor.raw_output());
-    }
-    void randomise(Predictor& predictor, std::uint64_t seed) {
-        for (const nn::Parameter& parameter : predictor.parameters().all())
-            EXPECT_OK(predictor.parameters().write(
-                parameter, normal_fill(parameter.shape.elements(), seed++, 0, 0.1)));
-    }
-};
+class PredictorRules : public PredictorTest {};
 SPLAT_INSTANTIATE_KERNELS(PredictorRules);
-
-double relative_l2(const std::vector<float>& a, const std::vector<float>& b) {
-    EXPECT_EQ(a.size(), b.size());
-    double difference = 0, norm = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        difference += std::pow(static_cast<double>(a[i]) - static_cast<double>(b[i]), 2);
-        norm += std::pow(static_cast<double>(b[i]), 2);
-    }
-    return std::sqrt(difference / norm);
-}
 
 TEST_P(PredictorRules, StartsTheSameFromASeed) {
     const auto first = make(small_config());
@@ -333,7 +255,7 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
     changed = without("nothing");
     ASSERT_OK(changed.add({"extra", {1}, io::NumberType::kF32, {1}}));
     EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
-                 "the first is 'extra'");
+                 "1 tensors that this network lacks, one is 'extra'");
     PredictorConfig other = small_config();
     other.fov_degrees = 30;
     const auto narrow = make(other);
