@@ -96,10 +96,10 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor) {
         const std::int64_t rows = parameter.shape[0];
         NamedTensor tensor;
         tensor.name = std::string(kPrefix) + parameter.name + std::string(kSuffix);
-        tensor.dims = parameter.name.ends_with("A")
-                          ? std::vector<std::int64_t>{rows, weight->shape[1], weight->shape[2],
-                                                      weight->shape[3]}
-                          : std::vector<std::int64_t>{rows, parameter.shape[1], 1, 1};
+        const bool is_a = parameter.name.ends_with("A");
+        tensor.dims = {rows, is_a ? weight->shape[1] : parameter.shape[1]};
+        for (std::uint32_t i = 2; i < weight->shape.rank(); ++i)  // of a convolution: its taps
+            tensor.dims.push_back(is_a ? weight->shape[i] : 1);
         SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values));
         SPLAT_TRY(file.tensors.add(std::move(tensor)));
     }

@@ -13,6 +13,7 @@ namespace splat::model {
 ///   base_model.model.<layer>.lora_A.weight  [rank, in, k, k]
 ///   base_model.model.<layer>.lora_B.weight  [out, rank, 1, 1]
 ///
+/// for a linear layer without the taps, [rank, in] and [out, rank],
 /// and, as safetensors, lora_alpha and lora_rank in its metadata. Read are also the names of state
 /// dicts, "<layer>.lora_A" [rank, in * k * k] and "<layer>.lora_B" [out, rank]; the numbers are in the
 /// same order.

@@ -23,7 +23,8 @@ struct LoraConfig {
     float alpha = 1;         ///< the branch is scaled by alpha / rank
     float dropout = 0;       ///< of the branch's input, while training
     /// Layers with an adapter: those whose name contains one of these. Default: the convolutions of
-    /// blocks that do not resample, and the attention's two.
+    /// blocks that do not resample, and the attention's two. Others that may be named: the first
+    /// convolution, and the linear layers of an embedding, "affine" and "map_layer".
     std::vector<std::string> targets = {"conv0", "conv1", "qkv", "proj"};
     /// What is trained beside the adapters: parameters whose name contains one of these, such as
     /// "128x128_conv." for the first convolution, whose new channels have no influence otherwise.

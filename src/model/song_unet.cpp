@@ -74,6 +74,7 @@ ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId resi
 /// pass of its own for that.
 ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
                        ValueId residual) {
+    if (!graph_.status().ok()) return kNoValue;
     const std::uint32_t c = channels(x);
     const std::uint32_t rank = config_.lora.rank;
     const ValueId a =
@@ -99,8 +100,14 @@ ValueId SongUnet::conv(const std::string& name, ValueId x, std::uint32_t out, st
 
 ValueId SongUnet::linear(const std::string& name, ValueId x, std::uint32_t out, const Init& bias) {
     if (!graph_.status().ok()) return kNoValue;
-    const ValueId weight = parameter(name + ".weight", {out, channels(x)}, kXavier);
-    return graph_.op("linear", {x, weight, parameter(name + ".bias", {out}, bias)});
+    const Shape shape = graph_.value(x).shape;
+    const ValueId weight = parameter(name + ".weight", {out, shape[1]}, kXavier);
+    const ValueId y = graph_.op("linear", {x, weight, parameter(name + ".bias", {out}, bias)});
+    if (config_.lora.rank == 0 || !contains_any(name, config_.lora.targets)) return y;
+    // Rows are images of one pixel to the adapter's convolutions, which scale and add by themselves.
+    const ValueId sum = lora(name, graph_.reshape(x, {shape[0], shape[1], 1, 1}), out, 1,
+                             graph_.reshape(y, {shape[0], out, 1, 1}));
+    return graph_.reshape(sum, {shape[0], out});
 }
 
 ValueId SongUnet::resample(ValueId x, bool up) {

@@ -1,6 +1,7 @@
 // Layers that are added to the published network: attention to tokens, adapters of linear layers.
 #include <gtest/gtest.h>
 
+#include "model/adapters.h"
 #include "model/small_predictor.h"
 #include "model/weights.h"
 
@@ -54,6 +55,112 @@ TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     ASSERT_OK(state.value().add({"dec.cross_attention.more", {1}, io::NumberType::kF32, {1}}));
     EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
                  "1 tensors that this network lacks, one is 'dec.cross_attention.more'");
+}
+
+PredictorConfig adapted_linear(std::uint32_t rank) {
+    PredictorConfig config = small_config();
+    config.embedding = model::Embedding::kCustom;
+    config.embedding_dim = 2;
+    config.lora.rank = rank;
+    config.lora.alpha = 6;
+    config.lora.targets = {"affine", "map_layer"};
+    return config;
+}
+
+/// Adapters of linear layers add scale * B (A x): what merged weights give, and its gradients by the
+/// chain rule through W + scale * B A.
+TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
+    constexpr std::uint32_t kRank = 3;
+    constexpr double kScale = 6.0 / kRank;
+    PredictorOptions options;
+    options.gradients = true;
+    const auto adapted = make(adapted_linear(kRank), options);
+    const auto merged = make(adapted_linear(0), options);
+    ASSERT_TRUE(adapted && merged);
+    randomise(*adapted, 140);
+    const auto file = model::save_adapters(*adapted);
+    ASSERT_OK(file.status());
+    const std::string prefix = "network_with_offset.encoder.";
+    const io::NamedTensor* a = file.value().tensors.find("base_model.model." + prefix +
+                                                         "enc.8x8_block0.affine.lora_A.weight");
+    ASSERT_NE(a, nullptr);
+    EXPECT_EQ(a->dims, (std::vector<std::int64_t>{kRank, 32}));
+
+    const auto state = model::save_state(*adapted);
+    ASSERT_OK(state.status());
+    const auto folded = model::merge_adapters(state.value(), file.value().tensors, 6, 1);
+    ASSERT_OK(folded.status());
+    model::LoadReport report;
+    ASSERT_OK(model::load_state(*merged, folded.value(), {}, report));
+    ASSERT_OK(model::load_adapters(*adapted, file.value(), report));
+
+    Inputs inputs(adapted_linear(kRank));
+    const std::vector<float> embedding = normal_fill(12, 150);
+    const auto pass = [&](Predictor& predictor) {
+        model::PredictorInput input = inputs.view();
+        input.embedding = embedding;
+        EXPECT_OK(predictor.set_input(input));
+        EXPECT_OK(predictor.forward());
+        const auto gradients = predictor.output_gradients();
+        std::uint64_t seed = 160;
+        for (const vk::BufferView& view : {gradients.means, gradients.opacities, gradients.scales,
+                                           gradients.rotations, gradients.sh}) {
+            const std::vector<float> values = normal_fill(view.shape.elements(), seed++);
+            EXPECT_OK(context().write(view, values.data(), values.size() * 4));
+        }
+        EXPECT_OK(predictor.backward());
+        return read(predictor.raw_output());
+    };
+    EXPECT_LE(relative_l2(pass(*adapted), pass(*merged)), 1e-5)
+        << "float32 sums of the same numbers in another order";
+
+    for (const char* layer :
+         {"map_layer0", "map_layer1", "enc.16x16_block0.affine", "dec.8x8_in0.affine"}) {
+        const auto value = [&](Predictor& of, const char* end, bool gradient) {
+            const nn::Parameter* p = of.parameters().find(prefix + layer + end);
+            return p == nullptr ? std::vector<float>() : read(gradient ? p->grad : p->value);
+        };
+        const std::vector<float> down = value(*adapted, ".lora_A", false);
+        const std::vector<float> up = value(*adapted, ".lora_B", false);
+        const std::vector<float> grad = value(*merged, ".weight", true);
+        const std::size_t out = up.size() / kRank;
+        const std::size_t in = down.size() / kRank;
+        ASSERT_EQ(grad.size(), out * in) << layer;
+        std::vector<float> grad_down(down.size());
+        std::vector<float> grad_up(up.size());
+        for (std::size_t r = 0; r < kRank; ++r)
+            for (std::size_t o = 0; o < out; ++o)
+                for (std::size_t i = 0; i < in; ++i) {
+                    const double g = kScale * static_cast<double>(grad[o * in + i]);
+                    grad_down[r * in + i] +=
+                        static_cast<float>(g * static_cast<double>(up[o * kRank + r]));
+                    grad_up[o * kRank + r] +=
+                        static_cast<float>(g * static_cast<double>(down[r * in + i]));
+                }
+        // Deep networks of random weights carry rounding on; a wrong factor would be off by halves.
+        EXPECT_LE(relative_l2(value(*adapted, ".lora_A", true), grad_down), 1e-4) << layer;
+        EXPECT_LE(relative_l2(value(*adapted, ".lora_B", true), grad_up), 1e-4) << layer;
+    }
+}
+
+/// Adapters of linear layers, too, start without effect, and leave the layer's weights alone.
+TEST_P(PredictorLayers, LinearAdaptersStartWithoutEffect) {
+    const auto adapted = make(adapted_linear(2));
+    const auto plain = make(adapted_linear(0));
+    ASSERT_TRUE(adapted && plain);
+    Inputs inputs(adapted_linear(0));
+    const std::vector<float> embedding = normal_fill(12, 150);
+    const auto predict = [&](Predictor& predictor) {
+        model::PredictorInput input = inputs.view();
+        input.embedding = embedding;
+        EXPECT_OK(predictor.set_input(input));
+        EXPECT_OK(predictor.forward());
+        return read(predictor.raw_output());
+    };
+    EXPECT_EQ(predict(*adapted), predict(*plain));
+    for (const nn::Parameter& parameter : adapted->parameters().all())
+        EXPECT_EQ(parameter.trainable, parameter.name.find(".lora_") != std::string::npos)
+            << parameter.name;
 }
 
 }  // namespace
