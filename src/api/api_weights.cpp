@@ -1,8 +1,10 @@
+#include <cmath>
 #include <cstring>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "core/json.h"
+#include "model/adapters.h"
 
 using namespace splat;
 
@@ -120,6 +122,36 @@ splat_result splat_weights_report(splat_weights weights, char* buffer, size_t ca
         return {};
     });
     return result == SPLAT_OK ? given : result;
+}
+
+splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
+                                uint32_t flags, splat_weights* folded) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(folded, "folded"));
+        SPLAT_ASSIGN(const auto from, api::Weights::find(weights, "weights"));
+        auto given = from;
+        if (adapters != nullptr) {
+            SPLAT_ASSIGN(given, api::Weights::find(adapters, "adapters"));
+        }
+        if (!std::isfinite(alpha))
+            return error(Code::kInvalidArgument, "alpha is %g, expected a finite number", alpha);
+        if ((flags & ~SPLAT_FOLD_OUT) != 0)
+            return error(Code::kInvalidArgument, "flags has unknown bits %#x",
+                         flags & ~SPLAT_FOLD_OUT);
+        if (!model::has_adapters(given->file.tensors))
+            return error(
+                Code::kInvalidArgument, "%s no tensors '<layer>.lora_A'",
+                adapters == nullptr ? "adapters is NULL, and weights has" : "adapters has");
+        auto made = std::make_shared<api::WeightsObject>();
+        SPLAT_ASSIGN(
+            made->file.tensors,
+            model::merge_adapters(from->file.tensors, given->file.tensors,
+                                  static_cast<float>(alpha), (flags & SPLAT_FOLD_OUT) ? -1 : 1));
+        made->file.metadata = from->file.metadata;
+        made->report = api::weights_report(made->file, "model");
+        *folded = api::Weights::add(std::move(made));
+        return {};
+    });
 }
 
 splat_result splat_weights_destroy(splat_weights weights) {

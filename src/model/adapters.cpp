@@ -74,12 +74,18 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
     const auto rank = static_cast<std::size_t>(a.dims[0]);
     const auto columns = static_cast<std::size_t>(a.dims[1]);
     const double scale = factor / static_cast<double>(rank);
-    for (std::size_t i = 0; i < weight.values.size(); ++i) {
-        double sum = 0;
-        for (std::size_t r = 0; r < rank; ++r)
-            sum += static_cast<double>(b.values[i / columns * rank + r]) *
-                   static_cast<double>(a.values[r * columns + i % columns]);
-        weight.values[i] = static_cast<float>(static_cast<double>(weight.values[i]) + scale * sum);
+    std::vector<double> sums(columns);
+    for (std::size_t first = 0; first < weight.values.size(); first += columns) {
+        std::fill(sums.begin(), sums.end(), 0.0);
+        for (std::size_t r = 0; r < rank; ++r) {
+            const auto factor_b = static_cast<double>(b.values[first / columns * rank + r]);
+            for (std::size_t i = 0; i < columns; ++i)
+                sums[i] += factor_b * static_cast<double>(a.values[r * columns + i]);
+        }
+        for (std::size_t i = 0; i < columns; ++i) {
+            float& value = weight.values[first + i];
+            value = static_cast<float>(static_cast<double>(value) + scale * sums[i]);
+        }
     }
     return {};
 }
@@ -143,6 +149,12 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
                                                adapters.find(name)->values));
     report = std::move(made);
     return {};
+}
+
+bool has_adapters(const NamedTensors& tensors) {
+    return std::any_of(tensors.begin(), tensors.end(), [](const NamedTensor& tensor) {
+        return is_adapter(plain_name(tensor.name));
+    });
 }
 
 Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& given,

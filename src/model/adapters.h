@@ -27,6 +27,9 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor);
 ///         one, one that is not finite, or another alpha than the configuration's; kShape
 Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report);
 
+/// Of either kind of name.
+bool has_adapters(const io::NamedTensors& tensors);
+
 /// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the rest of
 /// `tensors` without the adapters; `sign` -1 takes them out again.
 ///

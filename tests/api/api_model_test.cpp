@@ -115,41 +115,76 @@ TEST_F(ApiModel, ConfigurationChoosesWhatIsTrained) {
 }
 
 TEST_F(ApiModel, AdaptersGoRoundAlone) {
-    splat_model_desc desc = model_desc();
-    const std::string config =
-        std::string(kSmallModel) + "\nopt: {lora_finetune: true, lora_alpha: 2}";
-    desc.config = config.c_str();
+    const std::string config = std::string(kSmallModel) +
+                               "\nopt: {lora_finetune: true, lora_alpha: 2, batch_size: 2, "
+                               "imgs_per_obj: 2, base_lr: 1e-2}";
+    // B starts at zero: a step of training gives the adapters an effect.
+    auto trainer_desc = sized<splat_trainer_desc>();
+    trainer_desc.config = config.c_str();
+    Trainer trainer;
     Model first;
-    Model second;
-    for (Model* model : {&first, &second}) {
-        ASSERT_DONE(splat_model_create(device_, &desc, model->out()));
-        ASSERT_DONE(splat_model_init(*model, 3));
-    }
-    // Adapters with an effect: B starts at zero, so those of a file take its place.
+    ASSERT_DONE(splat_trainer_create(device_, &trainer_desc, trainer.out()));
+    ASSERT_DONE(splat_trainer_model(trainer, first.out()));
+    ASSERT_DONE(splat_model_init(first, 3));
+    const TrainerBatch numbers;
+    const splat_trainer_batch batch = numbers.desc();
+    auto info = sized<splat_trainer_info>();
+    ASSERT_DONE(splat_trainer_step(trainer, &batch, &info));
+    const std::string layer = "network_with_offset.encoder.enc.8x8_block0.proj.lora_";
+    const std::vector<float> up = read(first, (layer + "B").c_str(), 64);
+    ASSERT_NE(up, std::vector<float>(64, 0.0F));
+
     Weights adapters;
     ASSERT_DONE(splat_model_export(first, SPLAT_EXPORT_ADAPTERS, adapters.out()));
     std::uint32_t index = 0;
-    EXPECT_DONE(splat_weights_find(
-        adapters, "base_model.model.network_with_offset.encoder.enc.8x8_block0.proj.lora_B.weight",
-        &index));
+    EXPECT_DONE(
+        splat_weights_find(adapters, ("base_model.model." + layer + "B.weight").c_str(), &index));
+    splat_model_desc desc = model_desc();
+    desc.config = config.c_str();
+    Model second;
+    ASSERT_DONE(splat_model_create(device_, &desc, second.out()));
     ASSERT_DONE(splat_model_init(second, 4));
     ASSERT_DONE(splat_model_load(second, adapters, SPLAT_LOAD_ADAPTERS));
-    const char* a = "network_with_offset.encoder.enc.8x8_block0.proj.lora_A";
-    EXPECT_EQ(read(first, a, 64), read(second, a, 64));
+    EXPECT_EQ(read(second, (layer + "B").c_str(), 64), up);
     const char* other = "network_with_offset.encoder.enc.16x16_conv.weight";
     EXPECT_NE(read(first, other, 216), read(second, other, 216));
     EXPECT_REFUSED(splat_model_load(first, adapters, 0), SPLAT_ERROR_INVALID_ARGUMENT,
                    "the file has no tensor");
 
-    Weights merged;
-    ASSERT_DONE(splat_model_export(first, SPLAT_EXPORT_MERGED, merged.out()));
+    // The network beside its adapters (without dropout, unlike the trainer's), and three ways of folding.
+    Weights state, exported, folded, folded_alone, unfolded;
+    ASSERT_DONE(splat_model_store(first, state.out()));
+    ASSERT_DONE(splat_model_load(second, state, 0));
+    ASSERT_DONE(splat_model_export(first, SPLAT_EXPORT_MERGED, exported.out()));
+    ASSERT_DONE(splat_weights_fold(state, nullptr, 2, 0, folded.out()));
+    ASSERT_DONE(splat_weights_fold(state, adapters, 2, 0, folded_alone.out()));
+    ASSERT_DONE(splat_weights_fold(folded, adapters, 2, SPLAT_FOLD_OUT, unfolded.out()));
     const Model plain = make_model(device_);
-    ASSERT_DONE(splat_model_load(plain, merged, 0));
-    run(first);
-    run(plain);
-    EXPECT_EQ(read(first, "raw", 24 * kGaussians), read(plain, "raw", 24 * kGaussians));
-    EXPECT_REFUSED(splat_model_export(plain, SPLAT_EXPORT_MERGED, merged.out()),
+    const auto predict = [&](const Model& model) {
+        run(model);
+        return read(model, "raw", 24 * kGaussians);
+    };
+    const auto predict_with = [&](const Weights& weights) {
+        EXPECT_DONE(splat_model_load(plain, weights, 0));
+        return predict(plain);
+    };
+    const auto worst = [](const std::vector<float>& a, const std::vector<float>& b) {
+        double most = 0;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            most = std::max(most, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+        return most;
+    };
+    const std::vector<float> beside = predict(second);
+    const std::vector<float> merged = predict_with(exported);
+    EXPECT_LE(worst(beside, merged), 1e-6) << "float32 sums in another order, see splat.h";
+    EXPECT_EQ(predict_with(folded), merged);
+    EXPECT_EQ(predict_with(folded_alone), merged);
+    EXPECT_GT(worst(predict_with(unfolded), merged), 1e-5) << "without adapters";
+    EXPECT_REFUSED(splat_model_export(plain, SPLAT_EXPORT_MERGED, exported.out()),
                    SPLAT_ERROR_INVALID_STATE, "no adapters");
+    EXPECT_REFUSED(splat_weights_fold(folded, nullptr, 2, 0, exported.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT,
+                   "adapters is NULL, and weights has no tensors '<layer>.lora_A'");
 }
 
 TEST_F(ApiModel, GradientsAddUp) {

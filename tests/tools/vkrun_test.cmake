@@ -70,8 +70,8 @@ function(HelpNamesEveryCommand)
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS")
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;model" "bench;start"
                            "weights;show" "weights;convert" "weights;diff" "weights;graft" "weights;lora-merge"
-                           "weights;lora-extract" "data;synth" "data;check" "data;show" compare train eval predict
-                           report)
+                           "weights;lora-unmerge" "weights;lora-extract" "data;synth" "data;check" "data;show" compare
+                           train eval predict report)
     vkrun(0 ${command} --help)
     expect("${out}" "Exit status" "Examples" "--json")
   endforeach()
@@ -368,7 +368,7 @@ function(WeightsAreShownConvertedAndCompared)
   vkrun(1 weights show ${CMAKE_CURRENT_LIST_FILE})
   expect("${err}" "these are no weights")
   vkrun(2 weights)
-  expect("${err}" "show, convert, diff, graft, lora-merge, lora-extract")
+  expect("${err}" "show, convert, diff, graft, lora-merge, lora-unmerge, lora-extract")
 endfunction()
 
 function(WeightsAreGraftedAndMerged)
@@ -614,6 +614,41 @@ function(TrainSaysWhatIsWrong)
   vkrun(7 train --data ${TEMP}/data --out ${TEMP}/diverged ${small_training} --set opt.base_lr=1000
         --set opt.iterations=100 --set logging.val_log=0)
   expect("${err}" "are not finite: lower opt.base_lr")
+endfunction()
+
+# Weights with adapters predict what merged ones do, and give them back when unmerged.
+function(AdaptersAreFoldedIn)
+  make_small_data()
+  set(lora ${small_training} --set opt.lora_finetune=true --set opt.lora_alpha=8 --set opt.base_lr=1e-1
+      --set opt.iterations=2 --set logging.val_log=0 --set opt.ema.use=false)
+  vkrun(0 train --data ${TEMP}/data --out ${TEMP}/run ${lora})
+  set(config ${TEMP}/run/config.json)
+  set(adapted ${TEMP}/run/weights_last.safetensors)
+  vkrun(0 weights lora-merge ${adapted} ${TEMP}/merged.safetensors --config ${config})
+  vkrun(0 weights lora-extract ${adapted} ${TEMP}/adapters.safetensors --config ${config})
+  vkrun(0 predict --data ${TEMP}/data --weights ${adapted} --out ${TEMP}/one --views 2)
+  vkrun(0 predict --data ${TEMP}/data --weights ${TEMP}/merged.safetensors --config ${config}
+        --out ${TEMP}/other --views 2)
+  file(SHA256 ${TEMP}/one/scene.ply one)
+  file(SHA256 ${TEMP}/other/scene.ply other)
+  if(NOT one STREQUAL other)
+    message(FATAL_ERROR "weights with adapters gave another scene than merged ones")
+  endif()
+  vkrun(0 weights lora-unmerge ${TEMP}/merged.safetensors ${TEMP}/back.safetensors
+        --adapters ${TEMP}/adapters.safetensors --json)
+  expect_json("${out}" 8.0 alpha)
+  vkrun(1 weights diff ${TEMP}/run/weights_last.safetensors ${TEMP}/back.safetensors --tolerance 1e-6)
+  if(out MATCHES "second file|differs by")
+    message(FATAL_ERROR "unmerged weights are not those before:\n${out}")
+  endif()
+  vkrun(1 weights diff ${TEMP}/merged.safetensors ${TEMP}/back.safetensors --tolerance 1e-4)
+  expect("${out}" "conv0.weight: differs by")
+  vkrun(0 weights convert ${TEMP}/adapters.safetensors ${TEMP}/adapters.npz)
+  vkrun(2 weights lora-unmerge ${TEMP}/merged.safetensors ${TEMP}/x.npz --adapters ${TEMP}/adapters.npz)
+  expect("${err}" "give it as --alpha")
+  vkrun(1 weights lora-unmerge ${TEMP}/merged.safetensors ${TEMP}/x.npz --adapters ${TEMP}/merged.safetensors
+        --alpha 8)
+  expect("${err}" "adapters has no tensors")
 endfunction()
 
 function(NetworksAreScoredAndPredict)

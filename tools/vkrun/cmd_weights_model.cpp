@@ -1,7 +1,9 @@
-// vkrun weights graft, lora-merge, lora-extract: state dicts taken over into the network of a configuration.
+// vkrun weights graft, lora-merge, lora-unmerge, lora-extract: state dicts taken over into the network of a
+// configuration, and adapters folded in and out.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 
 #include "vkrun/command.h"
@@ -38,6 +40,19 @@ Exit status: 0 done, 1 a file does not fit or OUT cannot be written, 2 wrong usa
 Examples:
   vkrun weights lora-merge model_latest.pth merged.safetensors --config config.yaml
   vkrun weights lora-merge cars.pth merged.npz --config lora.yaml --adapters adapters.safetensors --json
+)";
+
+constexpr const char* kUnmergeFooter =
+    R"(OUT is IN with the adapters taken out of the weights that lora-merge folded them into: each weight as
+it was before, but for two roundings. Needs no device.
+
+JSON: {in, out, adapters, alpha}.
+
+Exit status: 0 done, 1 a file does not fit or OUT cannot be written, 2 wrong usage.
+
+Examples:
+  vkrun weights lora-unmerge merged.safetensors cars.safetensors --adapters adapters.safetensors
+  vkrun weights lora-unmerge merged.npz cars.npz --adapters adapters.npz --alpha 8 --json
 )";
 
 constexpr const char* kExtractFooter =
@@ -178,6 +193,77 @@ int merge(const WeightsModelOptions& options) {
     return kSuccess;
 }
 
+struct UnmergeOptions {
+    std::string in;
+    std::string out;
+    std::string adapters;
+    double alpha = 0;
+    bool alpha_given = false;
+    bool overwrite = false;
+    bool json = false;
+};
+
+/// What a file of adapters says that they were trained with.
+double alpha_of(splat_weights adapters, const std::string& path) {
+    const Json report =
+        Json::parse(whole_text([adapters](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_weights_report(adapters, buffer, capacity, needed);
+        }));
+    const auto text = report.at("metadata").value("lora_alpha", std::string());
+    char* end = nullptr;
+    const double alpha = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0')
+        throw Failure(kUsageError, "'" + path + "' does not say lora_alpha: give it as --alpha");
+    return alpha;
+}
+
+int unmerge(const UnmergeOptions& options) {
+    check_target(options.out, options.overwrite);
+    Weights merged, adapters, made;
+    check(splat_weights_load(options.in.c_str(), merged.out()));
+    check(splat_weights_load(options.adapters.c_str(), adapters.out()));
+    const double alpha =
+        options.alpha_given ? options.alpha : alpha_of(adapters.get(), options.adapters);
+    check(splat_weights_fold(merged.get(), adapters.get(), alpha, SPLAT_FOLD_OUT, made.out()));
+    check(splat_weights_save(made.get(), options.out.c_str(), 0));
+    if (options.json)
+        std::printf("%s\n", json_text({{"in", options.in},
+                                       {"out", options.out},
+                                       {"adapters", options.adapters},
+                                       {"alpha", alpha}})
+                                .c_str());
+    else
+        std::printf("%s: the adapters are taken out again, with alpha %g\n", options.out.c_str(),
+                    alpha);
+    return kSuccess;
+}
+
+void add_unmerge(CLI::App& weights, int& exit_code) {
+    const auto options = std::make_shared<UnmergeOptions>();
+    CLI::App* command =
+        weights.add_subcommand("lora-unmerge", "Take low-rank adapters out of merged weights.");
+    command->group("Commands");
+    command->add_option("IN", options->in, "Weights to read")->required()->type_name("");
+    command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
+        ->required()
+        ->type_name("");
+    command->add_option("--adapters", options->adapters, "The adapters that were folded in")
+        ->type_name("FILE")
+        ->required();
+    const CLI::Option* alpha =
+        command
+            ->add_option("--alpha", options->alpha,
+                         "opt.lora_alpha of their training; that of FILE's metadata")
+            ->type_name("X");
+    command->add_flag("--overwrite", options->overwrite, "Replace OUT if it is there");
+    command->add_flag("--json", options->json, "Print one JSON object on standard output");
+    command->footer(kUnmergeFooter);
+    command->callback([options, alpha, &exit_code] {
+        options->alpha_given = alpha->count() > 0;
+        exit_code = unmerge(*options);
+    });
+}
+
 CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const char* footer,
               WeightsModelOptions& options) {
     CLI::App* command = weights.add_subcommand(name, sentence);
@@ -215,6 +301,8 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
     command->add_option("--adapters", merging->adapters, "Adapters alone, where IN has none")
         ->type_name("FILE");
     command->callback([merging, &exit_code] { exit_code = merge(*merging); });
+
+    add_unmerge(weights, exit_code);
 
     const auto extracting = std::make_shared<WeightsModelOptions>();
     command = add(weights, "lora-extract", "Write the low-rank adapters of weights alone.",

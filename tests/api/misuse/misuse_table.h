@@ -81,6 +81,7 @@ class MisuseTable {
     void rasterizer_output_rows();
     void image_rows();
     void weights_rows();
+    void fold_rows();
     void dataset_rows();
     void synthetic_rows();
     void model_rows();

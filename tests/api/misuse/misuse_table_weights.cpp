@@ -1,4 +1,6 @@
 // The rows of files of weights.
+#include <cmath>
+
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
@@ -70,7 +72,31 @@ void MisuseTable::weights_rows() {
     for (const char* parameter : {"buffer", "capacity", "needed"})
         add("splat_weights_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
             [this] { return splat_weights_report(weights_, nullptr, 0, nullptr); });
+    fold_rows();
     handles<splat_weights>("splat_weights_destroy", "weights", splat_weights_destroy, SPLAT_OK);
+}
+
+void MisuseTable::fold_rows() {
+    handles<splat_weights>(
+        "splat_weights_fold", "weights",
+        [this](splat_weights w) {
+            return splat_weights_fold(w, nullptr, 1, 0, outputs.weights.out());
+        },
+        kHandle);
+    handles<splat_weights>(
+        "splat_weights_fold", "adapters",
+        [this](splat_weights w) {
+            return splat_weights_fold(weights_, w, 1, 0, outputs.weights.out());
+        },
+        kArgument);
+    add("splat_weights_fold", "adapters", "none", kArgument,
+        [this] { return splat_weights_fold(weights_, weights_, 1, 0, outputs.weights.out()); });
+    add("splat_weights_fold", "alpha", "not finite", kArgument,
+        [this] { return splat_weights_fold(weights_, nullptr, NAN, 0, outputs.weights.out()); });
+    add("splat_weights_fold", "flags", "unknown", kArgument,
+        [this] { return splat_weights_fold(weights_, nullptr, 1, 2, outputs.weights.out()); });
+    add("splat_weights_fold", "folded", "NULL", kArgument,
+        [this] { return splat_weights_fold(weights_, nullptr, 1, 0, nullptr); });
 }
 
 }  // namespace splat::test

@@ -39,6 +39,17 @@ Rasterizer make_rasterizer(splat_device device, const splat_scene_info& info, st
     return rasterizer;
 }
 
+bool has_adapters(splat_weights weights) {
+    std::uint32_t count = 0;
+    check(splat_weights_count(weights, &count));
+    for (std::uint32_t i = 0; i < count; ++i) {
+        auto info = sized<splat_weights_info>();
+        check(splat_weights_get_info(weights, i, &info));
+        if (std::string_view(info.name).ends_with(".lora_A")) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 Json merged_config(const std::string& path, const std::vector<std::string>& changes) {
@@ -79,7 +90,11 @@ Network::Network(splat_device device, const Json& config)
     resolution_ = data.at("training_resolution");
     fov_degrees_ = data.at("fov");
     if (!data.at("white_background").get<bool>()) std::fill_n(background_, 3, 0.0F);
-    const std::string text = config.dump();
+    Json plain = config;
+    adapted_ = plain["opt"].value("lora_finetune", false);
+    lora_alpha_ = plain["opt"].value("lora_alpha", 1.0);
+    for (const char* key : {"lora_finetune", "freeze"}) plain["opt"].erase(key);
+    const std::string text = plain.dump();
     auto desc = sized<splat_model_desc>();
     desc.config = text.c_str();
     const auto precision = config.at("general").at("precision").get<std::string>();
@@ -90,6 +105,11 @@ Network::Network(splat_device device, const Json& config)
 }
 
 void Network::load(splat_weights weights, std::uint32_t flags) {
+    Weights folded;
+    if (adapted_ && has_adapters(weights)) {
+        check(splat_weights_fold(weights, nullptr, lora_alpha_, 0, folded.out()));
+        weights = folded.get();
+    }
     check(splat_model_load(model_.get(), weights, flags));
 }
 
