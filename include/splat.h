@@ -1106,9 +1106,9 @@ SPLAT_API splat_result splat_model_destroy(splat_model model);
  * gradients (weight, bias, gamma, beta) are parameters, the others inputs; all are given with their shapes,
  * optional ones may be left out. "residual_block" is the block of Song et al.'s U-Net as Splatter Image
  * uses it:
- *   inputs      x [N,C,H,W]; with embedding [N,E] the block has FiLM, with tokens [N,D,T,1] and the
- *               attribute `attention` cross-attention to them; random_counter [4] if dropout acts (the bits
- *               of seed, seed >> 32, step and 0)
+ *   inputs      x [N,C,H,W]; with embedding [N,E] the block has FiLM, with tokens [N,D,T,1] it
+ *               attends to them; random_counter [4] if dropout acts (the bits of seed, seed >> 32, step
+ *               and 0)
  *   output      y
  *   parameters  as in the state dict, after "block."; only adapters are trained, if there are any
  *   attributes  out_channels (0: C), up, down, attention (self-attention), views (images that attend to

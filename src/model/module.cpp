@@ -13,7 +13,7 @@ constexpr nn::Attribute kBlockAttributes[] = {
     {"out_channels", "integer", "0", "0: as many as x has"},
     {"up", "boolean", "false", "twice the resolution"},
     {"down", "boolean", "false", "half the resolution"},
-    {"attention", "boolean", "false", "self-attention, and attention to tokens, if there are any"},
+    {"attention", "boolean", "false", "self-attention"},
     {"views", "integer", "1", "images that attend to each other"},
     {"affine_film", "boolean", "false", "gamma x + beta instead of the published shift"},
     {"dropout", "number", "0", "of activations, in training"},
@@ -43,9 +43,10 @@ class BlockBuilder : public SongUnet {
         embedding_ = embedding;
         tokens_ = tokens;
         counter_ = counter;
-        return block("block", x,
-                     {graph_.value(x).shape[1], out, attributes.boolean("up"),
-                      attributes.boolean("down"), attributes.boolean("attention")});
+        return block(
+            "block", x,
+            {graph_.value(x).shape[1], out, attributes.boolean("up"), attributes.boolean("down"),
+             attributes.boolean("attention"), tokens != kNoValue});
     }
 };
 

@@ -31,7 +31,7 @@ struct ModuleDesc {
 /// A block of the network as it is described in song_unet.h, with everything that it can have.
 ///
 /// Ports: x [N,C,H,W]; embedding [N,E], with it the block has FiLM; tokens [N,D,T,1], with them attention to
-/// tokens, if `attention`; random_counter [4] (bits of seed, seed >> 32, step, 0), if dropout acts. Parameters
+/// tokens; random_counter [4] (bits of seed, seed >> 32, step, 0), if dropout acts. Parameters
 /// are named "block." and as in the state dict; the output is "y".
 inline constexpr const char* kResidualBlock = "residual_block";
 
