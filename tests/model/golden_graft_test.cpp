@@ -113,6 +113,8 @@ class GoldenNetGraft : public KernelsTest {
         return {get(views.means), get(views.opacities), get(views.scales), get(views.rotations),
                 get(views.sh)};
     }
+    /// The figures of the files, and those of the network of three channels.
+    void expect_golden(model::Precision precision);
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNetGraft);
 
@@ -152,7 +154,7 @@ Status put_sum_gradient(vk::Context& context, Predictor& predictor) {
     return context.write(gradients.sh, sh.data(), sh.size() * 4);
 }
 
-TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
+void GoldenNetGraft::expect_golden(model::Precision precision) {
     for (const std::string& path : golden_files("net", "graft")) {
         auto npz = Npz::read(path);
         ASSERT_OK(npz.status());
@@ -161,7 +163,7 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
         PredictorOptions options;
         options.objects = 2;
         options.gradients = options.input_gradient = true;
-        options.build.precision = model::Precision::kStrict;
+        options.build.precision = precision;
         const auto narrow = make(graft_config(), state, options);
         ASSERT_TRUE(narrow);
         const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
@@ -196,6 +198,19 @@ TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
                 }
         }
     }
+}
+
+TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
+    expect_golden(model::Precision::kStrict);
+}
+
+/// With F(4x4) wherever it can be, within the same figures; plain kernels have no other algorithm.
+class GoldenNetGraftFast : public GoldenNetGraft {};
+INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetGraftFast,
+                         testing::Values(vk::Kernels::kCpu, vk::Kernels::kGpu), kernels_test_name);
+
+TEST_P(GoldenNetGraftFast, WeightsOutputsAndGradients) {
+    expect_golden(model::Precision::kFast);
 }
 
 /// Adapters start without effect, theirs and ours.

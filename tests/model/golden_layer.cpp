@@ -76,7 +76,7 @@ class Run {
         x_ = graph_.input("x", shape);
         const bool masked = golden.has(layer_.key("mask"));
         model::BuildOptions options;
-        options.precision = model::Precision::kStrict;
+        options.precision = layer_.precision;
         Layers layers(graph_, layer_.config, options);
         if (golden.has(layer_.key("emb"))) {
             const auto dims = golden.dims(layer_.key("emb"));

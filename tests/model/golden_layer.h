@@ -33,6 +33,7 @@ struct GoldenLayer {
     std::string name;
     model::PredictorConfig config = {};
     std::function<nn::ValueId(Layers&, nn::ValueId x)> build = {};
+    model::Precision precision = model::Precision::kStrict;
 
     [[nodiscard]] std::string key(const char* what) const { return name + "." + what; }
 };

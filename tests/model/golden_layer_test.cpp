@@ -30,23 +30,37 @@ class GoldenNetLayers : public KernelsTest {
             body(Golden{std::move(npz.value()), std::filesystem::path(path).stem().string()});
         }
     }
+    void expect_blocks(model::Precision precision) {
+        each_file("block", [&](const Golden& golden) {
+            for (const char* name : {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup",
+                                     "filmdn", "att2v"}) {
+                const auto cfg = golden.array(std::string(name) + ".cfg").ints().value();
+                GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
+                layer.config.views = static_cast<std::uint32_t>(cfg.at(6));
+                const Layers::BlockShape shape{static_cast<std::uint32_t>(cfg.at(0)),
+                                               static_cast<std::uint32_t>(cfg.at(1)),
+                                               cfg.at(3) != 0, cfg.at(4) != 0, cfg.at(5) != 0};
+                layer.build = [&](Layers& layers, ValueId x) {
+                    return layers.block(name, x, shape);
+                };
+                expect_golden_layer(context(), layer);
+            }
+        });
+    }
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNetLayers);
 
 TEST_P(GoldenNetLayers, Blocks) {
-    each_file("block", [&](const Golden& golden) {
-        for (const char* name :
-             {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup", "filmdn", "att2v"}) {
-            const auto cfg = golden.array(std::string(name) + ".cfg").ints().value();
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.views = static_cast<std::uint32_t>(cfg.at(6));
-            const Layers::BlockShape shape{static_cast<std::uint32_t>(cfg.at(0)),
-                                           static_cast<std::uint32_t>(cfg.at(1)), cfg.at(3) != 0,
-                                           cfg.at(4) != 0, cfg.at(5) != 0};
-            layer.build = [&](Layers& layers, ValueId x) { return layers.block(name, x, shape); };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    expect_blocks(model::Precision::kStrict);
+}
+
+/// With F(4x4) wherever it can be, within the same figures; plain kernels have no other algorithm.
+class GoldenNetLayersFast : public GoldenNetLayers {};
+INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetLayersFast,
+                         testing::Values(vk::Kernels::kCpu, vk::Kernels::kGpu), kernels_test_name);
+
+TEST_P(GoldenNetLayersFast, Blocks) {
+    expect_blocks(model::Precision::kFast);
 }
 
 /// The mask before conv1 that the other implementation drew.
