@@ -7,11 +7,10 @@
 
 #include "model/adapters.h"
 #include "model/golden_file.h"
+#include "model/training.h"
 #include "model/weights.h"
-#include "ops/adam.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
-#include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -254,57 +253,6 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         EXPECT_EQ(outputs(*theirs, inputs.view()), expected);
     }
 }
-
-/// Adam on all blocks of a predictor's parameters, towards outputs of zero: the gradient of half the sum
-/// of squares is the outputs themselves.
-class Training {
-  public:
-    Training(vk::Context& context, Predictor& predictor)
-        : context_(context), predictor_(predictor) {
-        for (const nn::ParameterBlock& block : predictor.parameters().blocks()) {
-            const std::vector<float> zeros(block.values.bytes / 4, 0);
-            moments_.push_back(upload(context, zeros));
-            moments_.push_back(upload(context, zeros));
-        }
-    }
-
-    void steps(std::uint64_t count, const model::PredictorInput& input) {
-        for (std::uint64_t step = 1; step <= count; ++step) {
-            ASSERT_OK(predictor_.parameters().zero_gradients());
-            ASSERT_OK(predictor_.set_input(input));
-            ASSERT_OK(predictor_.forward());
-            const auto outputs = predictor_.outputs();
-            const auto gradients = predictor_.output_gradients();
-            vk::Recorder copies(context_);
-            ASSERT_OK(copies.copy(outputs.means, gradients.means));
-            ASSERT_OK(copies.copy(outputs.opacities, gradients.opacities));
-            ASSERT_OK(copies.copy(outputs.scales, gradients.scales));
-            ASSERT_OK(copies.copy(outputs.rotations, gradients.rotations));
-            ASSERT_OK(copies.copy(outputs.sh, gradients.sh));
-            run(copies);
-            ASSERT_OK(predictor_.backward());
-            vk::Recorder update(context_);
-            const auto blocks = predictor_.parameters().blocks();
-            for (std::size_t i = 0; i < blocks.size(); ++i)
-                ASSERT_OK(ops::adam(update, {.step = step, .learning_rate = 1e-3}, blocks[i].values,
-                                    blocks[i].grads, moments_[2 * i].range(),
-                                    moments_[2 * i + 1].range()));
-            run(update);
-            predictor_.parameters().changed();
-        }
-    }
-
-  private:
-    void run(vk::Recorder& recorder) {
-        auto list = recorder.finish();
-        ASSERT_OK(list.status());
-        ASSERT_OK(context_.run(list.value()));
-    }
-
-    vk::Context& context_;
-    Predictor& predictor_;
-    std::vector<vk::Buffer> moments_;
-};
 
 /// Largest magnitude of the weights of each input channel.
 std::vector<float> column_sizes(const std::vector<float>& weight, const Shape& shape) {

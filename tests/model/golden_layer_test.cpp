@@ -2,13 +2,17 @@
 // see INDEX.md there for the keys.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "model/adapters.h"
 #include "model/golden_layer.h"
+#include "model/graph_reference.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/rng_fill.h"
+#include "support/tolerances.h"
 
 namespace splat::test {
 namespace {
@@ -196,6 +200,79 @@ TEST_P(GoldenNetLayers, FilteredConvolutions) {
             expect_relative(name + " weight", gpu.grad_inputs[1], at(".d.weight64"), 1e-4);
             expect_relative(name + " bias", gpu.grad_inputs[2], at(".d.bias64"), 1e-4);
         }
+    });
+}
+
+/// Attention between two images as the published code has it, but never uses: one norm for both, keys and
+/// values by turns in the channels of one convolution.
+TEST_P(GoldenNetLayers, CrossAttention) {
+    each_file("norm", [&](const Golden& golden) {
+        const auto of = [&](const char* key) { return golden.floats("xatt." + std::string(key)); };
+        nn::Graph graph(context());
+        std::map<std::string, ValueId> values;
+        const auto parameter = [&](const std::string& name, const Shape& shape) {
+            return values[name] = graph.parameter(name, shape);
+        };
+        const ValueId q = graph.input("q", {2, 16, 4, 4});
+        const ValueId kv = graph.input("kv", {2, 16, 4, 4});
+        const ValueId gamma = parameter("norm.weight", {16});
+        const ValueId beta = parameter("norm.bias", {16});
+        const auto norm = [&](ValueId x) {
+            return graph.op("group_norm", {x, gamma, beta},
+                            {{"groups", std::int64_t{4}}, {"eps", 1e-5}});
+        };
+        const auto conv = [&](const std::string& name, ValueId x, std::uint32_t kernel,
+                              ValueId residual = kNoValue) {
+            const ValueId weight = parameter(name + ".weight", {16, 16, kernel, kernel});
+            return graph.op("conv2d", {x, weight, parameter(name + ".bias", {16}), residual});
+        };
+        const ValueId asked = norm(kv);
+        const ValueId attended = graph.op(
+            "attention",
+            {conv("q_proj", norm(q), 1), conv("k_proj", asked, 1), conv("v_proj", asked, 1)});
+        const ValueId y = conv("out_proj", attended, 3, q);
+        ASSERT_OK(graph.status());
+        auto run = GraphRun::create(context(), graph, y, {q, kv});
+        ASSERT_OK(run.status());
+        ASSERT_OK(run.value()->put(q, of("q")));
+        ASSERT_OK(run.value()->put(kv, of("kv")));
+        /// Rows 2i of kv_proj belong to keys, rows 2i + 1 to values.
+        const auto rows = [](const auto& both, std::size_t first) {
+            std::remove_cvref_t<decltype(both)> half;
+            const std::size_t row = both.size() / 32;
+            for (std::size_t i = 0; i < both.size(); ++i)
+                if (i / row % 2 == first) half.push_back(both[i]);
+            return half;
+        };
+        const auto each = [&](const auto& visit) {  // name here, name there, half of it
+            for (const auto& [name, id] : values) {
+                const bool key = name.starts_with("k_proj");
+                const bool half = key || name.starts_with("v_proj");
+                visit(id, half ? "kv" + name.substr(1) : name, half ? (key ? 0 : 1) : -1);
+            }
+        };
+        each([&](ValueId id, const std::string& name, int half) {
+            const auto all = of(("p." + name).c_str());
+            EXPECT_OK(
+                run.value()->put(id, half < 0 ? all : rows(all, static_cast<std::size_t>(half))));
+        });
+        ASSERT_OK(run.value()->run(of("g")));
+        expect_relative("y", run.value()->output(), golden.doubles("xatt.y64"), kGoldenLayer);
+        const auto gradient = [&](const std::string& what, ValueId id,
+                                  const std::vector<double>& expected) {
+            if (what == "d.k_proj.bias") {  // which softmax does not see
+                EXPECT_LE(*std::max_element(expected.begin(), expected.end()), 1e-12);
+                return;
+            }
+            expect_relative(what, run.value()->gradient(id), expected, 1e-4);
+        };
+        gradient("d_q", q, golden.doubles("xatt.d_q64"));
+        gradient("d_kv", kv, golden.doubles("xatt.d_kv64"));
+        each([&](ValueId id, const std::string& name, int half) {
+            const auto all = golden.doubles("xatt.d." + name + "64");
+            gradient("d." + graph.value(id).name, id,
+                     half < 0 ? all : rows(all, static_cast<std::size_t>(half)));
+        });
     });
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "io/weights_file.h"
 #include "model/adapters.h"
 #include "model/golden_file.h"
 #include "model/predictor.h"
@@ -27,10 +28,16 @@ constexpr double kNetGradient = 1e-4;  // relative L2 per tensor
 
 PredictorConfig config_of(const Golden& golden) {
     const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
-    const std::vector<double> cfgf = golden.doubles("cfgf");
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cfg.at(i)); };
     PredictorConfig c;
     c.resolution = at(0);
+    if (golden.npz.has("iteration")) {  // a checkpoint, of a shorter list and of the cars
+        c.base_dim = at(2);
+        c.num_blocks = at(3);
+        c.sh_degree = at(4);
+        c.attention_resolutions = {at(5)};
+        return c;
+    }
     c.depth = c.normal = at(1) == 7;
     c.origin_distance = at(1) == 4;
     c.base_dim = at(2);
@@ -44,6 +51,7 @@ PredictorConfig config_of(const Golden& golden) {
         c.embedding_dim = at(8) / 6;
     }
     c.attention_resolutions = {at(9)};
+    const std::vector<double> cfgf = golden.doubles("cfgf");
     c.znear = static_cast<float>(cfgf.at(0));
     c.zfar = static_cast<float>(cfgf.at(1));
     c.fov_degrees = static_cast<float>(cfgf.at(2));
@@ -75,7 +83,7 @@ class Session {
                                                         golden_.floats("p." + parameter.name)));
         }
         SPLAT_TRY(predictor->parameters().zero_gradients());
-        SPLAT_TRY(predictor->set_rays(golden_.floats("ray_dirs")));
+        if (golden_.has("ray_dirs")) SPLAT_TRY(predictor->set_rays(golden_.floats("ray_dirs")));
         const std::vector<float> images = golden_.floats("x");
         const std::vector<float> poses = golden_.floats("v2w");
         const std::vector<float> quaternions = golden_.floats("quat");
@@ -164,18 +172,23 @@ void expect_digests(const Session& session, const Golden& golden) {
     EXPECT_EQ(3 * row, digest.size());
 }
 
-void expect_outputs(const Session& session, const Golden& golden) {
+/// Against the file's tensors `o64.…` or those of another prefix.
+void expect_outputs(const Session& session, const Golden& golden,
+                    const std::string& prefix = "o64.") {
     const auto outputs = session.predictor->outputs();
-    const auto at = [&](const char* key) { return golden.doubles("o64." + std::string(key)); };
-    expect_absolute(golden.name + " xyz", session.get(outputs.means), at("xyz"), kNetOutput);
-    expect_absolute(golden.name + " opacity", session.get(outputs.opacities), at("opacity"),
-                    kNetOutput);
-    expect_absolute(golden.name + " scaling", session.get(outputs.scales), at("scaling"),
-                    kNetOutput);
-    expect_absolute(golden.name + " rotation", session.get(outputs.rotations), at("rotation"),
-                    kNetOutput);
-    expect_absolute(golden.name + " sh", session.get(outputs.sh),
-                    Session::sh(at("features_dc"), at("features_rest")), kNetOutput);
+    const auto at = [&](const char* key) {
+        const NpyArray& array = golden.array(prefix + key);
+        return array.dtype == "f8" ? array.f64().value() : to_double(array.f32().value());
+    };
+    const auto expect = [&](const char* what, const vk::BufferView& got,
+                            const std::vector<double>& expected) {
+        expect_absolute(golden.name + " " + prefix + what, session.get(got), expected, kNetOutput);
+    };
+    expect("xyz", outputs.means, at("xyz"));
+    expect("opacity", outputs.opacities, at("opacity"));
+    expect("scaling", outputs.scales, at("scaling"));
+    expect("rotation", outputs.rotations, at("rotation"));
+    expect("sh", outputs.sh, Session::sh(at("features_dc"), at("features_rest")));
 }
 
 /// d_x of the channels that the network sees.
@@ -305,6 +318,7 @@ TEST_P(GoldenNet, FoldedAdapters) {
         ASSERT_OK(folded.status());
         Session inside(context(), golden, options);
         ASSERT_OK(inside.open(&folded.value()));
+        expect_outputs(inside, golden, "merged.");
         const std::vector<float> raw = beside.get(beside.predictor->raw_output());
         const double unit = 1e-6 * largest(raw);
         const auto a = beside.predictor->outputs();
@@ -321,6 +335,23 @@ TEST_P(GoldenNet, FoldedAdapters) {
         expect("rotations", a.rotations, b.rotations,
                unit / smallest_quaternion(raw, std::size_t{config_of(golden).resolution} *
                                                    config_of(golden).resolution));
+    }
+}
+
+/// The file that the published trainer writes, read as such files are, predicts what it did there.
+TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
+    const std::string folder = *golden_folder() + "/net/";
+    auto npz = Npz::read(folder + "ckpt.npz");
+    ASSERT_OK(npz.status());
+    const Golden golden{std::move(npz.value()), "ckpt"};
+    for (const char* file : {"ckpt.pth", "ckgpu.pth"}) {
+        const auto weights = io::load_weights(folder + file);
+        ASSERT_OK(weights.status());
+        PredictorOptions options;
+        options.build.precision = model::Precision::kStrict;
+        Session session(context(), golden, options);
+        ASSERT_OK(session.open(&weights.value().tensors)) << file;
+        expect_outputs(session, golden, "o.");
     }
 }
 
