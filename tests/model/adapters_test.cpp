@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "model/golden_layer.h"
+#include "model/graph_reference.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
+#include "support/shapes.h"
 
 namespace splat::test {
 namespace {
@@ -148,6 +151,76 @@ TEST_P(Adapters, RefusesOtherFiles) {
                                        6, 1)
                      .status(),
                  Code::kShape, "do not multiply");
+}
+
+/// Layers with adapters on whole numbers, where every sum is exact: two convolutions beside one of 3x3 and
+/// of 1x1, in and out of vectors and tiles, and two linear layers beside one.
+class AdaptersExact : public KernelsTest {
+  protected:
+    void expect_exact(const nn::Graph& graph, nn::ValueId y, nn::ValueId x,
+                      const std::string& what) {
+        ASSERT_OK(graph.status()) << what;
+        auto gpu = GraphRun::create(context(), graph, y, {x});
+        ASSERT_OK(gpu.status()) << what;
+        GraphReference reference(graph);
+        std::vector<nn::ValueId> leaves;
+        for (nn::ValueId id = 0; id < graph.values().size(); ++id)
+            if (graph.value(id).kind != nn::ValueKind::kActivation &&
+                graph.value(id).base == nn::kNoValue)
+                leaves.push_back(id);
+        for (const nn::ValueId id : leaves) {
+            const auto numbers = integer_fill(graph.value(id).shape.elements(), 40 + id);
+            reference.put(id, to_double(numbers));
+            ASSERT_OK(gpu.value()->put(id, numbers));
+        }
+        const auto grad = integer_fill(graph.value(y).shape.elements(), 39);
+        ASSERT_OK(gpu.value()->run(grad));
+        reference.forward();
+        reference.backward(y, to_double(grad));
+        EXPECT_EQ(to_double(gpu.value()->output()), reference.value(y)) << what;
+        for (const nn::ValueId id : leaves)
+            if (id == x || graph.value(id).trainable) {
+                EXPECT_EQ(to_double(gpu.value()->gradient(id)), reference.gradient(id))
+                    << what << " gradient of " << graph.value(id).name;
+            }
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(AdaptersExact);
+
+TEST_P(AdaptersExact, Convolutions) {
+    for (const ConvShape& s :
+         {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 5, 7, 9, 3}, ConvShape{1, 16, 8, 8, 16, 3},
+          ConvShape{3, 7, 9, 4, 17, 3}, ConvShape{1, 33, 3, 3, 31, 3}, ConvShape{1, 5, 1, 65, 8, 1},
+          ConvShape{2, 17, 4, 3, 33, 1}, ConvShape{1, 64, 8, 8, 65, 1}}) {
+        model::PredictorConfig config;
+        config.lora.rank = 4;
+        config.lora.alpha = 8;
+        config.lora.targets = {"layer"};
+        config.lora.trained = {"layer"};
+        model::BuildOptions options;
+        options.precision = model::Precision::kStrict;
+        nn::Graph graph(context());
+        Layers layers(graph, config, options);
+        const nn::ValueId x = graph.input("x", {s.N, s.C, s.H, s.W});
+        const nn::ValueId y = layers.conv("layer", x, s.K, s.R, {}, nn::kNoValue, 1, true);
+        expect_exact(graph, y, x, s.text());
+    }
+}
+
+TEST_P(AdaptersExact, LinearLayers) {
+    for (const MatrixShape& s :
+         {MatrixShape{1, 1, 1}, MatrixShape{7, 8, 9}, MatrixShape{17, 15, 31},
+          MatrixShape{65, 63, 33}, MatrixShape{129, 5, 3}}) {
+        nn::Graph graph(context());
+        const nn::ValueId x = graph.input("x", {s.rows, s.in});
+        const nn::ValueId weight = graph.parameter("weight", {s.out, s.in});
+        const nn::ValueId bias = graph.parameter("bias", {s.out});
+        const nn::ValueId a = graph.parameter("lora_A", {3, s.in});
+        const nn::ValueId b = graph.parameter("lora_B", {s.out, 3});
+        const nn::ValueId branch = graph.op("linear", {graph.op("linear", {x, a}), b});
+        const nn::ValueId y = graph.op("add", {graph.op("linear", {x, weight, bias}), branch});
+        expect_exact(graph, y, x, s.text());
+    }
 }
 
 }  // namespace

@@ -18,8 +18,7 @@ OpCall add_call(const Shape& shape, double scale, std::uint64_t seed) {
 
 TEST_P(Add, MatchesFloat64) {
     std::uint64_t seed = 10;
-    for (const Shape& shape : {Shape{1, 1}, Shape{3, 5}, Shape{1, 4, 1, 1}, Shape{2, 7, 3, 5},
-                               Shape{1, 64, 17, 33}, Shape{5, 3, 9}}) {
+    for (const Shape& shape : image_shapes()) {
         const OpCall call = add_call(shape, seed % 2 == 0 ? 1 : 0.70710678, seed);
         seed += 3;
         const auto scale =
@@ -29,6 +28,27 @@ TEST_P(Add, MatchesFloat64) {
                        {ref::add_forward(scale, to_double(call.inputs[0].values),
                                          to_double(call.inputs[1].values))},
                        {grad, grad}, shape.text());
+    }
+}
+
+TEST_P(Add, IntegersAreExact) {
+    std::uint64_t seed = 300;
+    for (const Shape& shape : image_shapes()) {
+        OpCall call = add_call(shape, 0.5, seed);
+        for (auto* tensors : {&call.inputs, &call.grad_outputs})
+            for (HostTensor& tensor : *tensors)
+                tensor.values = integer_fill(shape.elements(), ++seed);
+        const OpResult gpu = run_op(context(), call);
+        ASSERT_OK(gpu.status) << shape.text();
+        const std::string how = reproduce(shape.text());
+        const bool tiny = shape.elements() < 10;  // a ninth of the integers is 0
+        const auto grad = ref::add_backward(0.5, to_double(call.grad_outputs[0].values));
+        EXPECT_TRUE(exact(gpu.outputs[0],
+                          ref::add_forward(0.5, to_double(call.inputs[0].values),
+                                           to_double(call.inputs[1].values)),
+                          {"y", how, false, tiny}));
+        EXPECT_TRUE(exact(gpu.grad_inputs[0], grad, {"grad_a", how, true, tiny}));
+        EXPECT_TRUE(exact(gpu.grad_inputs[1], grad, {"grad_b", how, true, tiny}));
     }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+
 #include "ops/every/op_samples.h"
 #include "ref/attention_ref.h"
 #include "support/golden.h"
@@ -46,8 +48,13 @@ struct AttentionShape {
 constexpr AttentionShape kShapes[] = {
     {1, 1, 1, 1, 1},    {2, 3, 1, 5, 7},    {1, 8, 2, 9, 9},     {2, 16, 1, 20, 20},
     {1, 6, 1, 17, 33},  {2, 12, 3, 65, 31}, {1, 32, 1, 130, 70}, {1, 17, 1, 64, 1},
-    {1, 64, 1, 16, 64}, {1, 4, 1, 1, 257},  {3, 20, 1, 3, 2},
+    {1, 64, 1, 16, 64}, {1, 4, 1, 1, 257},  {3, 20, 1, 3, 2},    {1, 5, 1, 2, 3},
+    {2, 4, 1, 7, 8},    {1, 16, 4, 15, 16}, {1, 16, 1, 16, 17},  {1, 16, 2, 31, 63},
+    {1, 12, 1, 33, 65}, {2, 8, 1, 64, 127}, {1, 8, 2, 127, 9},   {1, 7, 1, 8, 5},
+    {1, 33, 1, 129, 2}, {1, 3, 1, 255, 3},  {3, 12, 3, 17, 15},  {1, 64, 2, 65, 33},
+    {1, 1, 1, 257, 4},  {1, 129, 1, 3, 5},
 };
+static_assert(std::size(kShapes) >= 24);
 
 void expect_matches(vk::Context& context, const AttentionShape& shape, const OpCall& call) {
     const auto input = shape.reference(call);

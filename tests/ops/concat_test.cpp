@@ -17,23 +17,24 @@ TEST_P(Concat, MovesEveryElement) {
         std::uint32_t a;
         std::uint32_t b;
     };
-    for (const Channels& c :
-         {Channels{1, 1}, Channels{4, 4}, Channels{8, 3}, Channels{3, 8}, Channels{5, 2},
-          Channels{2, 7}, Channels{7, 6}, Channels{6, 1}, Channels{13, 9}, Channels{16, 32}})
+    for (const Channels& c : {Channels{1, 1}, Channels{4, 4}, Channels{8, 3}, Channels{3, 8},
+                              Channels{5, 2}, Channels{2, 7}, Channels{7, 6}, Channels{6, 1},
+                              Channels{13, 9}, Channels{16, 32}, Channels{129, 1}, Channels{1, 65}})
         for (const std::uint32_t n : {1U, 3U}) {
-            const Shape a{n, c.a, 5, 3};
-            const Shape b{n, c.b, 5, 3};
+            const std::uint32_t h = n == 1 ? 17 : 5;
+            const Shape a{n, c.a, h, 3};
+            const Shape b{n, c.b, h, 3};
             seed += 4;
             const OpCall call = sample("concat", Json::object(),
                                        {normal_tensor(a, seed), normal_tensor(b, seed + 1)},
-                                       {Shape{n, c.a + c.b, 5, 3}});
+                                       {Shape{n, c.a + c.b, h, 3}});
             const std::vector<double> grad = to_double(call.grad_outputs[0].values);
-            const std::size_t of_a = std::size_t{c.a} * 15;
+            const std::size_t of_a = std::size_t{c.a} * h * 3;
             expect_matches(context(), call,
                            {ref::concat_forward(n, to_double(call.inputs[0].values),
                                                 to_double(call.inputs[1].values))},
                            {ref::concat_backward(n, 0, of_a, grad),
-                            ref::concat_backward(n, of_a, std::size_t{c.b} * 15, grad)},
+                            ref::concat_backward(n, of_a, std::size_t{c.b} * h * 3, grad)},
                            a.text() + b.text());
         }
 }

@@ -28,8 +28,7 @@ OpCall dropout_call(const Shape& shape, double p, int stream, const Counter& cou
 
 TEST_P(Dropout, MatchesFloat64) {
     int stream = 0;
-    for (const Shape& shape :
-         {Shape{2, 8}, Shape{3, 5}, Shape{2, 7, 3, 5}, Shape{1, 16, 17, 9}, Shape{2, 2, 64, 3}}) {
+    for (const Shape& shape : image_shapes()) {
         const Counter counter{0xDEADBEEFU, 0x12345678U, 1000U + static_cast<std::uint32_t>(stream),
                               0xFFFFFFFEU};
         const double p = stream % 2 == 0 ? 0.1 : 0.5;

@@ -31,9 +31,7 @@ ref::FilmInput<double> reference(const OpCall& call, bool scaled) {
 TEST_P(Film, MatchesFloat64) {
     std::uint64_t seed = 10;
     for (const bool scaled : {true, false})
-        for (const Shape& shape :
-             {Shape{1, 1, 1, 1}, Shape{3, 5}, Shape{2, 7, 3, 5}, Shape{3, 9, 8, 8},
-              Shape{1, 6, 33, 31}, Shape{2, 64, 4, 4}, Shape{1, 3, 64, 64}}) {
+        for (const Shape& shape : image_shapes()) {
             const OpCall call = film_call(shape, scaled, seed += 5);
             const auto input = reference(call, scaled);
             const auto grad = ref::film_backward(input, to_double(call.grad_outputs[0].values));

@@ -76,6 +76,27 @@ std::vector<HeadCase> head_cases() {
             {{2, 33, 31}, 1, 1, true, false, true, kAll}};
 }
 
+/// Those, and more sizes, with attributes by turns.
+std::vector<HeadCase> sized_head_cases() {
+    std::vector<HeadCase> cases = head_cases();
+    const std::uint32_t sizes[][2] = {{1, 2},  {2, 1},   {3, 3},   {1, 17},  {17, 1},  {15, 17},
+                                      {7, 9},  {8, 8},   {1, 63},  {64, 1},  {5, 13},  {1, 127},
+                                      {43, 3}, {16, 17}, {255, 1}, {1, 257}, {64, 64}, {4, 5}};
+    for (const auto& [height, width] : sizes) {
+        const auto i = static_cast<std::uint32_t>(cases.size());
+        const std::uint32_t views = 1 + i % 2;
+        cases.push_back({{views * (1 + i % 3), height, width},
+                         views,
+                         i % 3 == 0 ? 0U : 1U,
+                         i % 4 != 0,
+                         i % 5 == 0,
+                         i % 7 != 0,
+                         {i % 2 == 0, i % 3 == 1, i % 5 == 2}});
+    }
+    EXPECT_GE(cases.size(), 24U);
+    return cases;
+}
+
 OpCall call_of(const HeadCase& c, std::uint64_t seed) {
     OpCall call = head_sample(c.images, c.views, c.degree, c.offset, c.cameras, seed);
     call.attributes["isotropic"] = c.isotropic;
@@ -85,7 +106,7 @@ OpCall call_of(const HeadCase& c, std::uint64_t seed) {
 
 TEST_P(GaussianHead, MatchesFloat64) {
     std::uint64_t seed = 100;
-    for (const HeadCase& c : head_cases())
+    for (const HeadCase& c : sized_head_cases())
         expect_head(context(), call_of(c, seed += 20), c.images.text());
 }
 

@@ -5,6 +5,7 @@
 #include "support/gpu_buffers.h"
 #include "support/gradcheck.h"
 #include "support/rng_fill.h"
+#include "support/shapes.h"
 
 namespace splat::test {
 namespace {
@@ -164,6 +165,12 @@ void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arr
         };
         EXPECT_TRUE(gradcheck("input " + std::to_string(i), loss, inputs[i], gradients[i]));
     }
+}
+
+std::vector<Shape> image_shapes() {
+    std::vector<Shape> shapes = {Shape{1, 9}, Shape{3, 5}, Shape{257, 2}, Shape{5, 3, 9}};
+    for (const NormShape& s : kNormShapes) shapes.push_back({s.N, s.C, s.H, s.W});
+    return shapes;
 }
 
 HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean, double std) {

@@ -60,6 +60,10 @@ using Arrays = std::vector<std::vector<double>>;
 void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,
                       const Arrays& grad_outputs, const Arrays& gradients);
 
+/// For operators without groups or parameters: the images of kNormShapes, odd and single ones, of up to
+/// three, some beyond each size of a vector, quad or workgroup; matrices; a line.
+std::vector<Shape> image_shapes();
+
 /// A tensor of normal numbers.
 HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0, double std = 1);
 

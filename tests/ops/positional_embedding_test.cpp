@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+
 #include "ops/every/op_samples.h"
 #include "ref/positional_embedding_ref.h"
 #include "support/golden.h"
@@ -21,12 +23,21 @@ OpCall embedding_call(const ref::EmbeddingShape& s, std::uint64_t seed) {
                   {Shape{rows, features * dimension}});
 }
 
+/// Rows, features, dimension, halves exchanged.
+constexpr ref::EmbeddingShape kEmbeddingShapes[] = {
+    {1, 1, 2, false},   {3, 6, 10, false}, {3, 6, 10, true},   {5, 3, 4, true},
+    {70, 7, 6, false},  {2, 2, 64, false}, {1, 1, 2, true},    {1, 2, 2, false},
+    {2, 1, 8, true},    {1, 3, 16, false}, {7, 5, 2, true},    {8, 8, 8, false},
+    {9, 9, 6, true},    {15, 1, 10, true}, {16, 4, 4, false},  {17, 3, 12, true},
+    {31, 2, 14, false}, {33, 1, 64, true}, {63, 5, 4, false},  {64, 6, 10, true},
+    {65, 7, 2, false},  {1, 129, 2, true}, {257, 1, 4, false}, {2, 65, 6, true},
+    {1, 17, 62, false},
+};
+static_assert(std::size(kEmbeddingShapes) >= 24);
+
 TEST_P(PositionalEmbedding, MatchesFloat64) {
     std::uint64_t seed = 10;
-    for (const ref::EmbeddingShape& shape :
-         {ref::EmbeddingShape{1, 1, 2, false}, ref::EmbeddingShape{3, 6, 10, false},
-          ref::EmbeddingShape{3, 6, 10, true}, ref::EmbeddingShape{5, 3, 4, true},
-          ref::EmbeddingShape{70, 7, 6, false}, ref::EmbeddingShape{2, 2, 64, false}}) {
+    for (const ref::EmbeddingShape& shape : kEmbeddingShapes) {
         const OpCall call = embedding_call(shape, ++seed);
         const std::vector<double> x = to_double(call.inputs[0].values);
         expect_matches(

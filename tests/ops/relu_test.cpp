@@ -13,7 +13,7 @@ SPLAT_INSTANTIATE_KERNELS(Relu);
 
 TEST_P(Relu, MatchesFloat64) {
     std::uint64_t seed = 10;
-    for (const Shape& shape : {Shape{1, 9}, Shape{3, 5}, Shape{2, 7, 3, 5}, Shape{1, 32, 31, 33}}) {
+    for (const Shape& shape : image_shapes()) {
         const OpCall call =
             sample("relu", Json::object(), {normal_tensor(shape, ++seed, 1, 2)}, {shape});
         const std::vector<double> x = to_double(call.inputs[0].values);

@@ -5,6 +5,7 @@
 #include "ops/every/op_samples.h"
 #include "ref/resample2d_ref.h"
 #include "support/golden.h"
+#include "support/shapes.h"
 
 namespace splat::test {
 namespace {
@@ -30,14 +31,22 @@ struct ResampleCase {
     }
 };
 
+/// Images of kNormShapes up to 64 pixels, with filters by turns.
+std::vector<ResampleCase> resample_cases(bool up) {
+    const std::vector<float> filters[] = {
+        {}, {1, 3, 3, 1}, {1, 1}, {0.5F, -1, 2, 4, -1, 0.25F}, {1, 2}};
+    std::vector<ResampleCase> cases = {{{1, 1, 1, 1}, up, {}}};
+    for (const NormShape& s : kNormShapes)
+        if (s.elements() <= 16384)
+            cases.push_back({{s.N, s.C, s.H, s.W}, up, filters[cases.size() % 5]});
+    EXPECT_GE(cases.size(), 24U);
+    return cases;
+}
+
 TEST_P(Resample2d, MatchesFloat64) {
     std::uint64_t seed = 10;
     for (const bool up : {false, true})
-        for (const ResampleCase& c :
-             {ResampleCase{{1, 1, 1, 1}, up, {}}, ResampleCase{{2, 3, 5, 7}, up, {}},
-              ResampleCase{{1, 16, 8, 8}, up, {}}, ResampleCase{{1, 6, 4, 3}, up, {1, 1}},
-              ResampleCase{{2, 5, 3, 6}, up, {1, 3, 3, 1}},
-              ResampleCase{{1, 4, 2, 2}, up, {0.5F, -1, 2, 4, -1, 0.25F}}}) {
+        for (const ResampleCase& c : resample_cases(up)) {
             const OpCall call = c.call(++seed);
             const ref::ResampleShape shape{c.small[0] * c.small[1], c.small[2], c.small[3]};
             const std::vector<double> filter =
@@ -51,6 +60,33 @@ TEST_P(Resample2d, MatchesFloat64) {
             else
                 expect_matches(context(), call, {ref::resample2d_down(shape, filter, gain, x)},
                                {ref::resample2d_up(shape, filter, gain, grad)}, c.text());
+        }
+}
+
+/// Up with the box, each pixel is four; its gradient and the mean of four are exact sums.
+TEST_P(Resample2d, IntegersAreExact) {
+    std::uint64_t seed = 300;
+    for (const bool up : {false, true})
+        for (ResampleCase c : resample_cases(up)) {
+            c.filter = {1, 1};
+            OpCall call = c.call(++seed);
+            call.inputs[0].values = integer_fill(call.inputs[0].values.size(), ++seed);
+            call.grad_outputs[0].values = integer_fill(call.grad_outputs[0].values.size(), ++seed);
+            const OpResult gpu = run_op(context(), call);
+            ASSERT_OK(gpu.status) << c.text();
+            const ref::ResampleShape shape{std::size_t{c.small[0]} * c.small[1], c.small[2],
+                                           c.small[3]};
+            const std::vector<double> x = to_double(call.inputs[0].values);
+            const std::vector<double> grad = to_double(call.grad_outputs[0].values);
+            const std::vector<double> box = {1, 1};
+            const auto y = up ? ref::resample2d_up(shape, box, 4., x)
+                              : ref::resample2d_down(shape, box, 1., x);
+            const auto grad_x = up ? ref::resample2d_down(shape, box, 4., grad)
+                                   : ref::resample2d_up(shape, box, 1., grad);
+            const bool tiny = c.small.elements() < 10;  // a ninth of the integers is 0
+            const std::string how = reproduce(c.text());
+            EXPECT_TRUE(exact(gpu.outputs[0], y, {"y", how, false, tiny}));
+            EXPECT_TRUE(exact(gpu.grad_inputs[0], grad_x, {"grad_x", how, true, tiny}));
         }
 }
 

@@ -13,8 +13,12 @@ SPLAT_INSTANTIATE_KERNELS(Split3);
 
 TEST_P(Split3, MovesEveryElement) {
     std::uint64_t seed = 10;
-    for (const Shape& part : {Shape{1, 1, 1}, Shape{2, 2, 3}, Shape{1, 3, 5}, Shape{2, 4, 7},
-                              Shape{3, 5, 4}, Shape{1, 6, 2}, Shape{1, 64, 9}, Shape{4, 7, 1}}) {
+    std::vector<Shape> parts_to_test;
+    for (const Shape& shape : image_shapes())
+        parts_to_test.push_back(
+            {shape[0], shape[1],
+             static_cast<std::uint32_t>(shape.elements() / (std::uint64_t{shape[0]} * shape[1]))});
+    for (const Shape& part : parts_to_test) {
         const OpCall call =
             sample("split3", Json::object(),
                    {normal_tensor({part[0], 3 * part[1], part[2]}, ++seed)}, {part, part, part});

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+
 #include "ops/every/op_samples.h"
 #include "ref/losses/ssim_ref.h"
 #include "support/golden.h"
@@ -33,12 +35,19 @@ ref::SsimInput reference_of(const OpCall& call) {
             to_double(call.inputs[1].values)};
 }
 
-/// Smaller than the window, as wide as it, lines, ends of chunks, channels that pad a quad, a batch.
+/// Smaller than the window, as wide as it, lines, ends of chunks, channels that pad a quad, batches.
+constexpr std::uint32_t kSsimShapes[][4] = {
+    {1, 1, 1, 1},   {1, 2, 3, 4},   {2, 3, 11, 11}, {1, 4, 1, 40},  {1, 5, 37, 1},  {3, 3, 21, 17},
+    {1, 3, 32, 32}, {1, 3, 25, 41}, {1, 1, 5, 5},   {2, 1, 6, 10},  {1, 8, 7, 9},   {3, 4, 2, 2},
+    {1, 3, 15, 17}, {2, 3, 16, 16}, {1, 3, 17, 33}, {1, 1, 10, 12}, {1, 1, 12, 10}, {1, 9, 8, 3},
+    {1, 2, 31, 33}, {1, 1, 64, 65}, {2, 2, 1, 65},  {1, 1, 129, 5}, {1, 1, 3, 257}, {1, 17, 4, 5},
+};
+static_assert(std::size(kSsimShapes) >= 24);
+
 TEST_P(Ssim, MatchesFloat64) {
     std::uint64_t seed = 10;
-    for (const Shape& shape :
-         {Shape{1, 1, 1, 1}, Shape{1, 2, 3, 4}, Shape{2, 3, 11, 11}, Shape{1, 4, 1, 40},
-          Shape{1, 5, 37, 1}, Shape{3, 3, 21, 17}, Shape{1, 3, 32, 32}, Shape{1, 3, 25, 41}}) {
+    for (const auto& [n, c, h, w] : kSsimShapes) {
+        const Shape shape{n, c, h, w};
         seed += 2;
         const OpCall call = ssim_call(image(shape, seed), image(shape, seed + 1), 1.5F);
         const ref::SsimInput in = reference_of(call);
