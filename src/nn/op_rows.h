@@ -12,6 +12,7 @@ extern const OpRow kConv2dRow;
 extern const OpRow kDropoutRow;
 extern const OpRow kFeatureDistanceRow;
 extern const OpRow kFilmRow;
+extern const OpRow kFourierEmbeddingRow;
 extern const OpRow kGaussianHeadRow;
 extern const OpRow kGroupNormRow;
 extern const OpRow kL1Row;

@@ -15,6 +15,7 @@ constexpr const OpRow* kOps[] = {
     &kDropoutRow,              //
     &kFeatureDistanceRow,      //
     &kFilmRow,                 //
+    &kFourierEmbeddingRow,     //
     &kGaussianHeadRow,         //
     &kGroupNormRow,            //
     &kL1Row,                   //

@@ -2,6 +2,7 @@
 
 #include "nn/op_rows.h"
 #include "ops/dropout.h"
+#include "ops/fourier_embedding.h"
 #include "ops/positional_embedding.h"
 
 namespace splat::nn {
@@ -89,6 +90,42 @@ Status embedding_backward(vk::Recorder& recorder, const Attributes& attributes, 
                                               v.grad_inputs[0]);
 }
 
+constexpr Port kFourierInputs[] = {{"x"}, {"frequencies", Layout::kRowMajor, false, true}};
+
+Result<ops::FourierEmbeddingDesc> fourier_desc(const Shape& x, const Shape& frequencies) {
+    if (x.rank() != 2)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'x' has shape %s, expected [rows, features]",
+                     x.text().c_str());
+    if (frequencies.rank() != 1)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'frequencies' has shape %s, expected one dimension",
+                     frequencies.text().c_str());
+    return ops::FourierEmbeddingDesc{x[0], x[1], frequencies[0]};
+}
+
+Result<OpPlan> fourier_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const ops::FourierEmbeddingDesc desc, fourier_desc(inputs[0], inputs[1]));
+    SPLAT_TRY(ops::fourier_embedding_check(desc));
+    OpPlan plan;
+    plan.outputs = {{desc.rows, 2 * desc.features * desc.waves}};
+    return plan;
+}
+
+Status fourier_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ops::FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return ops::fourier_embedding_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status fourier_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const ops::FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return ops::fourier_embedding_backward(recorder, desc, v.inputs[0], v.inputs[1],
+                                           v.grad_outputs[0], v.grad_inputs[0]);
+}
+
 }  // namespace
 
 const OpRow kDropoutRow = {
@@ -103,6 +140,18 @@ const OpRow kDropoutRow = {
     .forward = dropout_forward,
     .backward = dropout_backward,
     .backward_reads = no_backward_reads};
+
+const OpRow kFourierEmbeddingRow = {
+    .name = "fourier_embedding",
+    .equation = "each feature s becomes cos(2 pi s f), then sin(2 pi s f), of all frequencies f",
+    .inputs = kFourierInputs,
+    .outputs = kOutputY,
+    .saved = {},
+    .attributes = {},
+    .plan = fourier_plan,
+    .prepare = nullptr,
+    .forward = fourier_forward,
+    .backward = fourier_backward};
 
 const OpRow kPositionalEmbeddingRow = {
     .name = "positional_embedding",

@@ -50,6 +50,8 @@ inline constexpr Tolerance kTolerances[] = {
     {"film", "y", 4, 1e-6, "a product and a sum"},
     {"film", "grad_x", 4, 1e-6, "one product"},
     {"film", "grad_modulation", 4, 2e-6, "sums over the pixels: per lane, then a tree"},
+    {"fourier_embedding", "y", 4, 2e-6, "the product is exact; sine and cosine 2^-22"},
+    {"fourier_embedding", "grad_x", 4, 2e-6, "as y, summed over the frequencies"},
     {"gaussian_head", "means", 4, 1e-6, "a matrix product and a quotient"},
     {"gaussian_head", "opacities", 4, 1e-6, "one sigmoid of a channel"},
     {"gaussian_head", "scales", 4, 2e-6, "exp, 3 + 2|x| ulp off"},

@@ -121,6 +121,9 @@ inline void add_random_samples(std::vector<OpCall>& calls) {
     calls.push_back(sample("dropout", {{"p", 0.3}}, {normal_tensor(image, 23), counter}, {image}));
     calls.push_back(sample("positional_embedding", {{"dimension", 10}, {"swap_halves", true}},
                            {normal_tensor({3, 6}, 24)}, {Shape{3, 60}}));
+    calls.push_back(sample("fourier_embedding", Json::object(),
+                           {normal_tensor({3, 6}, 25), normal_tensor({5}, 26, 0, 16)},
+                           {Shape{3, 60}}));
 }
 
 /// Parts of blocks and tiles in every direction.

@@ -29,6 +29,29 @@ namespace every {
 
 using Grads = std::vector<Values>;
 
+/// Of one input; `kBackward` of it and the gradient.
+template <auto kForward, auto kBackward>
+struct Pointwise {
+    static Sums forward(const OpArguments& in) { return {kForward(in.values(0))}; }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {kBackward(in.values(0), grads[0])};
+    }
+};
+
+/// Of two images, the second constant.
+template <auto kForward, auto kBackward>
+struct PixelLoss {
+    static Sums forward(const OpArguments& in) { return {kForward(in.values(0), in.values(1))}; }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {kBackward(in.values(0), in.values(1), grads[0][0]), {}};
+    }
+};
+
+using L1 = PixelLoss<l1_forward<double>, l1_backward<double>>;
+using L2 = PixelLoss<l2_forward<double>, l2_backward<double>>;
+using Relu = Pointwise<relu_forward<double>, relu_backward<double>>;
+using Silu = Pointwise<silu_forward<double>, silu_backward<double>>;
+
 struct Add {
     static Sums forward(const OpArguments& in) {
         return {ref::add_forward(in.single("scale"), in.values(0), in.values(1))};
@@ -95,6 +118,16 @@ struct Film {
     }
 };
 
+struct FourierEmbedding {
+    static Sums forward(const OpArguments& in) {
+        return {ref::fourier_embedding_forward(fourier(in), in.values(0), in.values(1))};
+    }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {ref::fourier_embedding_backward(fourier(in), in.values(0), in.values(1), grads[0]),
+                {}};
+    }
+};
+
 struct GaussianHead {
     static Sums forward(const OpArguments& in) {
         Sums outputs;
@@ -124,24 +157,6 @@ struct GroupNorm {
     }
 };
 
-struct L1 {
-    static Sums forward(const OpArguments& in) {
-        return {ref::l1_forward(in.values(0), in.values(1))};
-    }
-    static Sums backward(const OpArguments& in, const Grads& grads) {
-        return {ref::l1_backward(in.values(0), in.values(1), grads[0][0]), {}};
-    }
-};
-
-struct L2 {
-    static Sums forward(const OpArguments& in) {
-        return {ref::l2_forward(in.values(0), in.values(1))};
-    }
-    static Sums backward(const OpArguments& in, const Grads& grads) {
-        return {ref::l2_backward(in.values(0), in.values(1), grads[0][0]), {}};
-    }
-};
-
 struct Linear {
     static Sums forward(const OpArguments& in) { return {ref::linear_forward(linear(in))}; }
     static Sums backward(const OpArguments& in, const Grads& grads) {
@@ -168,26 +183,12 @@ struct PositionalEmbedding {
     }
 };
 
-struct Relu {
-    static Sums forward(const OpArguments& in) { return {ref::relu_forward(in.values(0))}; }
-    static Sums backward(const OpArguments& in, const Grads& grads) {
-        return {ref::relu_backward(in.values(0), grads[0])};
-    }
-};
-
 struct Resample2d {
     static Sums forward(const OpArguments& in) {
         return {resample2d(in, in.values(0), in.flag("up"))};
     }
     static Sums backward(const OpArguments& in, const Grads& grads) {
         return {resample2d(in, grads[0], !in.flag("up")), {}};
-    }
-};
-
-struct Silu {
-    static Sums forward(const OpArguments& in) { return {ref::silu_forward(in.values(0))}; }
-    static Sums backward(const OpArguments& in, const Grads& grads) {
-        return {ref::silu_backward(in.values(0), grads[0])};
     }
 };
 
@@ -221,6 +222,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"dropout", every::Dropout::forward, every::Dropout::backward},
     {"feature_distance", every::FeatureDistance::forward, every::FeatureDistance::backward},
     {"film", every::Film::forward, every::Film::backward},
+    {"fourier_embedding", every::FourierEmbedding::forward, every::FourierEmbedding::backward},
     {"gaussian_head", every::GaussianHead::forward, every::GaussianHead::backward},
     {"group_norm", every::GroupNorm::forward, every::GroupNorm::backward},
     {"l1", every::L1::forward, every::L1::backward},

@@ -11,6 +11,7 @@
 #include "ref/conv2d_ref.h"
 #include "ref/dropout_ref.h"
 #include "ref/film_ref.h"
+#include "ref/fourier_embedding_ref.h"
 #include "ref/gaussian_head_ref.h"
 #include "ref/group_norm_ref.h"
 #include "ref/linear_ref.h"
@@ -85,6 +86,10 @@ inline FilmInput<double> film(const OpArguments& in) {
     const OpTensor& x = in.inputs[0];
     return {x.dim(0), x.dim(1),    x.pixels(), in.inputs[1].dim(1) != x.dim(1),
             x.values, in.values(1)};
+}
+
+inline FourierShape fourier(const OpArguments& in) {
+    return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.inputs[1].dim(0)};
 }
 
 inline GaussianHeadInput gaussian_head(const OpArguments& in) {
