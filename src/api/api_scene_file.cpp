@@ -18,9 +18,7 @@ static_assert(static_cast<int>(scene::Frame::kRdf) + 1 == SPLAT_FRAME_RDF);
 static_assert(static_cast<int>(scene::Frame::kRub) + 1 == SPLAT_FRAME_RUB);
 static_assert(static_cast<int>(scene::Frame::kLdf) + 1 == SPLAT_FRAME_LDF);
 
-constexpr const char* kFormatNames[] = {"", "ply", "compressed ply", "splat", "spz"};
-
-/// Names that make io choose the format of the same index.
+/// Names that make io write the format of the same index.
 constexpr const char* kMemoryNames[] = {"memory", "memory.ply", "memory.ply", "memory.splat",
                                         "memory.spz"};
 
@@ -71,10 +69,10 @@ Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_fil
     io::LoadOptions options;
     options.frame = frame_of(desc);
     if (desc.max_count != 0) options.max_count = desc.max_count;
-    SPLAT_ASSIGN(io::LoadedScene loaded, io::read_scene(file, name, options));
-    if (desc.format != 0 && loaded.report.format != kFormatNames[desc.format])
-        return error(Code::kInvalidArgument, "'%s' is of the format %s, expected %s", name,
-                     loaded.report.format.c_str(), kFormatNames[desc.format]);
+    SPLAT_ASSIGN(io::LoadedScene loaded,
+                 desc.format == 0 ? io::read_scene(file, name, options)
+                                  : io::read_scene_as(static_cast<io::SceneFormat>(desc.format - 1),
+                                                      file, name, options));
     auto object = std::make_shared<api::SceneObject>();
     object->report = report_text(loaded.report);
     if (const auto degree = degree_of(desc))
@@ -118,7 +116,7 @@ splat_result splat_scene_load_memory(const void* data, size_t bytes,
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::Bytes file{static_cast<const std::byte*>(data), bytes};
-        SPLAT_ASSIGN(*scene, load(file, kMemoryNames[full.format], full));
+        SPLAT_ASSIGN(*scene, load(file, "memory", full));
         return {};
     });
 }

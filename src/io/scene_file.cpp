@@ -45,6 +45,17 @@ Result<LoadedScene> read_as(SceneFormat format, Bytes file, const LoadOptions& o
     return error(Code::kInternal, "scene format %d", static_cast<int>(format));
 }
 
+const char* format_name(SceneFormat format) {
+    constexpr const char* kNames[] = {"ply", "compressed ply", "splat", "spz"};
+    return kNames[static_cast<std::size_t>(format)];
+}
+
+/// The format that the first bytes say, if they say one that is read.
+std::optional<SceneFormat> marked_format(Bytes file) {
+    const auto found = detect_scene_format(file, "");
+    return found.ok() ? std::optional(found.value()) : std::nullopt;
+}
+
 }  // namespace
 
 Result<SceneFormat> detect_scene_format(Bytes file, const std::string& name) {
@@ -72,6 +83,16 @@ Result<SceneFormat> detect_scene_format(Bytes file, const std::string& name) {
 
 Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options) {
     SPLAT_ASSIGN(const SceneFormat format, detect_scene_format(file, name));
+    return read_scene_as(format, file, name, options);
+}
+
+Result<LoadedScene> read_scene_as(SceneFormat format, Bytes file, const std::string& name,
+                                  const LoadOptions& options) {
+    // Any bytes may begin a .splat file, those of another format's mark too.
+    if (format != SceneFormat::kSplat)
+        if (const auto marked = marked_format(file); marked && *marked != format)
+            return error(Code::kInvalidArgument, "'%s' is of the format %s, expected %s",
+                         name.c_str(), format_name(*marked), format_name(format));
     auto loaded = read_as(format, file, options);
     if (!loaded.ok()) return with_name(loaded.status(), name);
     return loaded;

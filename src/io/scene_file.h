@@ -17,6 +17,11 @@ Result<SceneFormat> detect_scene_format(Bytes file, const std::string& name);
 Result<LoadedScene> read_scene(Bytes file, const std::string& name,
                                const LoadOptions& options = {});
 
+/// By the reader of this format, whatever the name and, for .splat, the first bytes. Errors: as the
+/// readers; kInvalidArgument naming both formats if the first bytes are the mark of another one.
+Result<LoadedScene> read_scene_as(SceneFormat format, Bytes file, const std::string& name,
+                                  const LoadOptions& options = {});
+
 /// Errors: as read_file() and read_scene().
 Result<LoadedScene> load_scene(const std::string& path, const LoadOptions& options = {});
 

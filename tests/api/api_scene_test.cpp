@@ -1,4 +1,5 @@
 // Scenes through the C API; most of it needs no device.
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -139,6 +140,28 @@ TEST(ApiScene, FilesComeBack) {
     for (std::size_t i = 0; i < 18; ++i)
         EXPECT_EQ(means[i], i % 3 == 0 ? sample.means[i] : -sample.means[i]);
     EXPECT_EQ(values_of(loaded(saved(scene, turned), &turned), "means", 18), sample.means);
+}
+
+TEST(ApiScene, AFormatThatIsSaidChoosesTheReader) {
+    SampleScene sample(4);
+    // The first float of a .splat file is a position: here its bytes are the mark of gzip.
+    sample.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
+    const auto as_splat = file_desc(SPLAT_SCENE_SPLAT);
+    const std::vector<char> file = saved(sample.create(), as_splat);
+    EXPECT_EQ(values_of(loaded(file, &as_splat), "means", 12), sample.means) << "from memory";
+    const auto path =
+        std::filesystem::temp_directory_path() /
+        ("api_scene_" +
+         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())) + ".bin");
+    std::ofstream(path, std::ios::binary).write(file.data(), std::ssize(file));
+    Scene by_path;
+    EXPECT_DONE(splat_scene_load(path.c_str(), &as_splat, by_path.out()));
+    std::filesystem::remove(path);
+    EXPECT_EQ(values_of(by_path, "means", 12), sample.means) << "by path";
+    Output<splat_scene> out;
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "spz");
+    EXPECT_TRUE(out.untouched());
 }
 
 TEST(ApiScene, RefusesFilesThatAreNot) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <bit>
 #include <filesystem>
 
 #include "io/sample_scene.h"
@@ -53,6 +54,27 @@ TEST(SceneFile, SaysWhatItDoesNotRead) {
     refused("abc", "a.splat", Code::kInvalidArgument, "'a.splat': splat: 3 bytes");
     refused("ply\nx", "a.ply", Code::kInvalidArgument, "'a.ply': ply: header line 2");
     EXPECT_ERROR(write_scene(sample_scene(1, 0), "a.glb").status(), Code::kUnsupported, "'glb'");
+}
+
+TEST(SceneFile, AFormatThatIsSaidChoosesTheReader) {
+    auto scene = sample_scene(3, 0);
+    // The first float of a .splat file is a position: here its bytes are the mark of gzip.
+    scene.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
+    const auto splat = write_scene(scene, "a.splat");
+    ASSERT_OK(splat.status());
+    const auto found = detect_scene_format(splat.value(), "a.bin");
+    ASSERT_OK(found.status());
+    ASSERT_EQ(found.value(), SceneFormat::kSpz);
+    const auto loaded = read_scene_as(SceneFormat::kSplat, splat.value(), "a.bin");
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().report.format, "splat");
+    EXPECT_EQ(loaded.value().gaussians.means, scene.means);
+    const auto ply = write_scene(scene, "a.ply");
+    ASSERT_OK(ply.status());
+    EXPECT_ERROR(read_scene_as(SceneFormat::kCompressedPly, ply.value(), "a").status(),
+                 Code::kInvalidArgument, "'a' is of the format ply, expected compressed ply");
+    EXPECT_ERROR(read_scene_as(SceneFormat::kPly, bytes_of("abc"), "a.splat").status(),
+                 Code::kInvalidArgument, "'a.splat': ply: ");
 }
 
 TEST(SceneFile, SavesAndLoads) {
