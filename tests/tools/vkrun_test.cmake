@@ -706,6 +706,12 @@ function(NetworksAreScoredAndPredict)
   vkrun(2 predict --weights ${weights} --out ${TEMP}/photo)
   vkrun(2 predict ${TEMP}/object/input.png --weights ${weights} --depth ${TEMP}/object/input.png)
   expect("${err}" "the network takes no depth")
+  # A plane that no picture has: the library would read beyond the other ones.
+  file(READ ${TEMP}/run/config.json config)
+  string(REPLACE "\"origin_distances\": false" "\"origin_distances\": true" config "${config}")
+  file(WRITE ${TEMP}/origin.json "${config}")
+  vkrun(2 predict ${TEMP}/object/input.png --weights ${weights} --config ${TEMP}/origin.json --out ${TEMP}/none)
+  expect("${err}" "data.origin_distances., which a picture does not say: predict from --data")
 endfunction()
 
 function(DataIsCheckedAndShown)

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "vkrun/command.h"
+#include "vkrun/table.h"
 
 namespace vkrun {
 namespace {
@@ -114,6 +115,13 @@ void Network::load(splat_weights weights, std::uint32_t flags) {
 }
 
 Scene Network::predict(const Views& views) {
+    // The library takes a pointer, and reads so many numbers behind it.
+    const std::size_t needed = std::size_t{views_} * channels_.count() * resolution_ * resolution_;
+    if (views.inputs.size() != needed)
+        throw Failure(kFailed, format("the input holds %zu numbers, expected %zu: %u views of %u "
+                                      "channels of %u x %u pixels",
+                                      views.inputs.size(), needed, views_, channels_.count(),
+                                      resolution_, resolution_));
     auto input = sized<splat_model_input>();
     input.images = views.inputs.data();
     input.view_to_world = views.view_to_world.data();

@@ -66,6 +66,10 @@ Task read_photo(const PredictionOptions& options, const Network& network) {
     if (network.views() != 1)
         throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
                                        " views of an object, expected 1: predict from --data");
+    if (network.channels().origin_distance)
+        throw Failure(kUsageError,
+                      "the network takes the distance of the object's origin "
+                      "(data.origin_distances), which a picture does not say: predict from --data");
     const splat_photo_desc desc = photo_desc(options, network);
     const ImageChannels& channels = network.channels();
     if (channels.depth != !options.depth.empty() || channels.normal != !options.normal.empty())
