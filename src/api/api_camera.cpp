@@ -46,7 +46,11 @@ Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc)
     std::error_code unknown;
     if (std::filesystem::is_directory(path, unknown)) return io::load_colmap(path, options);
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-    return io::read_transforms_json(file, full.width, full.height, options);
+    auto set = io::read_transforms_json(file, full.width, full.height, options);
+    if (!set.ok())
+        return Status(set.status().code(),
+                      "'" + std::string(path) + "': " + set.status().message());
+    return set;
 }
 
 std::string json_list(const std::vector<std::string>& texts) {

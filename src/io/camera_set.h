@@ -29,8 +29,9 @@ inline Status note_distortion(const std::string& camera, const char* parameter, 
         format("camera '%s': distortion %s = %g", camera.c_str(), parameter, value);
     if (!options.ignore_distortion)
         return error(Code::kUnsupported,
-                     "%s, only pinhole cameras are supported; undistort the images, or set "
-                     "ignore_distortion",
+                     "%s, only pinhole cameras are supported; undistort the images, or, where "
+                     "cameras alone are read, ignore it (SPLAT_CAMERA_IGNORE_DISTORTION, "
+                     "--ignore-distortion)",
                      found.c_str());
     set.warnings.push_back(found + " is ignored");
     return {};

@@ -217,8 +217,12 @@ Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& op
             SPLAT_ASSIGN(const Buffer cameras, read_file(cameras_path));
             SPLAT_ASSIGN(const Buffer images,
                          read_file(folder + subfolder + "/images" + extension));
-            return extension[1] == 'b' ? read_colmap_binary(cameras, images, options)
-                                       : read_colmap_text(cameras, images, options);
+            auto set = extension[1] == 'b' ? read_colmap_binary(cameras, images, options)
+                                           : read_colmap_text(cameras, images, options);
+            if (!set.ok())
+                return Status(set.status().code(),
+                              "'" + folder + subfolder + "': " + set.status().message());
+            return set;
         }
     return error(Code::kInvalidArgument,
                  "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in sparse/0",

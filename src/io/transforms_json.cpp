@@ -20,8 +20,7 @@ class Frame {
         : file_(file), frame_(frame), index_(index) {}
 
     Status bad(const std::string& problem) const {
-        return error(Code::kInvalidArgument, "transforms.json: frame %zu: %s", index_,
-                     problem.c_str());
+        return error(Code::kInvalidArgument, "frame %zu: %s", index_, problem.c_str());
     }
 
     /// The number of this key in the frame, else in the file, else nothing.
@@ -122,14 +121,14 @@ Json rows_of(const Mat4& m) {
 
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uint32_t height,
                                        const CameraOptions& options) {
-    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(as_text(file), "transforms.json"));
+    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(as_text(file), "cameras"));
     const JsonTree* const found = json.find("frames");
     if (found == nullptr || found->list() == nullptr)
-        return error(Code::kInvalidArgument, "transforms.json: there is no list 'frames'");
+        return error(Code::kInvalidArgument, "there is no list 'frames'");
     const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
-        return error(Code::kUnsupported, "transforms.json: %zu frames, the limit is %llu",
-                     frames.size(), static_cast<unsigned long long>(options.max_cameras));
+        return error(Code::kUnsupported, "%zu frames, the limit is %llu", frames.size(),
+                     static_cast<unsigned long long>(options.max_cameras));
     CameraSet set;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Frame frame(json, frames[i], i);

@@ -12,7 +12,7 @@ namespace splat::io {
 /// count, the size of the images.
 ///
 /// Errors       kInvalidArgument with the frame and the key; kUnsupported for distortion (k1 .. k4,
-///              p1, p2 other than 0) unless ignored
+///              p1, p2 other than 0) unless ignored. The caller adds the name of the file
 /// Source       instant-ngp and nerfstudio, whose documentation describes the keys
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width = 0,
                                        std::uint32_t height = 0, const CameraOptions& options = {});

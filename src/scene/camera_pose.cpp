@@ -74,7 +74,8 @@ Result<double> orbit_distance(const Statistics& scene, const Camera& camera,
         return error(Code::kInvalidArgument, "orbit: distance %g, expected > 0", options.distance);
     }
     if (!(scene.radius > 0))
-        return error(Code::kInvalidArgument, "orbit: the scene has no extent; give a distance");
+        return error(Code::kInvalidArgument,
+                     "orbit: the scene has no extent that says a distance; give one");
     const double half_x = std::atan(camera.width / (2 * camera.fx));
     const double half_y = std::atan(camera.height / (2 * camera.fy));
     return scene.radius / std::sin(std::min(half_x, half_y));

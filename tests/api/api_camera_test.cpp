@@ -104,9 +104,46 @@ TEST(ApiCamera, FilesAreRead) {
             return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
         });
     EXPECT_EQ(report, R"({"names": ["a.png", "b.png"], "warnings": []})");
+    const std::string sentence = "'" + path.string() + "': frame 0: 'w' is 0";
     EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, cameras, 2, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "'w'");
+                   SPLAT_ERROR_INVALID_ARGUMENT, sentence.c_str());
     std::filesystem::remove(path);
+}
+
+TEST(ApiCamera, DistortionIsRefusedUnlessIgnored) {
+    const auto folder =
+        std::filesystem::temp_directory_path() /
+        ("api_lens_" +
+         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
+    std::filesystem::create_directories(folder);
+    const std::string json = (folder / "cameras.json").string();
+    std::ofstream(json) << R"({"w": 20, "h": 10, "fl_x": 15, "k1": 0.25, "frames": [
+        {"file_path": "a.png", "transform_matrix": [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]}]})";
+    std::ofstream(folder / "cameras.txt") << "1 SIMPLE_RADIAL 20 10 15 10 5 0.25\n";
+    std::ofstream(folder / "images.txt") << "1 1 0 0 0 1 2 3 1 a.png\n\n";
+    for (const std::string& path : {json, folder.string()}) {
+        splat_camera camera{};
+        const std::string sentence = "'" + path;
+        EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, &camera, 1, nullptr),
+                       SPLAT_ERROR_UNSUPPORTED, sentence.c_str());
+        EXPECT_NE(std::string(splat_last_error_message()).find("SPLAT_CAMERA_IGNORE_DISTORTION"),
+                  std::string::npos)
+            << splat_last_error_message();
+        EXPECT_EQ(camera.width, 0U) << "written although refused";
+        auto desc = sized<splat_camera_file_desc>();
+        desc.flags = SPLAT_CAMERA_IGNORE_DISTORTION;
+        EXPECT_DONE(splat_camera_load(path.c_str(), &desc, &camera, 1, nullptr));
+        EXPECT_EQ(camera.fx, 15);
+        const std::string report =
+            whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+                return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
+            });
+        EXPECT_NE(report.find("= 0.25 is ignored"), std::string::npos) << report;
+        desc.flags = SPLAT_CAMERA_IGNORE_DISTORTION << 1U;
+        EXPECT_REFUSED(splat_camera_load(path.c_str(), &desc, &camera, 1, nullptr),
+                       SPLAT_ERROR_INVALID_ARGUMENT, "flags");
+    }
+    std::filesystem::remove_all(folder);
 }
 
 }  // namespace

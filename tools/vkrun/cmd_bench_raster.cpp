@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <random>
 
 #include "vkrun/command.h"
 #include "vkrun/device_text.h"
 #include "vkrun/raster_bench.h"
+#include "vkrun/scene_input.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -43,8 +45,10 @@ struct BenchRasterOptions {
     std::string scene;
     std::string cameras;
     std::uint32_t orbit = 0;
-    double scale = 1;
-    std::string size = "640x360";
+    std::optional<double> distance;  ///< scene units
+    std::optional<double> scale;
+    std::string size;
+    bool ignore_distortion = false;
     std::string convention = "3dgs";
     std::vector<float> background = {0, 0, 0};
     std::string device = "best";
@@ -94,36 +98,34 @@ Scene random_scene(std::uint64_t count, double focal, double width, double heigh
     return scene;
 }
 
-void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
-    char end = 0;
-    if (std::sscanf(text.c_str(), "%ux%u%c", &width, &height, &end) != 2 || width == 0 ||
-        height == 0)
-        throw Failure(kUsageError, "--size is '" + text + "', expected WxH, as 640x360");
+ImageSize size_of(const BenchRasterOptions& options) {
+    return options.size.empty() ? ImageSize{640, 360} : image_size(options.size);
 }
 
 std::vector<splat_camera> cameras_for(const BenchRasterOptions& options, splat_scene scene) {
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-    parse_size(options.size, width, height);
     std::vector<splat_camera> cameras;
     if (!options.cameras.empty()) {
-        std::uint32_t count = 0;
-        check(splat_camera_load(options.cameras.c_str(), nullptr, nullptr, 0, &count));
-        cameras.resize(count);
-        check(splat_camera_load(options.cameras.c_str(), nullptr, cameras.data(), count, &count));
+        const CameraFile file =
+            load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
+        for (const std::string& warning : file.warnings)
+            std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+        cameras = file.cameras;
+        if (cameras.empty()) throw Failure(kFailed, "'" + options.cameras + "' has no cameras");
     } else {
+        const ImageSize size = size_of(options);
         auto desc = sized<splat_orbit_desc>();
-        desc.width = width;
-        desc.height = height;
+        desc.width = size.width;
+        desc.height = size.height;
+        desc.distance = options.distance.value_or(0);
         cameras.resize(options.orbit > 0 ? options.orbit : 4);
         check(splat_camera_orbit(scene, &desc, static_cast<std::uint32_t>(cameras.size()),
                                  cameras.data()));
     }
+    const double scale = options.scale.value_or(1);
     for (splat_camera& camera : cameras) {
-        camera.width = static_cast<std::uint32_t>(std::lround(camera.width * options.scale));
-        camera.height = static_cast<std::uint32_t>(std::lround(camera.height * options.scale));
-        for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy})
-            *value *= options.scale;
+        camera.width = static_cast<std::uint32_t>(std::lround(camera.width * scale));
+        camera.height = static_cast<std::uint32_t>(std::lround(camera.height * scale));
+        for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= scale;
         if (camera.width != cameras[0].width || camera.height != cameras[0].height)
             throw Failure(kFailed, options.cameras + ": cameras of different sizes; expected one");
     }
@@ -133,9 +135,7 @@ std::vector<splat_camera> cameras_for(const BenchRasterOptions& options, splat_s
 RasterCase make_case(const BenchRasterOptions& options) {
     RasterCase made;
     if (options.scene.empty()) {
-        std::uint32_t width = 0;
-        std::uint32_t height = 0;
-        parse_size(options.size, width, height);
+        const auto [width, height] = size_of(options);
         const double focal = 0.78 * width;
         made.title = "random100k";
         made.scene = random_scene(100000, focal, width, height);
@@ -157,7 +157,30 @@ RasterCase make_case(const BenchRasterOptions& options) {
     return made;
 }
 
+/// Refuses what would not count.
+void check_options(const BenchRasterOptions& options) {
+    const std::pair<const char*, bool> of_a_scene[] = {{"--cameras", !options.cameras.empty()},
+                                                       {"--orbit", options.orbit > 0},
+                                                       {"--distance", options.distance.has_value()},
+                                                       {"--scale", options.scale.has_value()}};
+    for (const auto& [name, is_given] : of_a_scene)
+        if (is_given && options.scene.empty())
+            throw Failure(kUsageError, std::string(name) +
+                                           " needs SCENE: the random one has a camera of its own, "
+                                           "whose size is --size");
+    if (!options.cameras.empty() && (options.orbit > 0 || options.distance))
+        throw Failure(kUsageError, std::string(options.orbit > 0 ? "--orbit" : "--distance") +
+                                       " places cameras around the scene; those of --cameras have "
+                                       "their places");
+    if (options.ignore_distortion && options.cameras.empty())
+        throw Failure(kUsageError, "--ignore-distortion is for --cameras");
+    if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
+    if (options.scale) check_number("--scale", *options.scale, 0.01, 16);
+    check_background(options.background);
+}
+
 int run_bench_raster(const BenchRasterOptions& options) {
+    check_options(options);
     const auto open = [&](splat_kernels kernels, bool profile) {
         splat_device_desc desc = device_desc(options.device);
         desc.kernels = kernels;
@@ -196,15 +219,20 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->group("Commands");
     const auto options = std::make_shared<BenchRasterOptions>();
     raster->add_option("SCENE", options->scene, ".ply, .splat or .spz")->check(CLI::ExistingFile);
-    CLI::Option* cameras =
-        raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
-            ->check(CLI::ExistingPath);
+    raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
+        ->check(CLI::ExistingPath);
+    raster->add_flag("--ignore-distortion", options->ignore_distortion,
+                     "Take cameras with a distorting lens as pinholes");
     raster->add_option("--orbit", options->orbit, "Views around the scene; 4 without --cameras")
-        ->excludes(cameras);
-    raster->add_option("--size", options->size, "Pixels of those views, and of the random scene")
+        ->check(CLI::Range(1, 10000).description(""));
+    raster->add_option("--distance", options->distance,
+                       "Their distance from its centre; else it fills the image");
+    raster
+        ->add_option("--size", options->size,
+                     "Pixels of those views, of the random scene (640x360),\n"
+                     "or of a camera file that says none")
         ->type_name("WxH");
-    raster->add_option("--scale", options->scale, "Multiply the size of the images")
-        ->check(CLI::Range(0.01, 16.0).description(""));
+    raster->add_option("--scale", options->scale, "Multiply the size of the images");
     raster->add_option("--convention", options->convention, "3dgs or gsplat")
         ->check(CLI::IsMember({"3dgs", "gsplat"}));
     raster->add_option("--background", options->background, "RGB")->delimiter(',')->expected(3);

@@ -1,9 +1,12 @@
 // vkrun inspect: what a scene or a camera file holds. Needs no device.
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numbers>
+#include <optional>
 
 #include "vkrun/command.h"
 #include "vkrun/scene_input.h"
@@ -20,6 +23,9 @@ folder of a COLMAP model.
   centre      median of the means; 95 % of them are within the radius around it
   invisible   Gaussians of opacity below 1/255, which are never drawn
   degenerate  Gaussians with a scale below 1e-12
+  fov_x       horizontal field of view, degrees
+
+What a camera file without the size of its images leaves open is "not given", in JSON null.
 
 Exit status: 0 it can be read, 1 it cannot, 2 wrong usage.
 
@@ -27,6 +33,12 @@ Examples:
   vkrun inspect scene.ply
   vkrun inspect scene.spz --json | jq .count
 )";
+
+struct InspectOptions {
+    std::string path, size;
+    bool ignore_distortion = false;
+    bool json = false;
+};
 
 std::string vector_text(const double* v) {
     return format("%.4g %.4g %.4g", v[0], v[1], v[2]);
@@ -77,49 +89,88 @@ void print_scene(const SceneFile& file) {
     for (const Json& name : file.report.at("ignored")) row("ignored", name.get<std::string>());
 }
 
-Json cameras_json(const CameraFile& file) {
+/// Horizontal field of view, degrees.
+double fov_x(const splat_camera& camera) {
+    return 2 * std::atan(camera.width / (2 * camera.fx)) * 180 / std::numbers::pi;
+}
+
+/// A value of a camera as the file gives it; nothing where it depends on a size that is not known.
+std::optional<double> given(const CameraFile& file, std::size_t i, bool size_known,
+                            double (*value)(const splat_camera&)) {
+    const double here = value(file.cameras[i]);
+    // An angle is the same in images of any size, but for rounding.
+    const bool fixed = std::abs(here - value(file.resized[i])) <= 1e-9 * std::abs(here);
+    return size_known || fixed ? std::optional(here) : std::nullopt;
+}
+
+struct CameraColumn {
+    const char* name;
+    const char* pattern;
+    double (*value)(const splat_camera&);
+};
+constexpr CameraColumn kColumns[] = {
+    {"width", "%.0f", [](const splat_camera& c) { return double{1} * c.width; }},
+    {"height", "%.0f", [](const splat_camera& c) { return double{1} * c.height; }},
+    {"fx", "%.2f", [](const splat_camera& c) { return c.fx; }},
+    {"fy", "%.2f", [](const splat_camera& c) { return c.fy; }},
+    {"cx", "%.2f", [](const splat_camera& c) { return c.cx; }},
+    {"cy", "%.2f", [](const splat_camera& c) { return c.cy; }},
+    {"fov_x", "%.2f", fov_x}};
+
+Json cameras_json(const CameraFile& file, bool size_known) {
     Json list = Json::array();
     for (std::size_t i = 0; i < file.cameras.size(); ++i) {
-        const splat_camera& camera = file.cameras[i];
-        list.push_back({{"name", file.names[i]},
-                        {"width", camera.width},
-                        {"height", camera.height},
-                        {"fx", camera.fx},
-                        {"fy", camera.fy},
-                        {"cx", camera.cx},
-                        {"cy", camera.cy},
-                        {"world_to_camera", std::vector<double>(camera.world_to_camera,
-                                                                camera.world_to_camera + 16)}});
+        Json entry = {{"name", file.names[i]}};
+        for (const CameraColumn& column : kColumns) {
+            const auto value = given(file, i, size_known, column.value);
+            const bool whole = std::string(column.pattern) == "%.0f";
+            Json& cell = entry[column.name];
+            if (value) cell = whole ? Json(static_cast<std::uint32_t>(*value)) : Json(*value);
+        }
+        const double* const pose = file.cameras[i].world_to_camera;
+        entry["world_to_camera"] = std::vector<double>(pose, pose + 16);
+        list.push_back(std::move(entry));
     }
     return {{"kind", "cameras"}, {"cameras", std::move(list)}, {"warnings", file.warnings}};
 }
 
-void print_cameras(const CameraFile& file) {
-    Table table({"image", ">width", ">height", ">fx", ">fy", ">cx", ">cy"});
+void print_cameras(const CameraFile& file, bool size_known) {
+    std::vector<std::string> headings = {"image"};
+    for (const CameraColumn& column : kColumns) headings.push_back(std::string(">") + column.name);
+    Table table(headings);
     for (std::size_t i = 0; i < file.cameras.size(); ++i) {
-        const splat_camera& c = file.cameras[i];
-        table.add({file.names[i], format("%u", c.width), format("%u", c.height),
-                   format("%.2f", c.fx), format("%.2f", c.fy), format("%.2f", c.cx),
-                   format("%.2f", c.cy)});
+        std::vector<std::string> cells = {file.names[i]};
+        for (const CameraColumn& column : kColumns) {
+            const auto value = given(file, i, size_known, column.value);
+            cells.push_back(value ? format(column.pattern, *value) : "not given");
+        }
+        table.add(cells);
     }
     std::printf("%zu cameras\n%s", file.cameras.size(), table.text().c_str());
     for (const std::string& warning : file.warnings) std::printf("warning: %s\n", warning.c_str());
 }
 
-int run_inspect(const std::string& path, bool json) {
-    const bool cameras = std::filesystem::is_directory(path) || path.ends_with(".json");
+int run_inspect(const InspectOptions& options) {
+    const std::string& path = options.path;
+    std::error_code none;
+    const bool cameras = std::filesystem::is_directory(path, none) || path.ends_with(".json");
     Json document;
     if (cameras) {
-        const CameraFile file = load_cameras(path, 0, 0);
-        if (!json) print_cameras(file);
-        document = cameras_json(file);
+        const ImageSize size = image_size(options.size);
+        const CameraFile file = load_cameras(path, {size, options.ignore_distortion, true});
+        if (!options.json) print_cameras(file, size.width != 0);
+        document = cameras_json(file, size.width != 0);
     } else {
+        if (!options.size.empty() || options.ignore_distortion)
+            throw Failure(kUsageError,
+                          std::string(options.size.empty() ? "--ignore-distortion" : "--size") +
+                              " is for camera files, and '" + path + "' is read as a scene");
         const SceneFile file = load_scene(path);
-        if (!json) print_scene(file);
+        if (!options.json) print_scene(file);
         document = scene_json(file);
     }
     document["file"] = path;
-    if (json) std::printf("%s\n", json_text(document).c_str());
+    if (options.json) std::printf("%s\n", json_text(document).c_str());
     return kSuccess;
 }
 
@@ -128,14 +179,19 @@ int run_inspect(const std::string& path, bool json) {
 void add_inspect(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("inspect", "Tell what a scene or a camera file holds.");
     command->group("Commands");
-    const auto path = std::make_shared<std::string>();
-    const auto json = std::make_shared<bool>(false);
-    command->add_option("FILE", *path, "Scene, transforms.json, or folder of a COLMAP model")
+    const auto options = std::make_shared<InspectOptions>();
+    command
+        ->add_option("FILE", options->path, "Scene, transforms.json, or folder of a COLMAP model")
         ->required()
         ->type_name("");
-    command->add_flag("--json", *json, "Print one JSON object on standard output");
+    command
+        ->add_option("--size", options->size, "Size of the images of a camera file that says none")
+        ->type_name("WxH");
+    command->add_flag("--ignore-distortion", options->ignore_distortion,
+                      "Take cameras with a distorting lens as pinholes");
+    command->add_flag("--json", options->json, "Print one JSON object on standard output");
     command->footer(kInspectFooter);
-    command->callback([path, json, &exit_code] { exit_code = run_inspect(*path, *json); });
+    command->callback([options, &exit_code] { exit_code = run_inspect(*options); });
 }
 
 }  // namespace vkrun

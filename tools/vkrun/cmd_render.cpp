@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "vkrun/command.h"
@@ -33,11 +34,17 @@ Examples:
   vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
 )";
 
+constexpr double kElevation = 11;  ///< degrees
+
 struct RenderOptions {
     std::string scene, cameras, out;
     std::uint32_t orbit = 0;
-    double elevation = 11;
+    std::optional<double> elevation;  ///< degrees
+    std::optional<double> distance;   ///< scene units
+    std::optional<float> near_plane;  ///< scene units
+    std::optional<float> far_plane;   ///< scene units
     std::string size;
+    bool ignore_distortion = false;
     std::string format = "png";
     std::string convention = "3dgs";
     bool antialiased = false;
@@ -80,23 +87,13 @@ struct View {
     splat_camera camera;
 };
 
-/// "800x600"
-std::pair<std::uint32_t, std::uint32_t> size_of(const std::string& text) {
-    if (text.empty()) return {0, 0};
-    unsigned width = 0;
-    unsigned height = 0;
-    char rest = 0;
-    if (std::sscanf(text.c_str(), "%5ux%5u%c", &width, &height, &rest) != 2 || width < 1 ||
-        height < 1 || width > 16384 || height > 16384)
-        throw Failure(kUsageError,
-                      "--size is '" + text + "', expected WIDTHxHEIGHT, each 1 to 16384");
-    return {width, height};
-}
-
 std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
     auto desc = sized<splat_orbit_desc>();
-    std::tie(desc.width, desc.height) = size_of(options.size);
-    desc.elevation = options.elevation * std::numbers::pi / 180;
+    const ImageSize size = image_size(options.size);
+    desc.width = size.width;
+    desc.height = size.height;
+    desc.elevation = options.elevation.value_or(kElevation) * std::numbers::pi / 180;
+    desc.distance = options.distance.value_or(0);
     std::vector<splat_camera> cameras(options.orbit);
     check(splat_camera_orbit(scene, &desc, options.orbit, cameras.data()));
     std::vector<View> views;
@@ -107,8 +104,8 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
 
 /// Names of the images without folder and extension; where two are alike, all are numbered.
 std::vector<View> file_views(const RenderOptions& options) {
-    const auto [width, height] = size_of(options.size);
-    const CameraFile file = load_cameras(options.cameras, width, height);
+    const CameraFile file =
+        load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
     for (const std::string& warning : file.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
     std::set<std::string> seen;
@@ -150,7 +147,7 @@ class Renderer {
     [[nodiscard]] splat_device_info device() const { return info_of(device_.get()); }
     [[nodiscard]] const std::vector<OutputKind>& kinds() const { return kinds_; }
 
-  private:
+    /// Make what draws images of this camera's size.
     void prepare(const splat_camera& camera) {
         if (width_ == camera.width && height_ == camera.height) return;
         if (file_.info.count > UINT32_MAX) throw Failure(kFailed, "too many Gaussians");
@@ -161,12 +158,15 @@ class Renderer {
         desc.height = height_ = camera.height;
         desc.convention =
             options_.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
+        desc.near_plane = options_.near_plane.value_or(0.0F);
+        desc.far_plane = options_.far_plane.value_or(0.0F);
         if (options_.antialiased) desc.flags |= SPLAT_RASTERIZER_ANTIALIASED;
         for (const OutputKind& kind : kinds_) desc.flags |= kind.flag;
         rasterizer_ = Rasterizer();
         check(splat_rasterizer_create(device_.get(), &desc, rasterizer_.out()));
     }
 
+  private:
     const RenderOptions& options_;
     const SceneFile& file_;
     std::vector<OutputKind> kinds_;
@@ -216,9 +216,30 @@ std::string animation_path(const RenderOptions& options) {
     return (std::filesystem::path(options.out) / "animation.png").string();
 }
 
+/// Of --near and --far; where only one is given, the library knows the other.
+void check_planes(const RenderOptions& options) {
+    for (const auto& [name, plane] :
+         {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
+        if (plane) check_number(name, static_cast<double>(*plane), 1e-6, 1e30);
+    if (options.near_plane && options.far_plane && *options.far_plane <= *options.near_plane)
+        throw Failure(kUsageError, format("--far is %g, expected more than --near, %g",
+                                          static_cast<double>(*options.far_plane),
+                                          static_cast<double>(*options.near_plane)));
+}
+
 void check_options(const RenderOptions& options) {
     if ((options.orbit == 0) == options.cameras.empty())
         throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
+    if (!options.cameras.empty() && (options.elevation || options.distance))
+        throw Failure(kUsageError, std::string(options.elevation ? "--elevation" : "--distance") +
+                                       " places the cameras of --orbit; those of --cameras have "
+                                       "their places");
+    if (options.ignore_distortion && options.cameras.empty())
+        throw Failure(kUsageError, "--ignore-distortion is for --cameras; an orbit has none");
+    if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
+    if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
+    check_planes(options);
+    check_background(options.background);
     if (options.animate &&
         std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
         throw Failure(kUsageError, "--animate needs rgb among the --outputs");
@@ -248,6 +269,7 @@ int run_render(const RenderOptions& options) {
     if (views.empty()) throw Failure(kFailed, "'" + options.cameras + "' has no cameras");
     check_targets(options, views);
     Renderer renderer(options, file);
+    renderer.prepare(views.front().camera);  // what is refused leaves no folder behind
     std::filesystem::create_directories(options.out);
     const auto start = std::chrono::steady_clock::now();
     Json list = Json::array();
@@ -294,8 +316,11 @@ void add_options(CLI::App& command, RenderOptions& options) {
         ->check(CLI::Range(1, 10000).description(""));
     command
         .add_option("--elevation", options.elevation, "Degrees of the orbit above the horizon; 11")
-        ->type_name("DEG")
-        ->check(CLI::Range(-89.0, 89.0).description(""));
+        ->type_name("DEG");
+    command
+        .add_option("--distance", options.distance,
+                    "Radius of the orbit, in scene units; else the\nscene fills the image")
+        ->type_name("X");
     command.add_option("--out", options.out, "Folder for the images, made if it is not there")
         ->required()
         ->type_name("DIR");
@@ -304,6 +329,14 @@ void add_options(CLI::App& command, RenderOptions& options) {
             "--size", options.size,
             "Size of an orbit's images (512x512), or of those\nof a camera file that has none")
         ->type_name("WxH");
+    command.add_flag("--ignore-distortion", options.ignore_distortion,
+                     "Take cameras with a distorting lens as pinholes");
+    command
+        .add_option("--near", options.near_plane,
+                    "Leave out what is nearer, in scene units; 0.2, of\ngsplat 0.01")
+        ->type_name("X");
+    command.add_option("--far", options.far_plane, "Leave out what is farther; 1e10")
+        ->type_name("X");
     command.add_option("--format", options.format, "png (the default) or npy")
         ->type_name("NAME")
         ->check(CLI::IsMember({"png", "npy"}).description(""));

@@ -1,10 +1,26 @@
 #include "vkrun/scene_input.h"
 
+#include <cstdio>
 #include <filesystem>
 
 #include "vkrun/command.h"
+#include "vkrun/table.h"
 
 namespace vkrun {
+namespace {
+
+constexpr std::uint32_t kMaxSide = 16384;  ///< of an image in the library
+constexpr std::uint32_t kStandInSide = 1024;
+
+std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera_file_desc& desc) {
+    std::uint32_t count = 0;
+    check(splat_camera_load(path.c_str(), &desc, nullptr, 0, &count));
+    std::vector<splat_camera> cameras(count);
+    check(splat_camera_load(path.c_str(), &desc, cameras.data(), count, nullptr));
+    return cameras;
+}
+
+}  // namespace
 
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc) {
     SceneFile file;
@@ -17,15 +33,37 @@ SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc)
     return file;
 }
 
-CameraFile load_cameras(const std::string& path, std::uint32_t width, std::uint32_t height) {
+ImageSize image_size(const std::string& text) {
+    if (text.empty()) return {};
+    ImageSize size;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%5ux%5u%c", &size.width, &size.height, &rest) != 2 ||
+        size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide)
+        throw Failure(kUsageError, format("--size is '%s', expected WIDTHxHEIGHT, each 1 to %u",
+                                          text.c_str(), kMaxSide));
+    return size;
+}
+
+CameraFile load_cameras(const std::string& path, const CameraFileOptions& options) {
+    const bool said = options.size.width != 0;
     auto desc = sized<splat_camera_file_desc>();
-    desc.width = width;
-    desc.height = height;
+    desc.flags = options.ignore_distortion ? SPLAT_CAMERA_IGNORE_DISTORTION : 0;
+    desc.width = said ? options.size.width : kStandInSide;
+    desc.height = said ? options.size.height : kStandInSide;
     CameraFile file;
-    std::uint32_t count = 0;
-    check(splat_camera_load(path.c_str(), &desc, nullptr, 0, &count));
-    file.cameras.resize(count);
-    check(splat_camera_load(path.c_str(), &desc, file.cameras.data(), count, nullptr));
+    file.cameras = cameras_of(path, desc);
+    auto other = desc;
+    other.width += other.width < kMaxSide ? 1 : -1;
+    other.height += other.height < kMaxSide ? 1 : -1;
+    file.resized = cameras_of(path, other);
+    std::size_t sizes = 0;
+    for (std::size_t i = 0; i < file.cameras.size(); ++i) sizes += file.says_size(i) ? 1 : 0;
+    if (said && sizes > 0 && sizes == file.cameras.size())
+        throw Failure(kUsageError, "--size is for cameras whose file says no size, but '" + path +
+                                       "' says those of all its images");
+    if (!said && !options.without_size && sizes < file.cameras.size())
+        throw Failure(kUsageError, "'" + path + "' says no size of its images ('w' and 'h'): " +
+                                       "give it with --size WIDTHxHEIGHT");
     const Json report =
         Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* n) {
             return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, n);
@@ -33,6 +71,15 @@ CameraFile load_cameras(const std::string& path, std::uint32_t width, std::uint3
     file.names = report.at("names").get<std::vector<std::string>>();
     file.warnings = report.at("warnings").get<std::vector<std::string>>();
     return file;
+}
+
+void check_number(const char* option, double value, double least, double most) {
+    if (value >= least && value <= most) return;  // false for NaN
+    throw Failure(kUsageError, format("%s is %g, expected %g to %g", option, value, least, most));
+}
+
+void check_background(const std::vector<float>& rgb) {
+    for (const float value : rgb) check_number("--background", static_cast<double>(value), 0, 1);
 }
 
 splat_frame frame_of(const std::string& name) {
