@@ -1,6 +1,7 @@
 // vkrun convert: a scene file into another format. Needs no device.
 
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -31,12 +32,24 @@ struct ConvertOptions {
     std::string frame = "auto";
     std::string in_frame = "auto";
     int sh_degree = -1;
-    std::uint32_t spz_version = 3;
+    std::uint32_t spz_version = 0;
     bool overwrite = false;
     bool json = false;
 };
 
+/// Refuses what the format of OUT cannot follow.
+void check_options(const ConvertOptions& options) {
+    std::string extension = std::filesystem::path(options.out).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (options.spz_version != 0 && extension != ".spz")
+        throw Failure(kUsageError, "--spz-version is for .spz, and OUT is '" + options.out + "'");
+    if (options.sh_degree > 0 && extension == ".splat")
+        throw Failure(kUsageError, "--sh-degree is more than 0, but '" + options.out +
+                                       "' is a .splat, which holds the constant colour only");
+}
+
 int run_convert(const ConvertOptions& options) {
+    check_options(options);
     auto read = sized<splat_scene_file_desc>();
     read.frame = frame_of(options.in_frame);
     auto write = sized<splat_scene_file_desc>();
