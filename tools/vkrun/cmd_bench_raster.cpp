@@ -28,9 +28,11 @@ forward and backward: at least three timed rounds, or one if they take long.
                      one; a pixel within rounding of a threshold may be off by 1/255); in the
                      backward rows of the gradients, relative to the largest of their tensor
                      (of all, where a tensor is zero but for rounding)
-  forward without    the fast kernels without one kind of skipping, in turns with all of them;
-                     max difference of the two images. "bands above D": the scene's spherical
-                     harmonics all or only to degree D, which is another image
+  without            the fast kernels without one kind of skipping, in turns with all of them;
+                     max difference of the two images (or gradients, relative), max error and
+                     with error against float64. "unchanged": a call that repeats the one
+                     before. "bands above D": the scene's spherical harmonics all or only to
+                     degree D, which is another image
 
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
@@ -245,8 +247,10 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->add_flag("--exact-pairs", options->exact_pairs,
                      "Count the pairs of tile and Gaussian that are needed");
     raster->add_flag("--json", options->json, "JSON on standard output");
-    raster->add_option("--csv", options->csv, "Also write a CSV file")->type_name("FILE");
-    raster->add_option("--svg", options->svg, "Also draw the stages' times")->type_name("FILE");
+    raster->add_option("--csv", options->csv, "Also write all figures as a CSV file")
+        ->type_name("FILE");
+    raster->add_option("--svg", options->svg, "Also draw the stages' times and the skips' gains")
+        ->type_name("FILE");
     raster->footer(kBenchRasterFooter);
     raster->callback([options, &exit_code] { exit_code = run_bench_raster(*options); });
 }

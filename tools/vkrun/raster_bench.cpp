@@ -15,6 +15,9 @@
 namespace vkrun {
 namespace {
 
+/// Calls are repeated to be timed, so that the skip of repeated ones is off.
+constexpr std::uint32_t kDrawAlways = SPLAT_SKIP_UNCHANGED;
+
 /// One rasterizer with the tensors of its gradients.
 class Side {
   public:
@@ -30,7 +33,7 @@ class Side {
         desc.height = from.cameras[0].height;
         desc.sh_degree = std::min(info.sh_degree, most_degree);
         desc.convention = from.convention;
-        desc.switch_off = switch_off | SPLAT_SKIP_UNCHANGED;
+        desc.switch_off = switch_off;
         check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
         if (!backward) return;
         const auto n = static_cast<std::int64_t>(info.count);
@@ -144,7 +147,9 @@ struct Sides {
     RasterFigures* figures;
 
     Sides(splat_device device, const RasterCase& from, RasterFigures& into)
-        : render(device, from, 0, false), train(device, from, 0, true), figures(&into) {}
+        : render(device, from, kDrawAlways, false),
+          train(device, from, kDrawAlways, true),
+          figures(&into) {}
 };
 
 /// All views once.
@@ -194,43 +199,105 @@ void profile_stages(Sides& sides, std::size_t views, double seconds) {
 struct Skip {
     const char* name;
     std::uint32_t bit;
+    bool backward;  ///< the backward kernels skip likewise
 };
-constexpr Skip kSkips[] = {
-    {"opacity_extent", SPLAT_SKIP_OPACITY_EXTENT},
-    {"exact_tiles", SPLAT_SKIP_EXACT_TILES},
-    {"cull", SPLAT_SKIP_CULL},
-    {"blocks", SPLAT_SKIP_BLOCKS},
-    {"early_out", SPLAT_SKIP_EARLY_OUT},
-    {"all of them", SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES | SPLAT_SKIP_CULL |
-                        SPLAT_SKIP_BLOCKS | SPLAT_SKIP_EARLY_OUT}};
+constexpr Skip kSkips[] = {{"opacity_extent", SPLAT_SKIP_OPACITY_EXTENT, false},
+                           {"exact_tiles", SPLAT_SKIP_EXACT_TILES, false},
+                           {"cull", SPLAT_SKIP_CULL, false},
+                           {"blocks", SPLAT_SKIP_BLOCKS, true},
+                           {"early_out", SPLAT_SKIP_EARLY_OUT, true},
+                           {"all of them",
+                            SPLAT_SKIP_OPACITY_EXTENT | SPLAT_SKIP_EXACT_TILES | SPLAT_SKIP_CULL |
+                                SPLAT_SKIP_BLOCKS | SPLAT_SKIP_EARLY_OUT,
+                            true},
+                           {"unchanged", SPLAT_SKIP_UNCHANGED, false}};
+
+double largest_of(const std::vector<float>& values) {
+    double largest = 0;
+    for (const float value : values)
+        largest = std::max(largest, std::abs(static_cast<double>(value)));
+    return largest;
+}
+
+double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        largest =
+            std::max(largest, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    return largest;
+}
+
+/// Of images, or of gradients relative to the largest of their tensor.
+double difference_of(const Side& a, const Side& b, bool backward) {
+    if (!backward) return largest_difference(a.rgb(), b.rgb());
+    double largest = 0;
+    const auto others = b.gradients();
+    for (const auto& [name, values] : a.gradients())
+        if (const double most = largest_of(values); most > 0)
+            largest = std::max(largest, largest_difference(values, others.at(name)) / most);
+    return largest;
+}
+
+/// What skips are measured on.
+struct SkipBench {
+    splat_device device;
+    const RasterCase& from;
+    const RasterReference& reference;
+    double seconds;
+};
+
+/// The first view; the time of the direction that is measured. A backward pass needs its forward one.
+double pass(Side& side, bool backward) {
+    const double forward_ms = timed([&] { side.forward(0); });
+    return backward ? timed([&] { side.backward(); }) : forward_ms;
+}
+
+double error_of(const SkipBench& bench, const Side& side, bool backward) {
+    const RasterError error = bench.reference.compare(side.rgb(), side.gradients());
+    return backward ? error.max_gradient : error.max_rgb;
+}
 
 /// `most_degree`: bands that the side with all skips takes; fewer are another image.
-SkipFigures measure_skip(splat_device device, const RasterCase& from, const Skip& skip,
-                         double seconds, std::uint32_t most_degree = 3) {
-    Side with(device, from, 0, false, most_degree);
-    Side without(device, from, skip.bit, false);
+SkipFigures measure_skip(const SkipBench& bench, const Skip& skip, bool backward,
+                         std::uint32_t most_degree = 3) {
+    const std::uint32_t base = skip.bit == SPLAT_SKIP_UNCHANGED ? 0 : kDrawAlways;
+    Side with(bench.device, bench.from, base, backward, most_degree);
+    Side without(bench.device, bench.from, base | skip.bit, backward);
     SkipFigures figures;
     figures.name = skip.name;
-    with.forward(0);
-    without.forward(0);
-    const std::vector<float> a = with.rgb();
-    const std::vector<float> b = without.rgb();
-    for (std::size_t i = 0; i < a.size(); ++i)
-        figures.max_rgb = std::max(figures.max_rgb,
-                                   std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    figures.backward = backward;
+    for (Side* side : {&with, &without}) {
+        if (backward) side->set_loss(bench.reference.grad_rgb());
+        pass(*side, backward);
+    }
+    figures.max_difference = difference_of(with, without, backward);
+    figures.with_error = error_of(bench, with, backward);
+    figures.error = error_of(bench, without, backward);
     figures.pairs = without.info().pairs;
     figures.with_pairs = with.info().pairs;
     figures.visible = without.info().visible;
     figures.ms = figures.with_ms = 1e30;
     double spent = 0;
-    for (int round = 0; round < 3 || spent < seconds * 1e3; ++round) {
-        const double with_ms = timed([&] { with.forward(0); });
-        const double ms = timed([&] { without.forward(0); });
+    for (int round = 0; round < 3 || spent < bench.seconds * 1e3; ++round) {
+        const double with_ms = pass(with, backward);
+        const double ms = pass(without, backward);
         figures.with_ms = std::min(figures.with_ms, with_ms);
         figures.ms = std::min(figures.ms, ms);
         spent += with_ms + ms;
     }
     return figures;
+}
+
+std::vector<SkipFigures> measure_skips(const SkipBench& bench, std::uint32_t sh_degree) {
+    std::vector<SkipFigures> skips;
+    for (const bool backward : {false, true})
+        for (const Skip& skip : kSkips)
+            if (!backward || skip.backward) skips.push_back(measure_skip(bench, skip, backward));
+    for (std::uint32_t degree = sh_degree; degree-- > 0;) {
+        const std::string name = "bands above " + std::to_string(degree);
+        skips.push_back(measure_skip(bench, {name.c_str(), 0, false}, false, degree));
+    }
+    return skips;
 }
 
 double median_of(std::vector<double> values) {
@@ -285,13 +352,8 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
         warm_up(sides, reference);
         profile_stages(sides, result.views, effort.seconds / 4);
     }
-    for (const Skip& skip : kSkips)
-        result.skips.push_back(measure_skip(devices.fast.get(), from, skip, effort.seconds / 8));
-    for (std::uint32_t degree = scene.sh_degree; degree-- > 0;) {
-        const std::string name = "bands above " + std::to_string(degree);
-        result.skips.push_back(
-            measure_skip(devices.fast.get(), from, {name.c_str(), 0}, effort.seconds / 8, degree));
-    }
+    result.skips =
+        measure_skips({devices.fast.get(), from, reference, effort.seconds / 8}, scene.sh_degree);
     if (effort.exact_pairs) result.fewest_pairs = fewest_pairs(from);
     return result;
 }

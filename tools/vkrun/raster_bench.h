@@ -51,12 +51,16 @@ struct RasterFigures {
     }
 };
 
-/// What one kind of skipping gains: the first view drawn without it.
+/// What one kind of skipping gains in one direction: the first view without it.
 struct SkipFigures {
     std::string name;
-    double ms = 0;       ///< shortest forward call without it
+    bool backward = false;
+    double ms = 0;       ///< shortest call without it
     double with_ms = 0;  ///< and with it, in the same rounds
-    double max_rgb = 0;  ///< largest difference of the images
+    /// Largest difference of the images, or of the gradients, relative to the largest of their tensor.
+    double max_difference = 0;
+    double error = 0;       ///< against float64, as RasterError's largest, without it
+    double with_error = 0;  ///< and with it
     std::uint64_t pairs = 0;
     std::uint64_t with_pairs = 0;
     std::uint64_t visible = 0;
@@ -91,8 +95,9 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
 
 Json raster_json(const RasterMeasurement& measurement);
 std::string raster_table(const RasterMeasurement& measurement);
+/// A row for each set of kernels and direction, and one for each skip, in the same columns.
 std::string raster_csv(const RasterMeasurement& measurement);
-/// Bars of the stages' times, plain and fast, in each direction.
+/// Bars of the stages' times, plain and fast, in each direction, and of each skip's gain.
 std::string raster_svg(const RasterMeasurement& measurement);
 
 }  // namespace vkrun

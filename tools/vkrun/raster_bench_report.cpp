@@ -74,6 +74,53 @@ Json figures_json(const RasterFigures& figures) {
     return json;
 }
 
+const char* direction_of(const SkipFigures& skip) {
+    return skip.backward ? "backward" : "forward";
+}
+
+/// The columns of the table that are stages, in its order.
+std::array<double, 4> stages_of(const Row& row) {
+    return {stage(*row.times, row.stage("project")), stage(*row.times, "radix_sort"),
+            stage(*row.times, "tile_bin") + stage(*row.times, "tile_ranges"),
+            stage(*row.times, row.stage("blend"))};
+}
+
+/// A cell of a CSV file.
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string cell = "\"";
+    for (const char c : text) cell += c == '"' ? "\"\"" : std::string(1, c);
+    return cell + "\"";
+}
+
+/// What every row of the CSV file begins with.
+std::string csv_scene(const RasterMeasurement& m) {
+    return quoted(m.title) + format(",%llu,%u,%u,%zu", static_cast<unsigned long long>(m.gaussians),
+                                    m.width, m.height, m.views);
+}
+
+/// Bars of the time without each skip, that with it inside.
+std::string svg_skips(const RasterMeasurement& m, double left, double width, double row_height,
+                      double y) {
+    double longest = 0;
+    for (const SkipFigures& skip : m.skips) longest = std::max({longest, skip.ms, skip.with_ms});
+    std::string text;
+    for (const SkipFigures& skip : m.skips) {
+        const double scale = longest > 0 ? width / longest : 0;
+        text += format("<text x=\"10\" y=\"%g\">%s without %s</text>\n", y + 16, direction_of(skip),
+                       svg_escaped(skip.name).c_str());
+        text += format(
+            "<rect x=\"%.1f\" y=\"%g\" width=\"%.1f\" height=\"22\" fill=\"#bab0ac\"/>\n"
+            "<rect x=\"%.1f\" y=\"%g\" width=\"%.1f\" height=\"8\" fill=\"#4e79a7\"/>\n",
+            left, y, skip.ms * scale, left, y + 7, skip.with_ms * scale);
+        text += format("<text x=\"%.1f\" y=\"%g\">%.1f ms, with it %.1f ms</text>\n",
+                       left + std::max(skip.ms, skip.with_ms) * scale + 6, y + 16, skip.ms,
+                       skip.with_ms);
+        y += row_height;
+    }
+    return text;
+}
+
 }  // namespace
 
 Json raster_json(const RasterMeasurement& m) {
@@ -88,9 +135,12 @@ Json raster_json(const RasterMeasurement& m) {
     json["skips"] = Json::array();
     for (const SkipFigures& skip : m.skips)
         json["skips"].push_back({{"without", skip.name},
+                                 {"direction", direction_of(skip)},
                                  {"ms", skip.ms},
                                  {"with_ms", skip.with_ms},
-                                 {"max_rgb_difference", skip.max_rgb},
+                                 {"max_difference", skip.max_difference},
+                                 {"max_error", skip.error},
+                                 {"with_max_error", skip.with_error},
                                  {"pairs", skip.pairs},
                                  {"with_pairs", skip.with_pairs},
                                  {"visible", skip.visible}});
@@ -112,26 +162,25 @@ std::string raster_table(const RasterMeasurement& m) {
     Table table({"  direction", "kernels", ">min ms", ">median ms", ">project", ">sort", ">bin",
                  ">blend", ">ns/pair", ">typical error", ">max error"});
     for (const Row& row : rows_of(m)) {
+        const auto [project, sort, bin, blend] = stages_of(row);
         table.add({std::string("  ") + row.direction, row.figures->kernels,
                    format("%.2f", row.times->min_ms()), format("%.2f", row.times->median_ms()),
-                   format("%.2f", stage(*row.times, row.stage("project"))),
-                   format("%.2f", stage(*row.times, "radix_sort")),
-                   format("%.2f", stage(*row.times, "tile_bin") + stage(*row.times, "tile_ranges")),
-                   format("%.2f", stage(*row.times, row.stage("blend"))),
-                   format("%.3f", blend_ns(row)),
+                   format("%.2f", project), format("%.2f", sort), format("%.2f", bin),
+                   format("%.2f", blend), format("%.3f", blend_ns(row)),
                    row.forward() ? format("%.1e", row.figures->error.typical_rgb) : "",
                    format("%.1e", row.forward() ? row.figures->error.max_rgb
                                                 : row.figures->error.max_gradient)});
     }
     text += table.text();
-    Table skips({"  forward without", ">min ms", ">with ms", ">ratio", ">pairs", ">visible",
-                 ">max difference"});
+    Table skips({"  direction", "without", ">min ms", ">with ms", ">ratio", ">pairs", ">visible",
+                 ">max difference", ">max error", ">with error"});
     for (const SkipFigures& skip : m.skips)
-        skips.add({"  " + skip.name, format("%.2f", skip.ms), format("%.2f", skip.with_ms),
-                   format("%.2f", skip.ms / skip.with_ms),
+        skips.add({std::string("  ") + direction_of(skip), skip.name, format("%.2f", skip.ms),
+                   format("%.2f", skip.with_ms), format("%.2f", skip.ms / skip.with_ms),
                    format("%llu", static_cast<unsigned long long>(skip.pairs)),
                    format("%llu", static_cast<unsigned long long>(skip.visible)),
-                   format("%.1e", skip.max_rgb)});
+                   format("%.1e", skip.max_difference), format("%.1e", skip.error),
+                   format("%.1e", skip.with_error)});
     text += skips.text();
     if (m.fewest_pairs > 0)
         text += format("  first view: %llu pairs; a pixel sees the Gaussian in %llu of them\n",
@@ -142,19 +191,40 @@ std::string raster_table(const RasterMeasurement& m) {
 
 std::string raster_csv(const RasterMeasurement& m) {
     std::string text =
-        "scene,width,height,kernels,direction,min_ms,median_ms,blend_ns_per_pair,max_error\n";
+        "scene,gaussians,width,height,views,kernels,direction,without,min_ms,with_ms,median_ms,"
+        "calls,project_ms,sort_ms,bin_ms,blend_ms,blend_ns_per_pair,typical_error,max_error,"
+        "with_max_error,max_difference,visible,pairs,with_pairs,longest_list,empty_tiles,tiles,"
+        "bytes,passes,fewest_pairs\n";
+    const std::string scene = csv_scene(m);
+    const auto count = [](std::uint64_t n) {
+        return format("%llu", static_cast<unsigned long long>(n));
+    };
+    const std::string fewest = m.fewest_pairs > 0 ? count(m.fewest_pairs) : "";
     for (const Row& row : rows_of(m)) {
-        text +=
-            format("%s,%u,%u,%s,%s,%.4f,%.4f,%.4f,%.3g\n", m.title.c_str(), m.width, m.height,
-                   row.figures->kernels.c_str(), row.direction, row.times->min_ms(),
-                   row.times->median_ms(), blend_ns(row),
-                   row.forward() ? row.figures->error.max_rgb : row.figures->error.max_gradient);
+        const RasterFigures& f = *row.figures;
+        const auto [project, sort, bin, blend] = stages_of(row);
+        text += scene + "," + f.kernels + "," + row.direction +
+                format(",,%.4f,,%.4f,%zu,%.4f,%.4f,%.4f,%.4f,%.4f,", row.times->min_ms(),
+                       row.times->median_ms(), row.times->wall_ms.size(), project, sort, bin, blend,
+                       blend_ns(row));
+        text += row.forward() ? format("%.3g,%.3g", f.error.typical_rgb, f.error.max_rgb)
+                              : format(",%.3g", f.error.max_gradient);
+        text += ",,," + count(f.info.visible) + "," + count(f.info.pairs) + ",," +
+                count(f.info.longest) + "," + count(f.info.empty_tiles) + "," +
+                count(f.info.tiles) + "," + count(f.info.bytes) + "," + count(f.info.passes) + "," +
+                fewest + "\n";
     }
+    for (const SkipFigures& skip : m.skips)
+        text += scene + "," + m.fast.kernels + "," + direction_of(skip) + "," + skip.name +
+                format(",%.4f,%.4f,,,,,,,,,%.3g,%.3g,%.3g,", skip.ms, skip.with_ms, skip.error,
+                       skip.with_error, skip.max_difference) +
+                count(skip.visible) + "," + count(skip.pairs) + "," + count(skip.with_pairs) +
+                ",,,,,," + fewest + "\n";
     return text;
 }
 
 std::string raster_svg(const RasterMeasurement& m) {
-    constexpr double kLeft = 150;
+    constexpr double kLeft = 200;
     constexpr double kWidth = 600;
     constexpr double kRowHeight = 34;
     constexpr std::array<const char*, 6> kColors = {"#4e79a7", "#f28e2b", "#59a14f",
@@ -166,12 +236,12 @@ std::string raster_svg(const RasterMeasurement& m) {
         for (const auto& [name, ms] : row.times->stage_ms) sum += ms;
         longest = std::max(longest, sum);
     }
-    const double height = 60 + kRowHeight * static_cast<double>(rows.size());
+    const double height = 60 + kRowHeight * static_cast<double>(rows.size() + m.skips.size());
     std::string text = format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" "
         "font-family=\"sans-serif\" font-size=\"12\">\n<text x=\"10\" y=\"20\">%s, %u x %u: "
         "device time by stage</text>\n",
-        kLeft + kWidth + 90, height, svg_escaped(m.title).c_str(), m.width, m.height);
+        kLeft + kWidth + 180, height, svg_escaped(m.title).c_str(), m.width, m.height);
     double y = 36;
     for (const Row& row : rows) {
         text += format("<text x=\"10\" y=\"%g\">%s %s</text>\n", y + 16,
@@ -190,7 +260,7 @@ std::string raster_svg(const RasterMeasurement& m) {
                        row.times->min_ms());
         y += kRowHeight;
     }
-    return text + "</svg>\n";
+    return text + svg_skips(m, kLeft, kWidth, kRowHeight, y) + "</svg>\n";
 }
 
 }  // namespace vkrun
