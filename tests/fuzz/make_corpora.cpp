@@ -2,7 +2,9 @@
 // corpora/; run it again when a format gets a new writer.
 
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <limits>
 #include <string>
 
 #include "io/apng.h"
@@ -160,6 +162,134 @@ void add_weights(Corpora& corpora) {
     corpora.add("config/alias", test::bytes_of("a: &x {b: 1}\nc: *x\n<<: *x\n? [k]\n: !!str v\n"));
 }
 
+// What follows is damaged: cut short, with counts that lie, with the mark of nothing, or with numbers
+// that are none. Fuzzing starts beside the checks that refuse it.
+
+io::Buffer cut(const Result<io::Buffer>& file) {
+    if (!file.ok()) return {};
+    const auto& bytes = file.value();
+    return {bytes.begin(), bytes.begin() + std::ssize(bytes) * 2 / 3};
+}
+
+/// The bytes of `value` from `at` on.
+template <class T>
+io::Buffer patched(const Result<io::Buffer>& file, std::size_t at, T value) {
+    io::Buffer bytes = file.ok() ? file.value() : io::Buffer();
+    if (bytes.size() >= at + sizeof value) std::memcpy(bytes.data() + at, &value, sizeof value);
+    return bytes;
+}
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+void add_damaged_scenes(Corpora& corpora) {
+    const auto scene = test::sample_scene(2, 0);
+    const auto ply = io::write_ply(scene);
+    io::SaveOptions newer;
+    newer.spz_version = 4;
+    const auto spz3 = io::write_spz(scene);
+    const auto spz4 = io::write_spz(scene, newer);
+    const auto splat = io::write_splat(scene);
+    constexpr std::size_t kCount = 8;  ///< of Gaussians, in the header of .spz
+
+    corpora.add("ply/damaged-cut", cut(ply));
+    corpora.add("ply/damaged-mark", patched(ply, 0, 'x'));
+    if (ply.ok()) {
+        const std::size_t count = io::as_text(ply.value()).find("vertex 2") + 7;
+        corpora.add("ply/damaged-count", patched(ply, count, '9'));
+    }
+    auto with_nan = scene;
+    with_nan.means[1] = with_nan.rotations[2] = kNan;
+    corpora.add("ply/damaged-nan", io::write_ply(with_nan));
+    corpora.add("ply/damaged-chunks", test::sample_compressed_ply({true, 0, "1", "300", "2"}));
+    corpora.add("splat/damaged-cut", cut(splat));
+    corpora.add("splat/damaged-nan", patched(splat, 0, kNan));
+    corpora.add("spz/damaged-v3-cut", cut(spz3));
+    corpora.add("spz/damaged-v4-cut", cut(spz4));
+    corpora.add("spz/damaged-mark", patched(spz4, 0, 'x'));
+    corpora.add("spz/damaged-version", patched(spz4, 4, std::uint32_t{5}));
+    corpora.add("spz/damaged-count", patched(spz4, kCount, std::uint32_t{4096}));
+    io::Buffer bare;  // version 2 without gzip, and without its arrays
+    io::put(bare, std::uint32_t{0x5053474E});
+    for (const std::uint32_t word : {2U, 4095U, 0x00000C03U}) io::put(bare, word);
+    corpora.add("spz/damaged-bare", bare);
+}
+
+void add_damaged_cameras(Corpora& corpora) {
+    const std::string pose = R"("transform_matrix": [[1,0,0,5],[0,1,0,6],[0,0,1,7]])";
+    const auto json = [&](const std::string& name, const std::string& text) {
+        corpora.add("transforms_json/damaged-" + name, test::bytes_of(text));
+    };
+    json("cut", R"({"fl_x": 9, "w": 4, "h": 4, "frames": [{)" + pose);
+    json("list", "[1, 2]");
+    json("size", R"({"fl_x": 9, "w": 1e9, "h": -4, "frames": [{)" + pose + "}]}");
+    json("infinite", R"({"fl_x": 1e999, "w": 4, "h": 4, "frames": [{)" + pose + "}]}");
+    json("singular",
+         R"({"fl_x": 9, "frames": [{"transform_matrix": [[0,0,0,0],[0,0,0,0],[0,0,0,0]]}]})");
+    json("lens", R"({"fl_x": 9, "k1": 0.5, "p2": 1e300, "frames": [{)" + pose + "}]}");
+
+    const io::Buffer cameras = test::sample_colmap_cameras();
+    const io::Buffer images = test::sample_colmap_images();
+    const auto both = [&](const std::string& name, const io::Buffer& first,
+                          const io::Buffer& second) {
+        corpora.add("colmap/damaged-" + name, colmap(first, second));
+    };
+    both("cut", cameras, cut(images));
+    both("counts", patched<std::uint64_t>(cameras, 0, ~0ULL), images);
+    both("more-images", cameras, patched<std::uint64_t>(images, 0, 1000));
+    // Behind the count: the identity of the image, and its rotation.
+    both("nan", cameras, patched(images, 12, std::numeric_limits<double>::quiet_NaN()));
+    both("text-nan", test::bytes_of(test::kColmapCameras),
+         test::bytes_of("1 nan 0 0 0 1 2 inf 1 a.png\n\n"));
+    both("text-model", test::bytes_of("1 FISHEYE 64 48 50 50 32 24\n"),
+         test::bytes_of(test::kColmapImages));
+}
+
+void add_damaged_archives(Corpora& corpora) {
+    const auto npz = io::write_npz(test::sample_tensors(), false);
+    if (npz.ok()) corpora.add("npz/damaged-cut", cut(npz.value().joined()));
+    corpora.add("npz/damaged-count", test::sample_zip({{"a", "x"}}, {.more_entries = 60000}));
+    corpora.add("npz/damaged-place", test::sample_zip({{"a", "x"}}, {.shift = 1000}));
+    auto wrong = test::ZipPart("a.npy", "none", true);
+    wrong.crc ^= 1U;
+    corpora.add("npz/damaged-sum", test::sample_zip({wrong}));
+    auto large = test::ZipPart("a.npy", "none", true);
+    large.bytes = large.local_bytes = 0xFFFFFFF0U;
+    corpora.add("npz/damaged-size", test::sample_zip({large}));
+    corpora.add("pth/damaged-cut", cut(test::sample_pth()));
+    corpora.add("pth/damaged-storage", test::sample_pth(checkpoint_pickle(), {"1234"}));
+    corpora.add("pth/damaged-pickle", cut(test::bytes_of(checkpoint_pickle())));
+    corpora.add("pth/damaged-strides",
+                test::sample_pth(test::PickleText()
+                                     .raw("}(")
+                                     .text("w")
+                                     .tensor("FloatStorage", "0", 2, 1, {2, 1000000}, {1, -1})
+                                     .raw("u")
+                                     .done(),
+                                 {"12345678"}));
+}
+
+void add_damaged_weights(Corpora& corpora) {
+    const auto safetensors = io::write_safetensors(test::sample_tensors(), {}, false);
+    if (safetensors.ok()) {
+        const io::Buffer file = safetensors.value().joined();
+        corpora.add("safetensors/damaged-cut", cut(file));
+        corpora.add("safetensors/damaged-header", patched<std::uint64_t>(file, 0, ~0ULL >> 1U));
+        corpora.add("safetensors/damaged-nan", patched(file, file.size() - 4, kNan));
+    }
+    const auto header = [&](const std::string& name, const std::string& text) {
+        corpora.add("safetensors/damaged-" + name, test::sample_safetensors(text, 8));
+    };
+    header("offsets", R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [4, 12]}})");
+    header("backwards", R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [8, 0]}})");
+    header("shape",
+           R"({"a": {"dtype": "F32", "shape": [4294967296, 4294967296], "data_offsets": [0, 8]}})");
+    const auto npy = io::write_npy({{2, 3}, {1, 2, kNan, 4, 5, 6}});
+    corpora.add("npy/damaged-nan", npy);
+    corpora.add("npy/damaged-cut", cut(npy));
+    corpora.add("npy/damaged-mark", patched(npy, 1, 'n'));
+    corpora.add("npy/damaged-header", patched(npy, 8, std::uint16_t{0xFFFF}));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -172,5 +302,9 @@ int main(int argc, char** argv) {
     add_cameras(corpora);
     add_images(corpora);
     add_weights(corpora);
+    add_damaged_scenes(corpora);
+    add_damaged_cameras(corpora);
+    add_damaged_archives(corpora);
+    add_damaged_weights(corpora);
     return corpora.good() ? 0 : 1;
 }
