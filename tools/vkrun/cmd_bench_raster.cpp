@@ -36,7 +36,7 @@ forward and backward: at least three timed rounds, or one if they take long.
 
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
-Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device.
+Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file cannot be read.
 
 Examples:
   vkrun bench raster scene.ply --cameras transforms.json
@@ -112,7 +112,7 @@ std::vector<splat_camera> cameras_for(const BenchRasterOptions& options, splat_s
         for (const std::string& warning : file.warnings)
             std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
         cameras = file.cameras;
-        if (cameras.empty()) throw Failure(kFailed, "'" + options.cameras + "' has no cameras");
+        if (cameras.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
     } else {
         const ImageSize size = size_of(options);
         auto desc = sized<splat_orbit_desc>();
@@ -129,7 +129,7 @@ std::vector<splat_camera> cameras_for(const BenchRasterOptions& options, splat_s
         camera.height = static_cast<std::uint32_t>(std::lround(camera.height * scale));
         for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= scale;
         if (camera.width != cameras[0].width || camera.height != cameras[0].height)
-            throw Failure(kFailed, options.cameras + ": cameras of different sizes; expected one");
+            throw Failure(kBadData, options.cameras + ": cameras of different sizes; expected one");
     }
     return cameras;
 }
@@ -150,7 +150,7 @@ RasterCase make_case(const BenchRasterOptions& options) {
                          {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}};
     } else {
         made.title = options.scene.substr(options.scene.find_last_of('/') + 1);
-        check(splat_scene_load(options.scene.c_str(), nullptr, made.scene.out()));
+        check(splat_scene_load(options.scene.c_str(), nullptr, made.scene.out()), kBadData);
         made.cameras = cameras_for(options, made.scene.get());
     }
     made.convention =

@@ -20,7 +20,7 @@ constexpr const char* kConvertFooter =
 Frames name the axes x, y, z: right or left, up or down, front or back. Usual ones are RDF for .ply
 and .splat, RUB for .spz.
 
-Exit status: 0 it is written, 1 a file cannot be read or written, 2 wrong usage.
+Exit status: 0 it is written, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
 Examples:
   vkrun convert scene.ply scene.spz

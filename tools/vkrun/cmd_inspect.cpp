@@ -27,7 +27,7 @@ folder of a COLMAP model.
 
 What a camera file without the size of its images leaves open is "not given", in JSON null.
 
-Exit status: 0 it can be read, 1 it cannot, 2 wrong usage.
+Exit status: 0 it can be read, 2 wrong usage, 4 it cannot.
 
 Examples:
   vkrun inspect scene.ply

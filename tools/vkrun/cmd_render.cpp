@@ -25,7 +25,8 @@ NAME_depth and NAME_normal where --outputs asks for them. As .npy they hold the 
 as .png 0 to 1 become 0 to 255, depths (expected, along z) are divided by the largest of the image
 and normals, in the axes of the camera, go from -1..1 to 0..1.
 
-Exit status: 0 all images are written, 1 a file or the device failed, 2 wrong usage, 3 no device.
+Exit status: 0 all images are written, 1 one cannot be or the device failed, 2 wrong usage, 3 no
+device, 4 the scene or the cameras cannot be read.
 
 Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
@@ -266,11 +267,11 @@ int run_render(const RenderOptions& options) {
     const SceneFile file = load_scene(options.scene);
     const std::vector<View> views =
         options.orbit > 0 ? orbit_views(options, file.scene.get()) : file_views(options);
-    if (views.empty()) throw Failure(kFailed, "'" + options.cameras + "' has no cameras");
+    if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
     check_targets(options, views);
     Renderer renderer(options, file);
     renderer.prepare(views.front().camera);  // what is refused leaves no folder behind
-    std::filesystem::create_directories(options.out);
+    make_folder(options.out);
     const auto start = std::chrono::steady_clock::now();
     Json list = Json::array();
     std::vector<float> frames;

@@ -21,7 +21,7 @@ constexpr const char* kShowFooter =
     R"(FILE is .safetensors, .pth (what torch.save writes of a state dict) or .npz; nothing of a pickle is
 run. Mean, deviation, least and most are of the finite numbers.
 
-Exit status: 0 it can be read, 1 it cannot, 2 wrong usage.
+Exit status: 0 it can be read, 2 wrong usage, 4 it cannot.
 
 Examples:
   vkrun weights show model_best.pth
@@ -31,7 +31,7 @@ Examples:
 constexpr const char* kWeightsConvertFooter =
     R"(OUT is .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint, or .npz.
 
-Exit status: 0 done, 1 IN cannot be read or OUT cannot be written, 2 wrong usage.
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
 Examples:
   vkrun weights convert model_best.pth model.safetensors
@@ -41,7 +41,8 @@ Examples:
 constexpr const char* kDiffFooter =
     R"(Tensors are compared by name; NaN equals NaN only.
 
-Exit status: 0 no difference above the tolerance, 1 there is one, 2 wrong usage.
+Exit status: 0 no difference above the tolerance, 1 there is one, 2 wrong usage, 4 a file cannot be
+read.
 
 Examples:
   vkrun weights diff model_best.pth model.safetensors
@@ -63,7 +64,7 @@ struct WeightsFile {
 
 WeightsFile load(const std::string& path) {
     WeightsFile file;
-    check(splat_weights_load(path.c_str(), file.weights.out()));
+    check(splat_weights_load(path.c_str(), file.weights.out()), kBadData);
     check(splat_weights_count(file.weights.get(), &file.count));
     file.report =
         Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "vkrun/command.h"
+#include "vkrun/model/load_report.h"
 #include "vkrun/scene_input.h"
 
 namespace vkrun {
@@ -19,9 +20,12 @@ constexpr const char* kGraftFooter =
 meaning is, with zeros for the new ones: until they are trained, predictions stay those of IN. Adapters,
 embeddings and attention to tokens that IN lacks start at random. RGB need not be named in --from.
 
-JSON: {in, out, config, copied, widened, fresh, left_out}.
+The field of view is the configuration's; that IN has another is said.
 
-Exit status: 0 done, 1 IN does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+JSON: {in, out, config, copied, widened, fresh, left_out, rays_differ, rays_taken}.
+
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage or configuration, 3 no device, 4 IN cannot
+be read or does not fit.
 
 Examples:
   vkrun weights graft model_best.pth start.safetensors --config depth_normal.yaml
@@ -35,7 +39,8 @@ them alone, with the names of state dicts or of PEFT.
 
 JSON: {in, out, adapters, config, folded}.
 
-Exit status: 0 done, 1 a file does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage or configuration, 3 no device, 4 a file
+cannot be read or does not fit.
 
 Examples:
   vkrun weights lora-merge model_latest.pth merged.safetensors --config config.yaml
@@ -61,7 +66,8 @@ and, as .safetensors, lora_alpha and lora_rank in its metadata.
 
 JSON: {in, out, config, layers}.
 
-Exit status: 0 done, 1 IN does not fit or OUT cannot be written, 2 wrong usage, 3 no device.
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage or configuration, 3 no device, 4 IN cannot
+be read or does not fit.
 
 Examples:
   vkrun weights lora-extract model_latest.pth adapters.safetensors --config config.yaml
@@ -89,22 +95,18 @@ class StartedModel {
         auto desc = sized<splat_model_desc>();
         desc.flags = SPLAT_MODEL_LOW_MEMORY;
         desc.config = config.c_str();
-        check(splat_model_create(device_.get(), &desc, model_.out()));
+        check(splat_model_create(device_.get(), &desc, model_.out()), kUsageError);
         check(splat_model_init(model_.get(), options.seed));
     }
 
     void load(const std::string& path, std::uint32_t flags) {
         Weights weights;
-        check(splat_weights_load(path.c_str(), weights.out()));
-        check(splat_model_load(model_.get(), weights.get(), flags));
+        check(splat_weights_load(path.c_str(), weights.out()), kBadData);
+        check(splat_model_load(model_.get(), weights.get(), flags), kBadData);
+        if ((flags & SPLAT_LOAD_ADAPTERS) == 0) warn_of_rays(path, weights.get(), report());
     }
 
-    [[nodiscard]] Json report() const {
-        return Json::parse(
-            whole_text([this](char* buffer, std::size_t capacity, std::size_t* needed) {
-                return splat_model_report(model_.get(), buffer, capacity, needed);
-            }));
-    }
+    [[nodiscard]] Json report() const { return model_report(model_.get()); }
 
     [[nodiscard]] splat_model get() const { return model_.get(); }
 
@@ -129,13 +131,13 @@ int graft(const WeightsModelOptions& options) {
     const Json& load = report.at("load");
     if (options.json) {
         Json json = {{"in", options.in}, {"out", options.out}, {"config", report.at("config")}};
-        for (const char* key : {"copied", "widened", "fresh", "left_out"}) json[key] = load.at(key);
+        for (const char* key :
+             {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"})
+            json[key] = load.at(key);
         std::printf("%s\n", json_text(json).c_str());
         return kSuccess;
     }
-    std::printf("%s: %zu tensors copied, %zu widened, %zu new, %zu of IN left out\n",
-                options.out.c_str(), load.at("copied").size(), load.at("widened").size(),
-                load.at("fresh").size(), load.at("left_out").size());
+    std::printf("%s: %s\n", options.out.c_str(), load_counts(load).c_str());
     return kSuccess;
 }
 
@@ -150,10 +152,10 @@ struct Adapted {
         if (!options.adapters.empty()) {
             model.load(options.adapters, SPLAT_LOAD_ADAPTERS);
         } else if (const Json fresh = model.report().at("load").at("fresh"); !fresh.empty()) {
-            throw Failure(kFailed, options.in + " has no tensor '" + fresh[0].get<std::string>() +
-                                       "'; a file of adapters alone is given with --adapters");
+            throw Failure(kBadData, options.in + " has no tensor '" + fresh[0].get<std::string>() +
+                                        "'; a file of adapters alone is given with --adapters");
         }
-        check(splat_model_export(model.get(), SPLAT_EXPORT_ADAPTERS, adapters.out()));
+        check(splat_model_export(model.get(), SPLAT_EXPORT_ADAPTERS, adapters.out()), kBadData);
         check(splat_weights_count(adapters.get(), &layers));
         layers /= 2;
     }

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <numeric>
 
 #include "vkrun/command.h"
@@ -19,10 +20,11 @@ constexpr const char* kAbout =
 
 constexpr const char* kMainFooter = R"(Exit status:
   0  success
-  1  failure: a check failed, a result is wrong, or an error of the library
+  1  failure: a check failed, a result is wrong, a file cannot be written, or an error
+     of the library
   2  wrong usage of the command line
   3  no Vulkan loader, no driver, or no usable device
-  4  data that is damaged or does not fit together
+  4  data that is missing, damaged or does not fit together
   5  out of memory, of the host or the device
   6  a comparison or a gate that was missed
   7  numbers that are not finite
@@ -160,6 +162,9 @@ int main(int argc, char** argv) {
         exit_code = vkrun::run_main(argc, argv);
     } catch (const vkrun::Failure& failure) {
         exit_code = vkrun::fail(failure.code(), failure.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+        exit_code = vkrun::fail(vkrun::kFailed, "cannot use '" + error.path1().string() +
+                                                    "': " + error.code().message());
     } catch (const std::exception& error) {
         exit_code = vkrun::fail(vkrun::kFailed, error.what());
     }

@@ -4,8 +4,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "vkrun/command.h"
-
 namespace vkrun {
 namespace {
 
@@ -21,18 +19,39 @@ void print_message(void*, splat_log_level level, const char* message) {
     std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), message);
 }
 
+ExitCode code_of(splat_result result, ExitCode blame) {
+    switch (result) {
+        case SPLAT_ERROR_NO_DEVICE:
+            return kNoDevice;
+        case SPLAT_ERROR_OUT_OF_HOST_MEMORY:
+        case SPLAT_ERROR_OUT_OF_DEVICE_MEMORY:
+            return kOutOfMemory;
+        case SPLAT_ERROR_INVALID_ARGUMENT:
+        case SPLAT_ERROR_INVALID_STATE:
+        case SPLAT_ERROR_SHAPE_MISMATCH:
+        case SPLAT_ERROR_UNSUPPORTED:
+            return blame;
+        default:
+            return kFailed;
+    }
+}
+
 }  // namespace
 
-void check(splat_result result) {
+void check(splat_result result, ExitCode blame) {
     if (result >= SPLAT_OK) return;
-    const bool memory =
-        result == SPLAT_ERROR_OUT_OF_HOST_MEMORY || result == SPLAT_ERROR_OUT_OF_DEVICE_MEMORY;
-    const ExitCode code = result == SPLAT_ERROR_NO_DEVICE ? kNoDevice
-                          : memory                        ? kOutOfMemory
-                                                          : kFailed;
+    const ExitCode code = code_of(result, blame);
     std::string sentence = splat_last_error_message();
     if (sentence.empty()) sentence = splat_result_sentence(result);
     throw Failure(code, sentence + " (" + splat_result_name(result) + ")");
+}
+
+void make_folder(const std::filesystem::path& path) {
+    std::error_code failed;
+    std::filesystem::create_directories(path, failed);
+    if (failed)
+        throw Failure(kFailed,
+                      "cannot make the folder '" + path.string() + "': " + failed.message());
 }
 
 std::vector<splat_device_info> all_devices() {
@@ -91,7 +110,7 @@ std::string read_text(const std::string& path) {
     std::ifstream file(path);
     std::ostringstream text;
     text << file.rdbuf();
-    if (!file) throw Failure(kFailed, path + ": cannot be read, or is empty");
+    if (!file) throw Failure(kUsageError, path + ": cannot be read, or is empty");
     return text.str();
 }
 

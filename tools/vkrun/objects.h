@@ -3,10 +3,13 @@
 #include <splat.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "vkrun/command.h"
 
 namespace vkrun {
 
@@ -46,8 +49,12 @@ T sized() {
     return value;
 }
 
-/// Throws a Failure with the library's message unless `result` is a success.
-void check(splat_result result);
+/// Throws a Failure with the library's message unless `result` is a success; `blame` is its code where
+/// the library refuses what it was given, as a file that is damaged or does not fit.
+void check(splat_result result, ExitCode blame = kFailed);
+
+/// Make a folder and those above it, unless they are there. Throws a Failure.
+void make_folder(const std::filesystem::path& path);
 
 /// Every device of this machine, usable or not. Throws if there is no loader or no driver.
 std::vector<splat_device_info> all_devices();
@@ -63,7 +70,7 @@ std::vector<float> read_tensor(splat_tensor tensor);
 /// The text of a function that takes (buffer, capacity, needed).
 std::string whole_text(const std::function<splat_result(char*, std::size_t, std::size_t*)>& get);
 
-/// The text of a file. Throws a Failure if it cannot be read, or is empty.
+/// The text of a configuration. Throws a usage Failure if it cannot be read, or is empty.
 std::string read_text(const std::string& path);
 
 /// Write a file; nothing if the path is empty. Throws a Failure.

@@ -14,9 +14,9 @@ constexpr std::uint32_t kStandInSide = 1024;
 
 std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera_file_desc& desc) {
     std::uint32_t count = 0;
-    check(splat_camera_load(path.c_str(), &desc, nullptr, 0, &count));
+    check(splat_camera_load(path.c_str(), &desc, nullptr, 0, &count), kBadData);
     std::vector<splat_camera> cameras(count);
-    check(splat_camera_load(path.c_str(), &desc, cameras.data(), count, nullptr));
+    check(splat_camera_load(path.c_str(), &desc, cameras.data(), count, nullptr), kBadData);
     return cameras;
 }
 
@@ -24,7 +24,7 @@ std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera
 
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc) {
     SceneFile file;
-    check(splat_scene_load(path.c_str(), desc, file.scene.out()));
+    check(splat_scene_load(path.c_str(), desc, file.scene.out()), kBadData);
     file.info = sized<splat_scene_info>();
     check(splat_scene_get_info(file.scene.get(), &file.info));
     file.report = Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* n) {
@@ -91,7 +91,8 @@ splat_frame frame_of(const std::string& name) {
 }
 
 void check_target(const std::string& path, bool overwrite) {
-    if (!overwrite && std::filesystem::exists(path))
+    std::error_code none;
+    if (!overwrite && std::filesystem::exists(path, none))
         throw Failure(kUsageError, "'" + path + "' is there already; --overwrite replaces it");
 }
 

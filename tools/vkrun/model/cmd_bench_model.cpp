@@ -36,7 +36,7 @@ JSON: {library, device, config, precision, objects, parameters, trainable, gflop
 forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; what was not asked
 for is null. With --errors: {library, device, config, objects, parameters, gflop, peer, errors}.
 
-Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device.
+Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file cannot be read.
 
 Examples:
   vkrun bench model --backward --peer

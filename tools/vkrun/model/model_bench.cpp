@@ -46,7 +46,7 @@ Model create(splat_device device, const ModelBenchOptions& options, const std::s
     desc.objects = options.objects;
     desc.precision = options.precision;
     Model model;
-    check(splat_model_create(device, &desc, model.out()));
+    check(splat_model_create(device, &desc, model.out()), kUsageError);
     return model;
 }
 
@@ -126,8 +126,10 @@ ModelRun::ModelRun(splat_device device, const ModelBenchOptions& options)
 
 void ModelRun::load(const std::string& weights) {
     Owner<splat_weights, splat_weights_destroy> read;
-    read_ms_ = milliseconds([&] { check(splat_weights_load(weights.c_str(), read.out())); });
-    init_ms_ = milliseconds([&] { check(splat_model_load(model_.get(), read.get(), 0)); });
+    read_ms_ =
+        milliseconds([&] { check(splat_weights_load(weights.c_str(), read.out()), kBadData); });
+    init_ms_ =
+        milliseconds([&] { check(splat_model_load(model_.get(), read.get(), 0), kBadData); });
 }
 
 void ModelRun::make_inputs() {

@@ -149,12 +149,10 @@ int evaluate(const EvalOptions& options) {
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
     const DataSet data(config, options.data, options.split);
-    std::filesystem::create_directories(options.out);
+    make_folder(options.out);
     const Device device = open_device(device_desc(options.device));
     Network network(device.get(), config);
-    Weights weights;
-    check(splat_weights_load(options.weights.c_str(), weights.out()));
-    network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    network.load(options.weights);
     const std::uint32_t count =
         options.objects == 0 ? data.objects() : std::min(options.objects, data.objects());
     const Lpips lpips = make_lpips(device.get(), options.lpips, network.resolution());

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "vkrun/command.h"
+#include "vkrun/model/load_report.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -105,13 +106,20 @@ Network::Network(splat_device device, const Json& config)
     check(splat_model_create(device, &desc, model_.out()));
 }
 
-void Network::load(splat_weights weights, std::uint32_t flags) {
+void Network::load(const std::string& path) {
+    Weights weights;
+    check(splat_weights_load(path.c_str(), weights.out()), kBadData);
+    load(weights.get());
+    warn_of_rays(path, weights.get(), model_report(model_.get()));
+}
+
+void Network::load(splat_weights weights) {
     Weights folded;
     if (adapted_ && has_adapters(weights)) {
-        check(splat_weights_fold(weights, nullptr, lora_alpha_, 0, folded.out()));
+        check(splat_weights_fold(weights, nullptr, lora_alpha_, 0, folded.out()), kBadData);
         weights = folded.get();
     }
-    check(splat_model_load(model_.get(), weights, flags));
+    check(splat_model_load(model_.get(), weights, SPLAT_LOAD_TAKE_RAYS), kBadData);
 }
 
 Scene Network::predict(const Views& views) {

@@ -25,7 +25,9 @@ class Network {
   public:
     Network(splat_device device, const Json& config);
 
-    void load(splat_weights weights, std::uint32_t flags = 0);
+    /// A file of weights, with the field of view that it has; a warning says where that is not data.fov.
+    void load(const std::string& path);
+    void load(splat_weights weights);  ///< likewise, and without a word
 
     /// The Gaussians of an object from its first data.input_images views.
     Scene predict(const Views& views);

@@ -321,12 +321,10 @@ Json run_prediction(const PredictionOptions& options) {
     const Json config = merged_config(config_beside(file, options.config), {});
     const Device device = open_device(device_desc(options.device));
     Network network(device.get(), config);
-    Weights weights;
-    check(splat_weights_load(file.c_str(), weights.out()));
-    network.load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    network.load(file);
     const Task task =
         options.data.empty() ? read_photo(options, network) : read_object(options, config, network);
-    std::filesystem::create_directories(options.out);
+    make_folder(options.out);
 
     auto start = std::chrono::steady_clock::now();
     const Scene scene = network.predict(task.views);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "vkrun/command.h"
+#include "vkrun/objects.h"
 #include "vkrun/table.h"
 
 namespace vkrun {
@@ -50,8 +51,7 @@ void RunFolder::check(const std::string& path, bool resume, bool overwrite) {
 
 RunFolder::RunFolder(const std::string& path, bool resume) : root_(path) {
     if (!resume) std::filesystem::remove_all(root_);
-    for (const char* folder : {"checkpoints", "renders"})
-        std::filesystem::create_directories(root_ / folder);
+    for (const char* folder : {"checkpoints", "renders"}) make_folder(root_ / folder);
     log_.open(root_ / "log.txt", std::ios::app);
     metrics_.open(root_ / "metrics.jsonl", std::ios::app);
     if (!log_ || !metrics_) throw Failure(kFailed, "cannot write in '" + path + "'");

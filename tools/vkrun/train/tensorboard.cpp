@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "vkrun/command.h"
+#include "vkrun/objects.h"
 
 namespace vkrun {
 namespace {
@@ -65,7 +66,7 @@ std::string event_head(std::uint64_t step) {
 }  // namespace
 
 TensorBoard::TensorBoard(const std::string& folder) {
-    std::filesystem::create_directories(folder);
+    make_folder(folder);
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(
                              std::chrono::system_clock::now().time_since_epoch())
                              .count();

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "vkrun/command.h"
+#include "vkrun/model/load_report.h"
 #include "vkrun/table.h"
 #include "vkrun/train/picture.h"
 #include "vkrun/train/run_report.h"
@@ -98,9 +99,14 @@ void Training::start(const TrainingOptions& options) {
     check(splat_model_init(model_.get(), config_.at("general").at("random_seed")));
     if (!options.init.empty()) {
         Weights weights;
-        check(splat_weights_load(options.init.c_str(), weights.out()));
-        check(splat_model_load(model_.get(), weights.get(), load_flags(options.init_channels)));
-        folder_->log("started from " + options.init);
+        check(splat_weights_load(options.init.c_str(), weights.out()), kBadData);
+        check(splat_model_load(model_.get(), weights.get(), load_flags(options.init_channels)),
+              kBadData);
+        const Json report = model_report(model_.get());
+        folder_->log("started from " + options.init + ": " + load_counts(report.at("load")));
+        if (const auto sentence = rays_sentence(options.init, weights.get(), report);
+            !sentence.empty())
+            folder_->log("warning: " + sentence);
     }
 }
 
@@ -122,8 +128,8 @@ void Training::resume() {
         folder_->log("resumed from " + path.filename().string());
         return;
     }
-    throw Failure(kFailed, "--resume: no state in '" + folder_->path("checkpoints").string() +
-                               "' could be read; --overwrite starts anew");
+    throw Failure(kBadData, "--resume: no state in '" + folder_->path("checkpoints").string() +
+                                "' could be read; --overwrite starts anew");
 }
 
 std::uint64_t Training::setting(const char* name) const {
@@ -264,7 +270,7 @@ void Training::validate(std::uint64_t step) {
     if (network_ == nullptr) network_ = std::make_unique<Network>(device_.get(), config_);
     Weights weights;
     check(splat_trainer_store(trainer_.get(), weights.out()));
-    network_->load(weights.get(), SPLAT_LOAD_TAKE_RAYS);
+    network_->load(weights.get());
     std::uint32_t count = validation_->objects();
     if (const std::uint64_t most = setting("val_objects"); most > 0)
         count = std::min(count, static_cast<std::uint32_t>(most));
