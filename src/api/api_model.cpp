@@ -11,6 +11,7 @@
 #include "model/adapters.h"
 #include "model/config_file.h"
 #include "scene/activate.h"
+#include "train/train_config.h"
 
 using namespace splat;
 
@@ -21,6 +22,7 @@ using ModelPointer = std::shared_ptr<api::ModelObject>;
 Result<model::PredictorConfig> config_of(const char* text) {
     if (text == nullptr) return model::PredictorConfig();
     SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
+    SPLAT_TRY(train::check_names(config));
     return model::predictor_config(config);
 }
 

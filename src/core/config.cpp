@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
-#include <unordered_set>
 
 #include "core/json.h"
 
@@ -34,6 +33,24 @@ bool convert(const ConfigScalar& value, T& to) {
 template <class T>
 const char* wanted() {
     return kind_of(ConfigScalar(T{}));
+}
+
+/// "a" of "a.b.0.c"
+std::string section_of(const std::string& key) {
+    return key.substr(0, key.find('.'));
+}
+
+bool is_in(const std::string& word, const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+/// `kind`: "key", "section"
+Status unknown(const std::string& what, const char* kind, const std::string& word,
+               const std::vector<std::string>& known) {
+    const std::string nearest = nearest_name(word, known);
+    const std::string hint = nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+    return error(Code::kInvalidArgument, "%s: there is no %s '%s'%s", what.c_str(), kind,
+                 word.c_str(), hint.c_str());
 }
 
 /// "a.b.0.c"
@@ -140,15 +157,21 @@ SPLAT_CONFIG_TYPE(std::string)
 template Result<bool> Config::get<bool>(const std::string& key, bool otherwise) const;
 #undef SPLAT_CONFIG_TYPE
 
-Status Config::refuse_unknown(const std::vector<std::string>& known) const {
-    const std::unordered_set<std::string> all(known.begin(), known.end());
+Status Config::refuse_unknown(const std::vector<std::string>& known,
+                              const std::vector<std::string>& sections) const {
     for (const ConfigEntry& entry : entries_) {
-        if (entry.map || all.contains(entry.key)) continue;
-        const std::string nearest = nearest_name(entry.key, known);
-        const std::string hint = nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
-        return error(Code::kInvalidArgument, "%s: unknown key '%s'%s", what_.c_str(),
-                     entry.key.c_str(), hint.c_str());
+        const std::string section = section_of(entry.key);
+        if (entry.map || section == entry.key) continue;  // a section may be null
+        if (is_in(section, sections) && !is_in(entry.key, known))
+            return unknown(what_, "key", entry.key, known);
     }
+    return {};
+}
+
+Status Config::refuse_unknown_sections(const std::vector<std::string>& known) const {
+    for (const ConfigEntry& entry : entries_)
+        if (const std::string section = section_of(entry.key); !is_in(section, known))
+            return unknown(what_, "section", section, known);
     return {};
 }
 

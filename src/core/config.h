@@ -52,8 +52,13 @@ class Config {
     [[nodiscard]] Result<std::vector<T>> get_list(const std::string& key,
                                                   std::vector<T> otherwise) const;
 
-    /// Errors: kInvalidArgument for a key that is not in `known`, with the known one that is nearest.
-    [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known) const;
+    /// Errors: kInvalidArgument for a key of one of these sections ("opt" has "opt.base_lr") that is not in
+    /// `known`, with the known one that is nearest.
+    [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known,
+                                        const std::vector<std::string>& sections) const;
+
+    /// Errors: kInvalidArgument for a name on the outside that is not in `known`, likewise.
+    [[nodiscard]] Status refuse_unknown_sections(const std::vector<std::string>& known) const;
 
   private:
     std::string what_;

@@ -29,23 +29,9 @@ const std::vector<std::string> kKnown = {
     "general.random_seed", "general.precision", "general.device", "general.num_workers",
     "general.mixed_precision", "general.multiple_gpu", "general.num_devices"};
 
-bool describes_training(const std::string& key) {
-    return key.starts_with("opt.") || key.starts_with("logging.") || key.starts_with("general.");
-}
-
-Status refuse_unknown_keys(const Config& config) {
-    for (const ConfigEntry& entry : config.entries()) {
-        if (!describes_training(entry.key) || entry.map ||
-            std::find(kKnown.begin(), kKnown.end(), entry.key) != kKnown.end())
-            continue;
-        const std::string nearest = nearest_name(entry.key, kKnown);
-        return error(Code::kInvalidArgument, "%s: there is no key '%s'%s%s%s",
-                     config.what().c_str(), entry.key.c_str(),
-                     nearest.empty() ? "" : "; did you mean '", nearest.c_str(),
-                     nearest.empty() ? "" : "'?");
-    }
-    return {};
-}
+/// Sections of the network and of training, and those that published files have for other programs.
+const std::vector<std::string> kSections = {"data",    "cam_embd", "model", "opt",     "logging",
+                                            "general", "hydra",    "wandb", "defaults"};
 
 void read_optimiser(ConfigReader& read, TrainConfig& c) {
     read.count("opt.iterations", c.iterations);
@@ -158,8 +144,13 @@ double TrainConfig::rate(std::uint64_t step) const {
     return learning_rate * (1 + std::cos(std::numbers::pi * done)) / 2;
 }
 
+Status check_names(const Config& config) {
+    SPLAT_TRY(config.refuse_unknown_sections(kSections));
+    return config.refuse_unknown(kKnown, {"opt", "logging", "general"});
+}
+
 Result<TrainConfig> train_config(const Config& config) {
-    SPLAT_TRY(refuse_unknown_keys(config));
+    SPLAT_TRY(check_names(config));
     TrainConfig c;
     ConfigReader read(config);
     read_optimiser(read, c);

@@ -61,6 +61,10 @@ struct TrainConfig {
     [[nodiscard]] double rate(std::uint64_t step) const;
 };
 
+/// Errors: kInvalidArgument, with the nearest name, for a section that nobody knows, or a key of the
+/// sections opt, logging and general. Keys of data, cam_embd and model: model::predictor_config().
+Status check_names(const Config& config);
+
 /// The training that a configuration describes, with the keys of the published ones where they have
 /// them:
 ///
@@ -77,7 +81,7 @@ struct TrainConfig {
 /// keys of these sections that nobody knows are refused with the nearest one, those of the network
 /// too (model::predictor_config).
 ///
-/// Errors  kInvalidArgument, naming file and key
+/// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
 /// Network and training as one JSON text, every value included, that train_config() and

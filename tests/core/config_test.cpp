@@ -163,11 +163,17 @@ TEST(Config, SaysWhatKindItExpects) {
 TEST(Config, NamesTheNearestKey) {
     const auto read = read_yaml_config("opt:\n  base_l: 1\n", "c.yaml");
     ASSERT_OK(read.status());
-    EXPECT_ERROR(read.value().refuse_unknown({"opt.base_lr", "opt.betas"}), Code::kInvalidArgument,
-                 "unknown key 'opt.base_l'; did you mean 'opt.base_lr'?");
-    EXPECT_ERROR(read.value().refuse_unknown({"something.else.entirely"}), Code::kInvalidArgument,
-                 "unknown key 'opt.base_l'");
-    EXPECT_OK(read.value().refuse_unknown({"opt.base_l"}));
+    const Config& config = read.value();
+    EXPECT_ERROR(config.refuse_unknown({"opt.base_lr", "opt.betas"}, {"opt"}),
+                 Code::kInvalidArgument,
+                 "there is no key 'opt.base_l'; did you mean 'opt.base_lr'?");
+    EXPECT_ERROR(config.refuse_unknown({"something.else.entirely"}, {"model", "opt"}),
+                 Code::kInvalidArgument, "c.yaml: there is no key 'opt.base_l'");
+    EXPECT_OK(config.refuse_unknown({"opt.base_l"}, {"opt"}));
+    EXPECT_OK(config.refuse_unknown({}, {"model", "op"}));
+    EXPECT_ERROR(config.refuse_unknown_sections({"model", "opts"}), Code::kInvalidArgument,
+                 "c.yaml: there is no section 'opt'; did you mean 'opts'?");
+    EXPECT_OK(config.refuse_unknown_sections({"opt"}));
     EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
     EXPECT_EQ(edit_distance("", "abc"), 3U);
     EXPECT_EQ(nearest_name("depht", {"width", "depth"}), "depth");

@@ -111,6 +111,14 @@ TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
     EXPECT_EQ(config.value().lpips_after, 5U);
 }
 
+/// Files that Hydra merged have sections of other programs.
+TEST(TrainConfigRules, PassesOverSectionsOfOtherPrograms) {
+    EXPECT_OK(read("defaults: [{dataset: cars}, _self_]\nhydra: {run: {dir: x}}\n"
+                   "wandb: {project: gs_pred}\ngeneral: {device: 0}\nlogging:\nopt: "
+                   "{pretrained_hf: null}\n")
+                  .status());
+}
+
 TEST(TrainConfigRules, RefusesAndNamesTheKey) {
     const std::pair<const char*, const char*> cases[] = {
         {"opt: {base_lrr: 1}", "there is no key 'opt.base_lrr'; did you mean 'opt.base_lr'?"},
@@ -123,6 +131,9 @@ TEST(TrainConfigRules, RefusesAndNamesTheKey) {
         {"opt: {lambda_ssim: 0.7, lambda_lpips: 0.6}", "expected a sum of at most 1"},
         {"opt: {ema: {update_every: 0}}", "'opt.ema.update_every' is 0, expected at least 1"},
         {"logging: {valog: 1}", "did you mean 'logging.val_log'?"},
+        {"modle: {base_dim: 64}", "there is no section 'modle'; did you mean 'model'?"},
+        {"base_lr: 1", "there is no section 'base_lr'"},
+        {"opt: {lora_rnak: 4}", "there is no key 'opt.lora_rnak'; did you mean 'opt.lora_rank'?"},
     };
     for (const auto& [yaml, part] : cases)
         EXPECT_ERROR(read(yaml).status(), Code::kInvalidArgument, part);

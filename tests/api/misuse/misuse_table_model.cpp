@@ -32,6 +32,9 @@ void MisuseTable::model_rows() {
     spoilt("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
     spoilt("no configuration", [](splat_model_desc& d) { d.config = "]"; });
     spoilt("an unknown key", [](splat_model_desc& d) { d.config = "model: {base_dims: 8}"; });
+    spoilt("an unknown section", [](splat_model_desc& d) { d.config = "modle: {base_dim: 8}"; });
+    spoilt("an unknown key of training",
+           [](splat_model_desc& d) { d.config = "opt: {lora_rnak: 8}"; });
     spoilt("a resolution that does not divide",
            [](splat_model_desc& d) { d.config = "data: {training_resolution: 30}"; });
 
