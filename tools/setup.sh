@@ -1,7 +1,8 @@
 # shellcheck shell=sh disable=SC2034  # the packages are used by the scripts that source this
 # Sourced by tools/test and tools/demo: what they share.
 #
-#   packages_build, packages_test   what Debian 12 has to offer for a build, and for the tests
+#   packages_build, packages_test   what Debian 12 has to offer for a build, and for the tests;
+#   packages_interop                for those against other programs
 #   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
 #   select_test_driver              let Vulkan see the software driver only
 #   cpu_count                       how many jobs to start
@@ -15,6 +16,11 @@ packages_build="build-essential cmake ninja-build pkg-config
 
 # Needed by the tests besides; clang is the second compiler that checks include/splat.h.
 packages_test="libgtest-dev vulkan-validationlayers clang"
+
+# Needed by the test against splat-transform, which is not a quick one. A node of another source than Debian
+# brings its own npm, which Debian's would be in conflict with.
+packages_interop=""
+command -v npm >/dev/null 2>&1 || packages_interop="nodejs npm"
 
 install=yes
 missing=""
