@@ -151,6 +151,10 @@ RasterCase make_case(const BenchRasterOptions& options) {
     } else {
         made.title = options.scene.substr(options.scene.find_last_of('/') + 1);
         check(splat_scene_load(options.scene.c_str(), nullptr, made.scene.out()), kBadData);
+        auto info = sized<splat_scene_info>();
+        check(splat_scene_get_info(made.scene.get(), &info));
+        if (info.count == 0)
+            throw Failure(kBadData, "'" + options.scene + "' holds no Gaussians to be timed");
         made.cameras = cameras_for(options, made.scene.get());
     }
     made.convention =
