@@ -253,6 +253,10 @@ function(BenchMeasuresTheRasterizer)
   set(number "[0-9][0-9.e+-]*")
   expect("${rows}" "scene.ply,3,40,24,1,plain,render,,${number},,${number},${number},${number},"
          "scene.ply,3,40,24,1,[a-z]+,backward,early_out,${number},${number},,,,,,,,,${number},${number},0,3,")
+  # One tile that each of the three Gaussians reaches, in two views.
+  vkrun(0 bench raster ${TEMP}/scene.ply --orbit 2 --size 16x16 --seconds 0.01 --no-plain --exact-pairs --json)
+  expect_json("${out}" 6 result fewest_pairs)
+  expect_json("${out}" 6 result all_pairs)
 endfunction()
 
 # Every row of <file> has <count> cells; none here has a comma in it.

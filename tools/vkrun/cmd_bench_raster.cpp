@@ -249,7 +249,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         ->check(CLI::Range(1, 100000).description(""));
     raster->add_flag("--no-plain", options->no_plain, "Fast kernels only");
     raster->add_flag("--exact-pairs", options->exact_pairs,
-                     "Count the pairs of tile and Gaussian that are needed");
+                     "Count the pairs of tile and Gaussian that are needed, of all views");
     raster->add_flag("--json", options->json, "JSON on standard output");
     raster->add_option("--csv", options->csv, "Also write all figures as a CSV file")
         ->type_name("FILE");

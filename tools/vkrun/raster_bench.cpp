@@ -315,6 +315,10 @@ double RasterTimes::median_ms() const {
     return median_of(wall_ms);
 }
 
+std::uint64_t RasterMeasurement::all_pairs() const {
+    return static_cast<std::uint64_t>(std::llround(fast.mean_pairs * static_cast<double>(views)));
+}
+
 RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase& from,
                                  const RasterEffort& effort) {
     RasterMeasurement result;

@@ -75,7 +75,10 @@ struct RasterMeasurement {
     RasterFigures plain;  ///< kernels "" if not asked for
     RasterFigures fast;
     std::vector<SkipFigures> skips;
-    std::uint64_t fewest_pairs = 0;  ///< of the first view; 0 if not asked for
+    std::uint64_t fewest_pairs = 0;  ///< of all views; 0 if not asked for
+
+    /// That the fast kernels made, of all views.
+    [[nodiscard]] std::uint64_t all_pairs() const;
 };
 
 struct RasterEffort {

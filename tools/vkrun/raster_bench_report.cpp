@@ -144,6 +144,7 @@ Json raster_json(const RasterMeasurement& m) {
                                  {"pairs", skip.pairs},
                                  {"with_pairs", skip.with_pairs},
                                  {"visible", skip.visible}});
+    json["all_pairs"] = m.all_pairs();
     if (m.fewest_pairs > 0) json["fewest_pairs"] = m.fewest_pairs;
     return json;
 }
@@ -183,8 +184,8 @@ std::string raster_table(const RasterMeasurement& m) {
                    format("%.1e", skip.with_error)});
     text += skips.text();
     if (m.fewest_pairs > 0)
-        text += format("  first view: %llu pairs; a pixel sees the Gaussian in %llu of them\n",
-                       static_cast<unsigned long long>(m.skips.front().with_pairs),
+        text += format("  all views: %llu pairs; a pixel sees the Gaussian in %llu of them\n",
+                       static_cast<unsigned long long>(m.all_pairs()),
                        static_cast<unsigned long long>(m.fewest_pairs));
     return text;
 }

@@ -19,7 +19,7 @@ std::vector<double> attribute(const RasterCase& from, const char* name, std::siz
     return {values.begin(), values.end()};
 }
 
-ref::RasterScene<double> reference_scene(const RasterCase& from) {
+ref::RasterScene<double> reference_scene(const RasterCase& from, std::size_t view) {
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(from.scene.get(), &info));
     const std::size_t n = info.count;
@@ -32,7 +32,7 @@ ref::RasterScene<double> reference_scene(const RasterCase& from) {
     scene.sh = attribute(from, "sh", 3 * scene.sh_coefficients * n);
     for (std::size_t k = 0; k < 3; ++k)
         scene.background[k] = static_cast<double>(from.background[k]);
-    const splat_camera& camera = from.cameras[0];
+    const splat_camera& camera = from.cameras[view];
     scene.camera = {camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, {}};
     std::copy_n(camera.world_to_camera, 16, scene.camera.world_to_camera.begin());
     scene.options = ref::raster_options<double>(from.convention == SPLAT_CONVENTION_GSPLAT
@@ -66,10 +66,8 @@ double off_by(float got, double expected) {
     return std::isfinite(off) ? off : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace
-
-std::uint64_t fewest_pairs(const RasterCase& from) {
-    const ref::RasterScene<double> scene = reference_scene(from);
+/// Of one view.
+std::uint64_t pairs_seen(const ref::RasterScene<double>& scene) {
     const ref::ProjectForward<double> projected = ref::project_forward(scene);
     std::uint64_t pairs = 0;
     for (const std::uint32_t i : projected.order) {
@@ -81,8 +79,17 @@ std::uint64_t fewest_pairs(const RasterCase& from) {
     return pairs;
 }
 
+}  // namespace
+
+std::uint64_t fewest_pairs(const RasterCase& from) {
+    std::uint64_t pairs = 0;
+    for (std::size_t view = 0; view < from.cameras.size(); ++view)
+        pairs += pairs_seen(reference_scene(from, view));
+    return pairs;
+}
+
 RasterReference::RasterReference(const RasterCase& from, int samples) {
-    const ref::RasterScene<double> scene = reference_scene(from);
+    const ref::RasterScene<double> scene = reference_scene(from, 0);
     const ref::ProjectForward<double> projected = ref::project_forward(scene);
     std::mt19937 random(1);
     std::uniform_int_distribution<std::size_t> any_pixel(0, scene.pixels() - 1);

@@ -23,7 +23,7 @@ class RasterReference {
     std::map<std::string, std::vector<double>> gradients_;
 };
 
-/// Pairs of a tile and a Gaussian that any list of the first view has to hold: those with a pixel of
+/// Pairs of a tile and a Gaussian that any lists have to hold, over all views: those with a pixel of
 /// alpha >= 1/255, in float64. What opaque Gaussians hide counts, too.
 std::uint64_t fewest_pairs(const RasterCase& from);
 
