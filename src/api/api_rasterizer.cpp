@@ -137,6 +137,7 @@ Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::Rasterize
     auto packed = std::make_shared<api::PackedScene>();
     packed->context = object.context;
     packed->sh_degree = desc.sh_degree;
+    packed->bands = scene.gaussians.sh_degree;
     packed->version = ++versions;
     {
         const std::lock_guard lock(object.context->mutex);
@@ -215,7 +216,9 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
         }
         const std::lock_guard lock(object->context->mutex);
         object->scenes.push_back(packed);
-        SPLAT_TRY(object->rasterizer->forward(packed->arrays.input(packed->version), views));
+        raster::SceneInput input = packed->arrays.input(packed->version);
+        input.sh_degree = packed->bands;
+        SPLAT_TRY(object->rasterizer->forward(input, views));
         // The lists now name this scene only.
         released = std::exchange(object->scenes, {packed});
         return {};

@@ -50,6 +50,7 @@ struct OpObject {
 struct PackedScene {
     std::shared_ptr<vk::Context> context;
     std::uint32_t sh_degree = 0;
+    std::uint32_t bands = 0;    ///< degree of the scene itself; those above are zeros
     std::uint64_t version = 0;  ///< of no other PackedScene of the process
     raster::PackedArrays arrays;
 

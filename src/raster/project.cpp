@@ -71,7 +71,7 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
                                 "project_forward"),
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : desc.sh_degree},
+                          {10, desc.direct_colors ? 0 : std::min(desc.sh_degree, scene.sh_degree)},
                           {kFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "raster/raster_desc.h"
+#include "scene/gaussians.h"
 #include "vk/recorder.h"
 
 namespace splat::raster {
@@ -14,6 +15,7 @@ struct SceneViews {
     vk::BufferView gaussians;  ///< [N,3] quads: mean xyz, opacity; scale xyz, 0; rotation wxyz
     vk::BufferView colors;     ///< [N,color_quads] quads
     vk::BufferView cameras;    ///< [V,kCameraQuads] quads
+    std::uint32_t sh_degree = scene::kMaxShDegree;  ///< bands above are zeros
 };
 
 /// Per item (view * N + Gaussian), written by the projection.

@@ -13,7 +13,8 @@ constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
 bool same(const SceneInput& a, const SceneInput& b) {
-    return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors);
+    return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors) &&
+           a.sh_degree == b.sh_degree;
 }
 
 }  // namespace

@@ -23,11 +23,12 @@ struct RasterStats {
 };
 
 /// Where the scene is, packed (SceneViews without cameras). `version` changes with the contents; 0
-/// means not known.
+/// means not known. Bands above `sh_degree` are zeros, which need not be read.
 struct SceneInput {
     vk::BufferView gaussians;
     vk::BufferView colors;
     std::uint64_t version = 0;
+    std::uint32_t sh_degree = scene::kMaxShDegree;
 };
 
 /// Cameras and background as the kernels read them: [V,kCameraQuads] quads, one quad.

@@ -88,7 +88,8 @@ Status Rasterizer::record_normals(vk::Recorder& recorder, const SceneViews& scen
 
 Status Rasterizer::record_forward(const SceneInput& scene) {
     if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
-    const SceneViews from = {scene.gaussians, scene.colors, space_.cameras.range()};
+    const SceneViews from = {scene.gaussians, scene.colors, space_.cameras.range(),
+                             scene.sh_degree};
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(desc_, pass, passes_);

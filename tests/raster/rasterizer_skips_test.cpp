@@ -147,6 +147,31 @@ TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
               std::vector<float>(exported.size() - 12 * kFront));
 }
 
+/// Zeros give the same bits as bands that are not evaluated; numbers that are none show that those are
+/// not read.
+TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
+    constexpr std::size_t kNumbers = 48;  // numbers per Gaussian: degree 3
+    constexpr std::size_t kThere = 12;    // degree 1
+    RasterCase scene = random_scene({60, 37, 29}, 89, 3);
+    for (std::size_t i = 0; i < scene.sh.size(); ++i)
+        if (i % kNumbers >= kThere) scene.sh[i] = 0;
+    RasterSession session(context(), scene, raster_desc(scene, kRasterModes[0]));
+    ASSERT_OK(session.status());
+    const scene::Camera camera = camera_of(scene);
+    ASSERT_OK(session.draw(session.scene().input(), {&camera, 1}));
+    const std::vector<float> expected = session.image();
+    raster::SceneInput lower = session.scene().input();
+    lower.sh_degree = 1;
+    for (std::size_t i = 0; i < scene.sh.size(); ++i)
+        if (i % kNumbers >= kThere) scene.sh[i] = std::numeric_limits<float>::quiet_NaN();
+    ASSERT_OK(context().write(lower.colors, scene.sh.data(), scene.sh.size() * sizeof(float)));
+    ASSERT_OK(session.draw(lower, {&camera, 1}));
+    EXPECT_EQ(session.image(), expected);
+    EXPECT_GT(session.rasterizer().stats().visible, 50U);
+    ASSERT_OK(session.draw(session.scene().input(), {&camera, 1}));
+    EXPECT_EQ(session.rasterizer().stats().visible, 0U) << "all bands, recorded anew";
+}
+
 /// Compensation makes Gaussians of a small part of a pixel fainter than a pixel can see.
 TEST_P(RasterizerSkips, SubPixelGaussiansThatAreCompensated) {
     RasterCase scene = random_scene({400, 75, 41}, 86, 0);
