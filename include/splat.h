@@ -991,7 +991,7 @@ typedef struct splat_model_desc {
     uint32_t flags; /* SPLAT_MODEL_* */
     const void* next;
     const char* config; /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
-    uint32_t objects;   /* per pass; 0: 1 */
+    uint32_t objects;   /* per pass, each activation of all within one binding of the device; 0: 1 */
     int32_t precision;  /* SPLAT_PRECISION_* */
 } splat_model_desc;
 

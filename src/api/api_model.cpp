@@ -237,8 +237,11 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         object->objects = options.objects;
         {
             const std::lock_guard lock(object->context->mutex);
-            SPLAT_ASSIGN(object->predictor,
-                         model::Predictor::create(*object->context, config, options));
+            auto made = model::Predictor::create(*object->context, config, options);
+            if (made.status().code() == Code::kUnsupported && options.objects > 1)
+                return error(Code::kUnsupported, "%s; with fewer objects than %u per pass it may fit",
+                             made.status().message().c_str(), options.objects);
+            SPLAT_ASSIGN(object->predictor, std::move(made));
         }  // an object that add() cannot take is destroyed there, which locks again
         *model = api::Models::add(std::move(object));
         return {};
