@@ -10,6 +10,8 @@ synth500k      500,000 Gaussians of 1.5 pixels in the median; one view of 1280 x
 faint          16,000 Gaussians of 2 to 8 pixels and opacities of 0.005 to 0.04: each pixel blends its whole list, so that
                only the inner loops of blending take time; one view of 256 x 256
 
+million        1,000,000 Gaussians of 1 pixel in the median and spherical harmonics of degree 3; one view of 1280 x 720
+
 The si128 scenes are drawn on white (--background 1,1,1)."""
 import json
 import pathlib
@@ -42,16 +44,17 @@ def random_rotations(random, count):
     return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
 
 
-def synth500k(folder, random):
-    count, width, height, focal = 500000, 1280, 720, 1000.0
+def wide(path, random, count, pixels, terms):
+    width, height, focal = 1280, 720, 1000.0
     z = random.uniform(2, 10, count)
     x, y = (random.uniform(-1.05, 1.05, count) * side / 2 for side in (width, height))
-    size = 1.5 * z / focal * np.exp(random.normal(0, 0.5, count))
+    size = pixels * z / focal * np.exp(random.normal(0, 0.5, count))
     log_scales = np.log(size)[:, None] + random.normal(0, 0.5, (count, 3))
     rotations = random_rotations(random, count)
-    write_ply(folder / "synth500k.ply", np.column_stack([x * z / focal, y * z / focal, z]), log_scales, rotations,
-              random.normal(0, 1.5, count), random.normal(0, 0.8, (count, 1, 3)))
-    write_cameras(folder / "synth500k.json", width, height, focal, [np.eye(4)])
+    logits, constants = random.normal(0, 1.5, count), random.normal(0, 0.8, (count, 1, 3))
+    sh = np.concatenate([constants, random.normal(0, 0.1, (count, terms - 1, 3))], axis=1)
+    write_ply(path.with_suffix(".ply"), np.column_stack([x * z / focal, y * z / focal, z]), log_scales, rotations, logits, sh)
+    write_cameras(path.with_suffix(".json"), width, height, focal, [np.eye(4)])
 
 
 def around(degrees, distance):
@@ -97,9 +100,10 @@ def faint(folder, random):
 def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(1)
-    synth500k(folder, random)
+    wide(folder / "synth500k", random, 500000, 1.5, 1)
     si128(folder, random)
     faint(folder, random)
+    wide(folder / "million", random, 1000000, 1.0, 16)
 
 
 if __name__ == "__main__":
