@@ -11,9 +11,8 @@ Status check_array(const char* type, const char* name, const float* values, std:
         return error(Code::kInvalidArgument,
                      "%s.%s is NULL, expected %u numbers for each image: the configuration has %s",
                      type, name, wanted, use.c_str());
-    return error(Code::kInvalidArgument,
-                 "%s.%s is given, expected NULL: the configuration has %s", type, name,
-                 use.c_str());
+    return error(Code::kInvalidArgument, "%s.%s is given, expected NULL: the configuration has %s",
+                 type, name, use.c_str());
 }
 
 std::string channel_names(const model::PredictorConfig& c) {
@@ -26,17 +25,17 @@ std::string channel_names(const model::PredictorConfig& c) {
 Status check_network_arrays(const NetworkArrays& given, const model::PredictorConfig& c,
                             std::uint32_t objects) {
     if (given.channels != 0 && given.channels != c.input_channels())
-        return error(Code::kShape, "%s.channels is %u, expected %u: %s", given.type,
-                     given.channels, c.input_channels(), channel_names(c).c_str());
+        return error(Code::kShape, "%s.channels is %u, expected %u: %s", given.type, given.channels,
+                     c.input_channels(), channel_names(c).c_str());
     if (given.objects != 0 && given.objects != objects)
         return error(Code::kShape, "%s.objects is %u, expected %u", given.type, given.objects,
                      objects);
     SPLAT_TRY(check_array(given.type, "focals", given.focals, c.fov_degrees == 0 ? 2 : 0,
                           format("data.fov %g", static_cast<double>(c.fov_degrees))));
     const bool custom = c.embedding == model::Embedding::kCustom;
-    SPLAT_TRY(
-        check_array(given.type, "embedding", given.embedding, custom ? c.embedding_length() : 0,
-                    custom ? "a custom embedding" : "no custom embedding"));
+    SPLAT_TRY(check_array(given.type, "embedding", given.embedding,
+                          custom ? c.embedding_length() : 0,
+                          custom ? "a custom embedding" : "no custom embedding"));
     return check_array(given.type, "tokens", given.tokens, c.token_dim * c.tokens,
                        format("model.token_dim %u and model.tokens %u", c.token_dim, c.tokens));
 }

@@ -94,7 +94,8 @@ void MisuseTable::trainer_step_rows() {
         [this, batch] { return splat_trainer_step(trainer_, &batch, outputs.trainer_info.out()); });
     add("splat_trainer_step", "batch", "struct_size cut", kArgument, [this, batch] {
         splat_trainer_batch cut = batch;
-        cut.struct_size = offsetof(splat_trainer_batch, channels) - 1;  // less than the first version
+        cut.struct_size =
+            offsetof(splat_trainer_batch, channels) - 1;  // less than the first version
         return splat_trainer_step(trainer_, &cut, outputs.trainer_info.out());
     });
     infos<splat_trainer_info>("splat_trainer_step", "info",
