@@ -4,6 +4,7 @@
 
 #include <bit>
 
+#include "core/rng.h"
 #include "ops/every/op_samples.h"
 #include "ref/dropout_ref.h"
 
@@ -89,13 +90,15 @@ TEST_P(Dropout, RejectsBadArguments) {
 /// The known answers of the generator's authors (Random123, kat_vectors).
 TEST(DropoutReference, PhiloxGivesTheKnownAnswers) {
     using Words = std::array<std::uint32_t, 4>;
-    EXPECT_EQ(philox({0, 0, 0, 0}, {0, 0}),
-              (Words{0x6627E8D5U, 0xE169C58DU, 0xBC57AC4CU, 0x9B00DBD8U}));
-    EXPECT_EQ(philox({~0U, ~0U, ~0U, ~0U}, {~0U, ~0U}),
-              (Words{0x408F276DU, 0x41C83B0EU, 0xA20BC7C6U, 0x6D5451FDU}));
-    EXPECT_EQ(
-        philox({0x243F6A88U, 0x85A308D3U, 0x13198A2EU, 0x03707344U}, {0xA4093822U, 0x299F31D0U}),
-        (Words{0xD16CFE09U, 0x94FDCCEBU, 0x5001E420U, 0x24126EA1U}));
+    using Key = std::array<std::uint32_t, 2>;
+    const auto expect = [](const Words& counter, const Key& key, const Words& answer) {
+        EXPECT_EQ(philox(counter, key), answer);
+        EXPECT_EQ(ref::philox(counter, key), answer);
+    };
+    expect({0, 0, 0, 0}, {0, 0}, {0x6627E8D5U, 0xE169C58DU, 0xBC57AC4CU, 0x9B00DBD8U});
+    expect({~0U, ~0U, ~0U, ~0U}, {~0U, ~0U}, {0x408F276DU, 0x41C83B0EU, 0xA20BC7C6U, 0x6D5451FDU});
+    expect({0x243F6A88U, 0x85A308D3U, 0x13198A2EU, 0x03707344U}, {0xA4093822U, 0x299F31D0U},
+           {0xD16CFE09U, 0x94FDCCEBU, 0x5001E420U, 0x24126EA1U});
 }
 
 TEST(DropoutReference, GradcheckFloat64) {

@@ -5,12 +5,26 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/rng.h"
 #include "ref/summed.h"
 
 /// y = mask x / (1 - p); the gradient is the same map of grad_y. The mask of element (n, c, p) is word
 /// c % 4 of philox((quad, step, stream + offset, 0), seed) for its quad in the layout [c/4][n*p].
 namespace splat::ref {
+
+/// Philox 4x32-10 (Salmon et al. 2011): ten rounds of two products each, the key growing by constants.
+inline std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
+                                           std::array<std::uint32_t, 2> key) {
+    for (int round = 0; round < 10; ++round) {
+        const std::uint64_t first = std::uint64_t{0xD2511F53U} * counter[0];
+        const std::uint64_t second = std::uint64_t{0xCD9E8D57U} * counter[2];
+        counter = {static_cast<std::uint32_t>(second >> 32) ^ counter[1] ^ key[0],
+                   static_cast<std::uint32_t>(second),
+                   static_cast<std::uint32_t>(first >> 32) ^ counter[3] ^ key[1],
+                   static_cast<std::uint32_t>(first)};
+        key = {key[0] + 0x9E3779B9U, key[1] + 0xBB67AE85U};
+    }
+    return counter;
+}
 
 struct DropoutShape {
     std::size_t n = 1;

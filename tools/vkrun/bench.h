@@ -62,10 +62,10 @@ constexpr int kFewestRuns = 3;
 std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_case,
                                  const Effort& effort);
 
-/// The cases of an operator: those of the network, or one small one.
+/// The cases of an operator: those of the network, or one small one. Throws a Failure if there is none.
 std::vector<OpCase> bench_cases(const std::string& op, bool quick);
 
-/// Operators that have cases.
+/// All operators of the library.
 std::vector<std::string> bench_ops();
 
 Json measurement_json(const Measurement& measurement);

@@ -24,7 +24,8 @@ the fast kernels of the device, which take turns (A B A B) within this one proce
   rel. L2            norm of the difference to float64 over the norm of the float64 result
   max error          largest difference of an element to float64; both over all results
   conv2d is compared with float64 at 256 elements of y, grad_x and grad_weight; GFLOP/s count the
-  operations of the definition, which Winograd's algorithms need not do
+  operations of the definition, which Winograd's algorithms need not do. An adapter (LoRA) is two of
+  its cases, 3x3 to 4 channels and 1x1 from there.
   layout ms          packing and unpacking beside it (median): a network does it once at its
                      edges and when a weight changes, so it is not in the other figures
 
@@ -154,52 +155,20 @@ int run_ops(BenchOptions options) {
     return wrong.empty() ? kSuccess : kFailed;
 }
 
-/// The sizes of the network; plain kernels, which take seconds, once each.
-std::vector<OpCase> conv2d_cases(bool quick) {
-    if (quick) return {conv2d_case(17, 9, 12, 2, true)};
-    struct Size {
-        std::size_t in, image, out;
-    };
-    std::vector<OpCase> cases;
-    for (const Size& size : {Size{128, 128, 128}, Size{256, 64, 256}, Size{256, 32, 256},
-                             Size{512, 32, 256}, Size{512, 16, 256}, Size{256, 16, 256}})
-        for (const int winograd : {0, 2, 4})
-            cases.push_back(conv2d_case(size.in, size.image, size.out, winograd, winograd == 0));
-    return cases;
+/// For the help: all names, a few per line.
+std::string names_of_ops() {
+    std::string text;
+    std::size_t width = 0;
+    for (const std::string& op : bench_ops()) {
+        const bool wrap = width + op.size() > 44;
+        text += text.empty() ? "" : wrap ? ",\n" : ", ";
+        width = (wrap ? 0 : width) + op.size() + 2;
+        text += op;
+    }
+    return text;
 }
 
 }  // namespace
-
-std::vector<std::string> bench_ops() {
-    return {"attention", "conv2d", "gaussian_head", "group_norm", "l1", "l2", "linear", "ssim"};
-}
-
-std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
-    if (op == "conv2d") return conv2d_cases(quick);
-    if (op == "linear") {
-        if (quick) return {linear_case(17, 32, 24)};
-        // FiLM of a batch of 4, two layers on the pixels of 32x32 and 64x64 images, and an odd one.
-        return {linear_case(4, 512, 512), linear_case(1024, 256, 768), linear_case(4096, 256, 256),
-                linear_case(257, 130, 129)};
-    }
-    if (op == "attention") {
-        if (quick) return {attention_case(1, 8, 5, 7)};
-        return {attention_case(1, 256, 16, 16), attention_case(1, 256, 32, 16)};
-    }
-    if (op == "gaussian_head")
-        return {quick ? gaussian_head_case(2, 5, 7) : gaussian_head_case(1, 128, 128)};
-    if (op != "group_norm")
-        return {quick ? loss_case(op.c_str(), 2, 9, 13) : loss_case(op.c_str(), 4, 128, 128)};
-    if (quick) return {group_norm_case(1, 32, 8, 8, 4, true)};
-    std::vector<OpCase> cases;
-    for (const bool silu : {false, true}) {
-        cases.push_back(group_norm_case(1, 128, 128, 128, 32, silu));
-        cases.push_back(group_norm_case(1, 256, 32, 32, 32, silu));
-        cases.push_back(group_norm_case(8, 256, 16, 16, 32, silu));
-        cases.push_back(group_norm_case(1, 512, 16, 16, 32, silu));
-    }
-    return cases;
-}
 
 void add_bench(CLI::App& app, int& exit_code) {
     CLI::App* bench = app.add_subcommand("bench", "Measure speed and error on this machine.");
@@ -214,8 +183,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     add_bench_start(*bench, exit_code);
     const auto options = std::make_shared<BenchOptions>();
     ops->add_option("--only", options->only,
-                    "Operators to measure, separated by commas:\nattention, conv2d, gaussian_head, "
-                    "group_norm,\nl1, l2, linear, ssim")
+                    "Operators to measure, separated by commas:\n" + names_of_ops())
         ->type_name("OP[,OP]")
         ->delimiter(',')
         ->allow_extra_args(false)

@@ -1,15 +1,11 @@
 #include "vkrun/op_case.h"
 
 #include <cmath>
+#include <map>
 #include <numbers>
 
-#include "ref/attention_ref.h"
-#include "ref/gaussian_head_ref.h"
-#include "ref/group_norm_ref.h"
-#include "ref/linear_ref.h"
-#include "ref/losses/l1_ref.h"
-#include "ref/losses/l2_ref.h"
-#include "ref/losses/ssim_ref.h"
+#include "ref/every/every_op_ref.h"
+#include "vkrun/command.h"
 #include "vkrun/conv2d_samples.h"
 #include "vkrun/table.h"
 
@@ -40,6 +36,30 @@ class Normal {
     std::uint64_t state_;
 };
 
+/// The operator's attributes with its defaults, from the library's list of operators.
+std::map<std::string, double> attributes_of(const OpCase& op_case) {
+    static const Json ops = Json::parse(whole_text(splat_op_list));
+    std::map<std::string, double> attributes;
+    for (const Json& op : ops) {
+        if (op.at("name") != op_case.op) continue;
+        for (const Json& attribute : op.at("attributes")) {
+            const auto name = attribute.at("name").get<std::string>();
+            const Json value = op_case.attributes.contains(name) ? op_case.attributes.at(name)
+                                                                 : attribute.at("default");
+            attributes[name] =
+                value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
+        }
+    }
+    return attributes;
+}
+
+/// The larger one, or NaN if one of them is NaN.
+double larger(double a, double b) {
+    return a > b || std::isnan(a) ? a : b;
+}
+
+}  // namespace
+
 CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::uint64_t seed,
                   double mean, double deviation) {
     CaseTensor tensor{name, {}, {}};
@@ -54,223 +74,24 @@ CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::u
     return tensor;
 }
 
-std::vector<double> to_double(const std::vector<float>& values) {
-    return {values.begin(), values.end()};
-}
-
-std::size_t dim(const CaseTensor& tensor, std::size_t axis) {
-    return static_cast<std::size_t>(tensor.dims[axis]);
-}
-
-CaseReference group_norm_reference(const OpCase& op_case) {
-    const CaseTensor& x = op_case.inputs[0];
-    ref::GroupNormInput<double> input;
-    input.shape = {.N = dim(x, 0),
-                   .C = dim(x, 1),
-                   .pixels = dim(x, 2) * dim(x, 3),
-                   .G = op_case.attributes["groups"].get<std::size_t>()};
-    // The library holds eps as a float.
-    input.eps = static_cast<double>(op_case.attributes["eps"].get<float>());
-    input.silu = op_case.attributes["silu"].get<bool>();
-    input.x = to_double(x.values);
-    input.gamma = to_double(op_case.inputs[1].values);
-    input.beta = to_double(op_case.inputs[2].values);
-    CaseReference result;
-    result.outputs.emplace_back(std::move(ref::group_norm_forward(input).y));
-    auto gradients = ref::group_norm_backward(input, to_double(op_case.outputs[0].values));
-    result.grad_inputs.push_back(std::move(gradients.grad_x));
-    result.grad_inputs.push_back(std::move(gradients.grad_gamma));
-    result.grad_inputs.push_back(std::move(gradients.grad_beta));
-    return result;
-}
-
-CaseReference linear_reference(const OpCase& op_case) {
-    ref::LinearInput<double> input;
-    input.shape = {.rows = dim(op_case.inputs[0], 0),
-                   .in = dim(op_case.inputs[0], 1),
-                   .out = dim(op_case.inputs[1], 0)};
-    input.x = to_double(op_case.inputs[0].values);
-    input.weight = to_double(op_case.inputs[1].values);
-    input.bias = to_double(op_case.inputs[2].values);
-    CaseReference result;
-    result.outputs.emplace_back(ref::linear_forward(input));
-    auto gradients = ref::linear_backward(input, to_double(op_case.outputs[0].values));
-    result.grad_inputs.push_back(std::move(gradients.grad_x));
-    result.grad_inputs.push_back(std::move(gradients.grad_weight));
-    result.grad_inputs.push_back(std::move(gradients.grad_bias));
-    return result;
-}
-
-CaseReference attention_reference(const OpCase& op_case) {
-    ref::AttentionInput<double> input;
-    input.n = dim(op_case.inputs[0], 0);
-    input.c = dim(op_case.inputs[0], 1);
-    input.queries = input.keys = dim(op_case.inputs[0], 2) * dim(op_case.inputs[0], 3);
-    input.q = to_double(op_case.inputs[0].values);
-    input.k = to_double(op_case.inputs[1].values);
-    input.v = to_double(op_case.inputs[2].values);
-    CaseReference result;
-    result.outputs.emplace_back(ref::attention_forward(input));
-    auto gradients = ref::attention_backward(input, to_double(op_case.outputs[0].values));
-    result.grad_inputs.push_back(std::move(gradients.grad_q));
-    result.grad_inputs.push_back(std::move(gradients.grad_k));
-    result.grad_inputs.push_back(std::move(gradients.grad_v));
-    return result;
-}
-
-CaseReference loss_reference(const OpCase& op_case) {
-    const std::vector<double> a = to_double(op_case.inputs[0].values);
-    const std::vector<double> b = to_double(op_case.inputs[1].values);
-    const auto grad_loss = static_cast<double>(op_case.outputs[0].values[0]);
-    CaseReference result;
-    if (op_case.op == "ssim") {
-        const CaseTensor& image = op_case.inputs[0];
-        ref::SsimInput in;
-        in.planes = dim(image, 0) * dim(image, 1);
-        in.height = dim(image, 2);
-        in.width = dim(image, 3);
-        in.a = a;
-        in.b = b;
-        result.outputs.emplace_back(ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size()));
-        result.grad_inputs.emplace_back(
-            ref::summed(ref::ssim_backward<ref::Rounded>(in, grad_loss), ref::kSsimTerms));
-    } else if (op_case.op == "l1") {
-        result.outputs.emplace_back(ref::l1_forward(a, b));
-        result.grad_inputs.emplace_back(ref::l1_backward(a, b, grad_loss));
-    } else {
-        result.outputs.emplace_back(ref::l2_forward(a, b));
-        result.grad_inputs.emplace_back(ref::l2_backward(a, b, grad_loss));
-    }
-    result.grad_inputs.emplace_back();  // the target
-    return result;
-}
-
-CaseReference head_reference(const OpCase& op_case) {
-    ref::GaussianHeadInput in;
-    in.shape.images = dim(op_case.inputs[0], 0);
-    in.shape.pixels = dim(op_case.inputs[0], 2) * dim(op_case.inputs[0], 3);
-    in.net_out = to_double(op_case.inputs[0].values);
-    in.rays = to_double(op_case.inputs[1].values);
-    in.view_to_world = to_double(op_case.inputs[2].values);
-    in.quaternion = to_double(op_case.inputs[3].values);
-    // The library holds these as floats.
-    in.shape.znear = static_cast<double>(op_case.attributes["znear"].get<float>());
-    in.shape.zfar = static_cast<double>(op_case.attributes["zfar"].get<float>());
-    ref::GaussianHeadOutputs<double> grads;
-    for (std::size_t i = 0; i < grads.size(); ++i) grads[i] = to_double(op_case.outputs[i].values);
-    CaseReference result;
-    for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
-        result.outputs.emplace_back(ref::summed(values));
-    result.grad_inputs.emplace_back(
-        ref::summed(ref::gaussian_head_backward<ref::Rounded>(in, grads)));
-    result.grad_inputs.resize(op_case.inputs.size());  // cameras have none
-    return result;
-}
-
-/// The larger one, or NaN if one of them is NaN.
-double larger(double a, double b) {
-    return a > b || std::isnan(a) ? a : b;
-}
-
-}  // namespace
-
-OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
-                       std::size_t groups, bool silu) {
-    OpCase result;
-    result.op = "group_norm";
-    result.title = format("[%zu,%zu,%zu,%zu] G=%zu%s", N, C, H, W, groups, silu ? " silu" : "");
-    result.attributes["groups"] = groups;
-    result.attributes["eps"] = 1e-6;
-    result.attributes["silu"] = silu;
-    result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
-                     filled("beta", {C}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
-    return result;
-}
-
-OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain) {
-    OpCase result;
-    result.op = "conv2d";
-    result.title = format("[1,%zu,%zu,%zu] -> %zu%s", in, size, size, out,
-                          winograd == 0   ? ""
-                          : winograd == 2 ? " F(2x2)"
-                                          : " F(4x4)");
-    result.attributes["scale"] = 1;
-    result.attributes["winograd"] = winograd;
-    const double deviation = 1 / std::sqrt(9 * static_cast<double>(in));  // y is of order 1
-    result.inputs = {filled("x", {1, in, size, size}, 1, 0, 1),
-                     filled("weight", {out, in, 3, 3}, 2, 0, deviation),
-                     filled("bias", {out}, 3, 0, 0.25),
-                     filled("residual", {1, out, size, size}, 4, 0, 1)};
-    result.outputs = {filled("y", {1, out, size, size}, 5, 0, 1)};
-    result.plain = plain;
-    return result;
-}
-
-OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
-    OpCase result;
-    result.op = "linear";
-    result.title = format("%zu x %zu->%zu", rows, in, out);
-    result.attributes = Json::object();
-    const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
-    result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
-                     filled("bias", {out}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {rows, out}, 4, 0, 1)};
-    return result;
-}
-
-OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W) {
-    OpCase result;
-    result.op = "attention";
-    result.title = format("[%zu,%zu,%zu,%zu]", N, C, H, W);
-    result.attributes["heads"] = 1;
-    result.inputs = {filled("q", {N, C, H, W}, 1, 0, 1), filled("k", {N, C, H, W}, 2, 0, 1),
-                     filled("v", {N, C, H, W}, 3, 0, 1)};
-    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
-    return result;
-}
-
-OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W) {
-    OpCase result;
-    result.op = op;
-    result.title = format("[%zu,3,%zu,%zu]", N, H, W);
-    result.attributes = Json::object();
-    result.inputs = {filled("a", {N, 3, H, W}, 1, 0.5, 0.25),
-                     filled("b", {N, 3, H, W}, 2, 0.5, 0.25)};
-    result.inputs[1].constant = true;
-    result.outputs = {filled("loss", {1}, 3, 1, 0.1)};
-    return result;
-}
-
-OpCase gaussian_head_case(std::size_t N, std::size_t H, std::size_t W) {
-    OpCase result;
-    result.op = "gaussian_head";
-    result.title = format("[%zu,24,%zu,%zu]", N, H, W);
-    result.attributes["views"] = 1;
-    result.attributes["znear"] = 0.8;
-    result.attributes["zfar"] = 1.8;
-    result.attributes["sh_degree"] = 1;
-    result.inputs = {filled("net_out", {N, 24, H, W}, 1, 0, 1), filled("rays", {3, H, W}, 2, 0, 1),
-                     filled("view_to_world", {N, 4, 4}, 3, 0, 0.5),
-                     filled("quaternion", {N, 4}, 4, 0.5, 0.25)};
-    for (const char* absent : {"focal", "origin"}) result.inputs.push_back({absent, {}, {}});
-    // The last column of a pose gives w = 1.
-    std::vector<float>& poses = result.inputs[2].values;
-    for (std::size_t i = 3; i < poses.size(); i += 4) poses[i] = i % 16 == 15 ? 1.0F : 0.0F;
-    for (std::size_t i = 1; i < result.inputs.size(); ++i) result.inputs[i].constant = true;
-    const std::size_t M = H * W;
-    result.outputs = {filled("means", {N, M, 3}, 5, 0, 1), filled("opacities", {N, M, 1}, 6, 0, 1),
-                      filled("scales", {N, M, 3}, 7, 0, 1), filled("rotations", {N, M, 4}, 8, 0, 1),
-                      filled("sh", {N, M, 4, 3}, 9, 0, 1)};
-    return result;
-}
-
 CaseReference reference_of(const OpCase& op_case) {
     if (op_case.op == "conv2d") return conv2d_samples(op_case);
-    if (op_case.op == "linear") return linear_reference(op_case);
-    if (op_case.op == "gaussian_head") return head_reference(op_case);
-    if (op_case.op == "attention") return attention_reference(op_case);
-    return op_case.op == "group_norm" ? group_norm_reference(op_case) : loss_reference(op_case);
+    const ref::EveryOp* op = ref::find_op(op_case.op);
+    if (op == nullptr)
+        throw Failure(kFailed, "operator '" + op_case.op + "' has no reference in tests/ref/every");
+    ref::OpArguments in;
+    for (const CaseTensor& input : op_case.inputs)
+        in.inputs.push_back(
+            {{input.dims.begin(), input.dims.end()}, {input.values.begin(), input.values.end()}});
+    in.attributes = attributes_of(op_case);
+    std::vector<ref::Values> grads;
+    for (const CaseTensor& output : op_case.outputs)
+        grads.emplace_back(output.values.begin(), output.values.end());
+    CaseReference result;
+    for (ref::Summed<double>& sums : op->forward(in)) result.outputs.emplace_back(std::move(sums));
+    for (ref::Summed<double>& sums : op->backward(in, grads))
+        result.grad_inputs.emplace_back(std::move(sums));
+    return result;
 }
 
 CaseOnDevice::CaseOnDevice(splat_device device, const OpCase& op_case) {

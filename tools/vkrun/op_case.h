@@ -31,16 +31,13 @@ struct OpCase {
     bool plain = true;  ///< also time the plain kernels: another case of the same shapes does not
 };
 
+/// Normal numbers, the same on every machine.
+CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::uint64_t seed,
+                  double mean, double deviation);
+
 OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
                        std::size_t groups, bool silu);
-OpCase conv2d_case(std::size_t in, std::size_t size, std::size_t out, int winograd, bool plain);
 OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out);
-OpCase attention_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W);
-
-OpCase gaussian_head_case(std::size_t N, std::size_t H, std::size_t W);
-
-/// op: "l1", "l2" or "ssim".
-OpCase loss_case(const char* op, std::size_t N, std::size_t H, std::size_t W);
 
 /// The float64 result of some elements of a tensor.
 struct Samples {
