@@ -17,10 +17,10 @@ packages_build="build-essential cmake ninja-build pkg-config
 # Needed by the tests besides; clang is the second compiler that checks include/splat.h.
 packages_test="libgtest-dev vulkan-validationlayers clang"
 
-# Needed by the test against splat-transform, which is not a quick one. A node of another source than Debian
-# brings its own npm, which Debian's would be in conflict with.
-packages_interop=""
-command -v npm >/dev/null 2>&1 || packages_interop="nodejs npm"
+# Needed by the tests against PyTorch and splat-transform, which are not quick ones. A node of another source
+# than Debian brings its own npm, which Debian's would be in conflict with.
+packages_interop="python3-torch libopenblas0-pthread"
+command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
 
 install=yes
 missing=""
