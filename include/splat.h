@@ -1079,8 +1079,9 @@ SPLAT_API splat_result splat_model_read(splat_model model, const char* name, flo
                                         size_t bytes);
 
 /* Set a parameter, by the name of the state dict; bytes: exactly those of its values.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such parameter, a value
- *   that is not finite), SPLAT_ERROR_SHAPE_MISMATCH (bytes) */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such parameter, a
+ *   value that is not finite), SPLAT_ERROR_SHAPE_MISMATCH (bytes), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                          size_t bytes);
 
@@ -1090,7 +1091,8 @@ SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, spl
 /* Add to the gradients of parameters those of a loss whose gradients by "means", "opacities",
  * "scales", "rotations" and "sh" are given, in this order; NULL entries are zero. Once after each
  * splat_model_forward, whose results stay readable.
- * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass */
+ * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass, or
+ *   after parameters have changed: nothing is lost then */
 SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
 SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
 
@@ -1118,7 +1120,7 @@ typedef struct splat_module_s* splat_module;
 enum {
     SPLAT_MODULE_GRADIENTS = 1u << 0,       /* splat_module_backward is wanted */
     SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also those of inputs */
-    SPLAT_MODULE_TRAINING = 1u << 2         /* dropout acts */
+    SPLAT_MODULE_TRAINING = 1u << 2 /* dropout of a residual_block acts; that of an operator always does */
 };
 
 typedef struct splat_module_desc {
@@ -1129,12 +1131,13 @@ typedef struct splat_module_desc {
     const char* attributes;         /* JSON object; NULL: defaults */
     const splat_tensor_desc* ports; /* with name, rank, dims */
     uint32_t port_count;
-    int32_t precision; /* SPLAT_PRECISION_*, of residual_block; conv2d has an attribute */
+    int32_t precision; /* SPLAT_PRECISION_*, of residual_block alone; conv2d has an attribute */
 } splat_module_desc;
 
-/* Create a module; its parameters are zero.
+/* Create a module; its parameters, inputs and gradients of outputs are zero.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute
- *   that the type does not have), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit),
+ *   that the type does not have, GRADIENTS where nothing has any), SPLAT_ERROR_SHAPE_MISMATCH (a port that
+ *   is missing or does not fit),
  *   SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
 SPLAT_API splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
                                            splat_module* module);
@@ -1152,7 +1155,8 @@ SPLAT_API splat_result splat_module_report(splat_module module, char* buffer, si
 /* Write an input, a parameter, or the gradient of the loss by an output ("grad:y"); read these, an output
  * ("y") and gradients by parameters ("grad:weight"; sums since splat_module_zero_gradients) and inputs
  * ("grad:x"). Row-major; bytes: exactly those of the tensor.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name),
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name, a value
+ *   that is not finite but where an input has no gradient),
  *   SPLAT_ERROR_SHAPE_MISMATCH (bytes), SPLAT_ERROR_INVALID_STATE (before the pass that computes it, or if
  *   the module does not), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_module_write(splat_module module, const char* name,
@@ -1163,7 +1167,8 @@ SPLAT_API splat_result splat_module_read(splat_module module, const char* name, 
 /* Compute the outputs; then, once after each forward, add to the gradients of parameters and write those
  * of inputs.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (backward without
- *   SPLAT_MODULE_GRADIENTS or a forward pass of its own), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_MODULE_GRADIENTS or a forward pass of its own, or after inputs or parameters were written;
+ *   nothing is lost then), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
  *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_module_forward(splat_module module);
 SPLAT_API splat_result splat_module_backward(splat_module module);

@@ -138,8 +138,9 @@ Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& na
         object.predictor->parameters().find(gradient ? name.substr(5) : name);
     if (parameter == nullptr)
         return error(Code::kInvalidArgument,
-                     "'%s' is no result (means, opacities, scales, rotations, sh, raw) and no "
-                     "parameter of the model",
+                     "'%s' is no result (means, opacities, scales, rotations, sh, raw), no "
+                     "parameter of the model, and no gradient: grad: before a parameter's name, "
+                     "images, embedding or tokens",
                      name.c_str());
     if (!gradient) return parameter->value;
     if (parameter->grad.block == nullptr)
@@ -239,7 +240,8 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
             const std::lock_guard lock(object->context->mutex);
             auto made = model::Predictor::create(*object->context, config, options);
             if (made.status().code() == Code::kUnsupported && options.objects > 1)
-                return error(Code::kUnsupported, "%s; with fewer objects than %u per pass it may fit",
+                return error(Code::kUnsupported,
+                             "%s; with fewer objects than %u per pass it may fit",
                              made.status().message().c_str(), options.objects);
             SPLAT_ASSIGN(object->predictor, std::move(made));
         }  // an object that add() cannot take is destroyed there, which locks again
@@ -335,10 +337,10 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         };
         for (const auto& [input, known] : kInputs) {
             if (std::string_view(name) != known) continue;
-            if (!object.went_back)
-                return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
             SPLAT_ASSIGN(const std::vector<float> gradient,
                          object.predictor->input_gradient(input));
+            if (!object.went_back)
+                return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
             SPLAT_TRY(check_bytes(gradient.size() * sizeof(float)));
             std::copy(gradient.begin(), gradient.end(), values);
             return {};
@@ -347,6 +349,28 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         const std::size_t needed = view.shape.elements() * sizeof(float);
         SPLAT_TRY(check_bytes(needed));
         return object.context->read(view, values, needed);
+    });
+}
+
+splat_result splat_model_write(splat_model model, const char* name, const float* values,
+                               size_t bytes) {
+    return locked(model, [&](api::ModelObject& object) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(values, "values"));
+        nn::Parameters& parameters = object.predictor->parameters();
+        const nn::Parameter* parameter = parameters.find(name);
+        if (parameter == nullptr)
+            return error(Code::kInvalidArgument,
+                         "the model has no parameter '%s'; splat_model_store lists them", name);
+        const std::size_t needed = parameter->shape.elements() * sizeof(float);
+        if (bytes != needed)
+            return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,
+                         parameter->shape.text().c_str(), needed);
+        const std::span<const float> given(values, bytes / sizeof(float));
+        if (const std::size_t bad = find_not_finite(given); bad < given.size())
+            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
+                         name, static_cast<double>(given[bad]), bad);
+        return parameters.write(*parameter, given);
     });
 }
 
@@ -385,10 +409,9 @@ splat_result splat_model_backward(splat_model model, const float* const gradient
                           ? object.context->fill(views[i], 0)
                           : object.context->write(views[i], gradients[i], bytes));
         }
-        object.went_back = false;
-        SPLAT_TRY(object.predictor->backward());
-        object.went_back = true;
-        return {};
+        const Status done = object.predictor->backward();
+        if (done.code() != Code::kInvalidState) object.went_back = done.ok();
+        return done;
     });
 }
 

@@ -1,6 +1,5 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "core/finite.h"
 #include "core/json.h"
 
 using namespace splat;
@@ -78,14 +77,7 @@ std::string report_of(model::Module& module) {
         "\"bytes\": %llu}",
         json_quote(module.type()).c_str(), ports_json(module.names().inputs).c_str(),
         ports_json(module.names().outputs).c_str(), parameters.c_str(),
-        static_cast<unsigned long long>(module.memory().arenas));
-}
-
-Status check_bytes(std::size_t bytes, const vk::BufferView& view, const char* name) {
-    const std::size_t needed = view.shape.elements() * sizeof(float);
-    if (bytes == needed) return {};
-    return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,
-                 view.shape.text().c_str(), needed);
+        static_cast<unsigned long long>(module.memory().arenas - module.memory().prepared));
 }
 
 }  // namespace
@@ -130,12 +122,7 @@ splat_result splat_module_write(splat_module module, const char* name, const flo
     return locked(module, [&](api::ModuleObject& object) -> Status {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const vk::BufferView view, object.module->target(name));
-        SPLAT_TRY(check_bytes(bytes, view, name));
-        SPLAT_TRY(object.context->write(view, values, bytes));
-        if (object.module->parameters().find(name) != nullptr)
-            object.module->parameters().changed();
-        return {};
+        return object.module->write(name, values, bytes);
     });
 }
 
@@ -143,9 +130,7 @@ splat_result splat_module_read(splat_module module, const char* name, float* val
     return locked(module, [&](api::ModuleObject& object) -> Status {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const vk::BufferView view, object.module->source(name));
-        SPLAT_TRY(check_bytes(bytes, view, name));
-        return object.context->read(view, values, bytes);
+        return object.module->read(name, values, bytes);
     });
 }
 
@@ -167,27 +152,5 @@ splat_result splat_module_destroy(splat_module module) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Modules::remove(module, "module"));
         return {};
-    });
-}
-
-splat_result splat_model_write(splat_model model, const char* name, const float* values,
-                               size_t bytes) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
-        nn::Parameters& parameters = object->predictor->parameters();
-        const nn::Parameter* parameter = parameters.find(name);
-        if (parameter == nullptr)
-            return error(Code::kInvalidArgument,
-                         "the model has no parameter '%s'; splat_model_store lists them", name);
-        SPLAT_TRY(check_bytes(bytes, parameter->value, name));
-        const std::span<const float> given(values, bytes / sizeof(float));
-        const std::size_t bad = find_not_finite(given);
-        if (bad < given.size())
-            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                         name, static_cast<double>(given[bad]), bad);
-        return parameters.write(*parameter, given);
     });
 }

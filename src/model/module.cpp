@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/finite.h"
+
 namespace splat::model {
 namespace {
 
@@ -55,6 +57,26 @@ Status wrong_attribute(const char* name, double got, const char* expected) {
                  name, got, expected);
 }
 
+/// Normalisation takes min(32, C / 4) groups of channels.
+Status check_groups(const char* what, std::uint32_t channels) {
+    const std::uint32_t groups = std::max(1U, std::min(32U, channels / 4));
+    if (channels % groups == 0) return {};
+    return error(Code::kShape, "%s: %s has %u channels, which do not divide into %u groups",
+                 kResidualBlock, what, channels, groups);
+}
+
+/// [images, ..., last], of a port that may be absent.
+Status check_port(const ModulePort* port, std::uint32_t images, std::uint32_t rank,
+                  const char* expected) {
+    if (port == nullptr) return {};
+    const Shape& s = port->shape;
+    const bool fits =
+        s.rank() == rank && (rank == 1 ? s[0] == 4 : s[0] == images) && (rank < 4 || s[3] == 1);
+    if (fits) return {};
+    return error(Code::kShape, "%s: port '%s' has shape %s, expected %s for %u images of x",
+                 kResidualBlock, port->name.c_str(), s.text().c_str(), expected, images);
+}
+
 Status check_block(const nn::Attributes& a, const Shape& x) {
     for (const char* name : {"dropout", "lora_dropout"})
         if (!(a.number(name) >= 0 && a.number(name) < 1))
@@ -67,6 +89,10 @@ Status check_block(const nn::Attributes& a, const Shape& x) {
                      kResidualBlock);
     if (a.integer("views") < 1 || x[0] % a.integer("views") != 0)
         return wrong_attribute("views", a.number("views"), "a divisor of the images of x");
+    SPLAT_TRY(check_groups("port 'x'", x[1]));
+    if (a.integer("out_channels") > 0)
+        SPLAT_TRY(check_groups("attribute 'out_channels'",
+                               static_cast<std::uint32_t>(a.integer("out_channels"))));
     return {};
 }
 
@@ -107,6 +133,11 @@ void Module::add_output(const std::string& name, ValueId value) {
 /// Row-major ports that have gradients are parameters.
 Status Module::build_operator() {
     SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc_.type));
+    if (desc_.build.training || desc_.build.precision != Precision::kBalanced)
+        return error(Code::kInvalidArgument,
+                     "%s: training and precision are of %s; an operator does what its attributes "
+                     "say",
+                     desc_.type.c_str(), kResidualBlock);
     std::vector<std::string> known;
     for (const nn::Port& p : row->inputs) known.emplace_back(p.name);
     SPLAT_TRY(check_ports(known));
@@ -149,10 +180,19 @@ Status Module::build_block() {
     config_.lora.dropout = static_cast<float>(a.number("lora_dropout"));
     const bool lora_drops = config_.lora.rank > 0 && config_.lora.dropout > 0;
     const bool random = desc_.build.training && (config_.dropout > 0 || lora_drops);
-    if (random != (port("random_counter") != nullptr))
-        return error(Code::kInvalidArgument, "%s: port 'random_counter' is %s", kResidualBlock,
-                     random ? "absent, and dropout acts: give it with shape [4]"
-                            : "given, but nothing is random: set dropout and training");
+    if (random && port("random_counter") == nullptr)
+        return error(Code::kShape,
+                     "%s: port 'random_counter' is absent, and dropout acts: give it, of shape [4]",
+                     kResidualBlock);
+    if (!random && port("random_counter") != nullptr)
+        return error(Code::kInvalidArgument,
+                     "%s: port 'random_counter' is given, but nothing is random: set dropout and "
+                     "training",
+                     kResidualBlock);
+    const std::uint32_t images = x->shape[0];
+    SPLAT_TRY(check_port(port("embedding"), images, 2, "[N,E]"));
+    SPLAT_TRY(check_port(port("tokens"), images, 4, "[N,D,T,1]"));
+    SPLAT_TRY(check_port(port("random_counter"), images, 1, "[4]"));
     for (const ModulePort& given : desc_.ports) {
         const bool counter = given.name == "random_counter";
         add_input(given, counter ? Layout::kRowMajor : Layout::kQuads, counter);
@@ -177,14 +217,25 @@ Result<std::unique_ptr<Module>> Module::create(vk::Context& context, const Modul
     SPLAT_ASSIGN(nn::Parameters parameters,
                  nn::Parameters::create(context, made->graph_, desc.gradients));
     made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
+    const auto& all = made->parameters_->all();
+    const bool trained =
+        std::any_of(all.begin(), all.end(), [](const nn::Parameter& p) { return p.trainable; });
+    if (desc.gradients && !desc.input_gradients && !trained)
+        return error(Code::kInvalidArgument,
+                     "%s: no parameter of it is trained: gradients need "
+                     "SPLAT_MODULE_INPUT_GRADIENTS",
+                     desc.type.c_str());
     nn::ExecutorDesc executor;
     executor.backward = desc.gradients;
-    executor.recompute = desc.recompute;
     for (const auto& [name, value] : made->outputs_) executor.outputs.push_back(value);
     if (desc.gradients) executor.grad_outputs = executor.outputs;
     if (desc.gradients && desc.input_gradients) executor.grad_inputs = made->differentiable_;
     SPLAT_ASSIGN(made->executor_,
                  nn::Executor::create(context, made->graph_, *made->parameters_, executor));
+    for (const auto& [name, value] : made->inputs_)
+        SPLAT_TRY(context.fill(made->executor_->tensor(value), 0));
+    for (const ValueId value : executor.grad_outputs)
+        SPLAT_TRY(context.fill(made->executor_->gradient(value), 0));
     return made;
 }
 
@@ -248,18 +299,56 @@ Result<vk::BufferView> Module::source(const std::string& name) {
     return executor_->gradient(input->second);
 }
 
+namespace {
+
+Status check_bytes(const std::string& name, const vk::BufferView& view, std::size_t bytes) {
+    const std::size_t needed = view.shape.elements() * sizeof(float);
+    if (bytes == needed) return {};
+    return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name.c_str(),
+                 view.shape.text().c_str(), needed);
+}
+
+}  // namespace
+
+Status Module::write(const std::string& name, const float* values, std::size_t bytes) {
+    SPLAT_ASSIGN(const vk::BufferView view, target(name));
+    SPLAT_TRY(check_bytes(name, view, bytes));
+    const std::span<const float> given(values, bytes / sizeof(float));
+    const auto input = inputs_.find(name);
+    const bool constant =
+        input != inputs_.end() && std::find(differentiable_.begin(), differentiable_.end(),
+                                            input->second) == differentiable_.end();
+    const std::size_t bad = constant ? given.size() : find_not_finite(given);
+    if (bad < given.size())
+        return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
+                     name.c_str(), static_cast<double>(given[bad]), bad);
+    if (const nn::Parameter* parameter = parameters_->find(name))
+        return parameters_->write(*parameter, given);
+    if (input != inputs_.end()) input_changed_ = true;
+    return context_.write(view, values, bytes);
+}
+
+Status Module::read(const std::string& name, float* values, std::size_t bytes) {
+    SPLAT_ASSIGN(const vk::BufferView view, source(name));
+    SPLAT_TRY(check_bytes(name, view, bytes));
+    return context_.read(view, values, bytes);
+}
+
 Status Module::forward() {
-    ran_ = went_back_ = false;
+    ran_ = went_back_ = input_changed_ = false;
     SPLAT_TRY(executor_->forward());
     ran_ = true;
     return {};
 }
 
 Status Module::backward() {
-    went_back_ = false;
-    SPLAT_TRY(executor_->backward());
-    went_back_ = true;
-    return {};
+    if (input_changed_)
+        return error(Code::kInvalidState,
+                     "%s: backward was called after an input had been written: run forward again",
+                     desc_.type.c_str());
+    const Status done = executor_->backward();
+    if (done.code() != Code::kInvalidState) went_back_ = done.ok();
+    return done;
 }
 
 }  // namespace splat::model

@@ -24,7 +24,6 @@ struct ModuleDesc {
     std::vector<ModulePort> ports;
     bool gradients = false;
     bool input_gradients = false;
-    bool recompute = false;  ///< see nn::ExecutorDesc
     BuildOptions build;
 };
 
@@ -46,15 +45,18 @@ class Module {
     /// with 1, other vectors with 0, matrices and kernels with Xavier's uniform distribution.
     Status init(std::uint64_t seed);
 
-    /// Where "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output) is written. Who
-    /// writes a parameter calls parameters().changed() afterwards. Errors: kInvalidArgument, listing names.
-    Result<vk::BufferView> target(const std::string& name);
+    /// Write "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output); ports are zero
+    /// before. Errors: kInvalidArgument, listing names, or for what is not finite, but for constants, which
+    /// may hold bits; kShape (bytes); kInvalidState (made without gradients).
+    Status write(const std::string& name, const float* values, std::size_t bytes);
 
-    /// Where those and "y", "grad:x", "grad:block.conv0.weight" are read. Errors: those of target();
-    /// kInvalidState before the pass that computes them, or if it does not.
-    Result<vk::BufferView> source(const std::string& name);
+    /// Read those and "y", "grad:x", "grad:block.conv0.weight". Errors: as write(); kInvalidState before
+    /// the pass that computes them, or if it does not.
+    Status read(const std::string& name, float* values, std::size_t bytes);
 
     Status forward();
+
+    /// kInvalidState as nn::Executor::backward, and if an input has been written since; nothing is lost then.
     Status backward();
 
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
@@ -67,7 +69,10 @@ class Module {
     [[nodiscard]] const nn::ExecutorMemory& memory() const { return executor_->memory(); }
 
   private:
-    Module(vk::Context& context, ModuleDesc desc) : desc_(std::move(desc)), graph_(context) {}
+    Module(vk::Context& context, ModuleDesc desc)
+        : context_(context), desc_(std::move(desc)), graph_(context) {}
+    Result<vk::BufferView> target(const std::string& name);
+    Result<vk::BufferView> source(const std::string& name);
     Status build_operator();
     Status build_block();
     Status check_ports(const std::vector<std::string>& known) const;
@@ -76,6 +81,7 @@ class Module {
     void add_output(const std::string& name, nn::ValueId value);
     [[nodiscard]] Status unknown(const std::string& name) const;
 
+    vk::Context& context_;
     ModuleDesc desc_;
     nn::Graph graph_;
     PredictorConfig config_;  ///< of a block
@@ -87,6 +93,7 @@ class Module {
     std::vector<nn::ValueId> differentiable_;  ///< inputs that can have a gradient
     bool ran_ = false;
     bool went_back_ = false;
+    bool input_changed_ = false;  ///< since forward
 };
 
 }  // namespace splat::model

@@ -136,6 +136,7 @@ Status Predictor::write_put(const Put& put) {
 Status Predictor::set_rays(std::vector<float> rays) {
     const Put put{rays_value_, {}, rays, "ray_dirs"};
     SPLAT_TRY(check_put(put));
+    input_changed_ = true;
     SPLAT_TRY(write_put(put));
     rays_ = std::move(rays);
     return {};
@@ -231,8 +232,11 @@ Result<std::vector<float>> Predictor::input_gradient(Input input) const {
          (input == Input::kEmbedding && config_.embedding == Embedding::kCustom));
     if (!there)
         return error(Code::kInvalidState,
-                     "predictor: there is no gradient of this input: the model was made without "
-                     "gradients of inputs, or its configuration does not have the input");
+                     "predictor: no gradient of the %s is computed: the model was made without "
+                     "SPLAT_MODEL_INPUT_GRADIENTS, or its configuration does not have them",
+                     input == Input::kImages   ? "images"
+                     : input == Input::kTokens ? "tokens"
+                                               : "custom embedding");
     const vk::BufferView& view = executor_->gradient(input == Input::kImages   ? image_
                                                      : input == Input::kTokens ? tokens_
                                                                                : embedding_);

@@ -170,6 +170,9 @@ Status Executor::backward() {
     if (!ran_)
         return error(Code::kInvalidState,
                      "backward was called without a forward pass of its own: each takes one");
+    if (parameters_.revision() != ran_revision_)
+        return error(Code::kInvalidState,
+                     "backward was called after parameters had changed: run forward again");
     ran_ = false;
     return context_.run(backward_);
 }

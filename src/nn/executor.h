@@ -66,8 +66,8 @@ class Executor {
 
     Status forward();
 
-    /// Once after each forward: it overwrites what forward left for it. kInvalidState otherwise, or if
-    /// made without.
+    /// Once after each forward: it overwrites what forward left for it. kInvalidState otherwise, if made
+    /// without, or if parameters have changed since; nothing is lost then.
     Status backward();
 
     [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }

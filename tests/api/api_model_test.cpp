@@ -249,8 +249,11 @@ TEST_F(ApiModel, GradientsOfInputs) {
         EXPECT_REFUSED(splat_model_read(model, "grad:images", gradient.data(), bytes - 1),
                        SPLAT_ERROR_INVALID_ARGUMENT, "'grad:images' takes");
         EXPECT_REFUSED(splat_model_read(model, "grad:tokens", gradient.data(), bytes),
-                       SPLAT_ERROR_INVALID_STATE, "no gradient of this input");
+                       SPLAT_ERROR_INVALID_STATE, "no gradient of the tokens");
         ASSERT_DONE(splat_model_read(model, "grad:images", gradient.data(), bytes));
+        EXPECT_REFUSED(splat_model_backward(model, by_means), SPLAT_ERROR_INVALID_STATE,
+                       "each takes one");
+        EXPECT_EQ(read(model, "grad:images", gradient.size()), gradient) << "still there";
         const std::string text = report(model);
         activations[recompute ? 1 : 0] =
             std::stoull(text.substr(text.find("\"activations\": ") + 15));
@@ -274,6 +277,26 @@ TEST_F(ApiModel, GradientsOfInputs) {
     }
     EXPECT_EQ(results[0], results[1]);
     EXPECT_LT(activations[1], activations[0]);
+    const Model without = make_model(device_);
+    EXPECT_REFUSED(splat_model_read(without, "grad:images", results[0].data(), 4),
+                   SPLAT_ERROR_INVALID_STATE, "without SPLAT_MODEL_INPUT_GRADIENTS");
+}
+
+TEST_F(ApiModel, BackwardIsOfTheParametersOfForward) {
+    auto desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    run(model);
+    const float* const nothing[5] = {};
+    const char* const name = "network_with_offset.out.bias";
+    const std::vector<float> bias = read(model, name, 24);
+    ASSERT_DONE(splat_model_write(model, name, bias.data(), 96));
+    EXPECT_REFUSED(splat_model_backward(model, nothing), SPLAT_ERROR_INVALID_STATE,
+                   "after parameters had changed");
+    run(model);
+    ASSERT_DONE(splat_model_backward(model, nothing));
 }
 
 /// Numbers that a caller may give for a check, as pointers have no length.

@@ -23,7 +23,7 @@ struct ModuleRequest {
         made.attributes = attributes.empty() ? nullptr : attributes.c_str();
         made.ports = ports.data();
         made.port_count = static_cast<std::uint32_t>(ports.size());
-        made.precision = SPLAT_PRECISION_STRICT;
+        if (type == "residual_block") made.precision = SPLAT_PRECISION_STRICT;
         return made;
     }
 };
@@ -188,7 +188,7 @@ TEST_F(ApiModule, DropoutFollowsItsCounter) {
     refused(request, SPLAT_ERROR_INVALID_ARGUMENT, "'random_counter' is given");
     request.flags = SPLAT_MODULE_TRAINING;
     request.ports.pop_back();
-    refused(request, SPLAT_ERROR_INVALID_ARGUMENT, "give it with shape [4]");
+    refused(request, SPLAT_ERROR_SHAPE_MISMATCH, "give it, of shape [4]");
 }
 
 TEST_F(ApiModule, SaysWhatIsWrong) {
@@ -204,6 +204,17 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
     refused({"residual_block", R"({"views": 3})", {x}}, kArgument, "'views' is 3");
     refused({"residual_block", R"({"dropout": 1})", {x}}, kArgument, "'dropout' is 1");
     refused({"residual_block", R"({"up": true, "down": true})", {x}}, kArgument, "expected one");
+    refused({"residual_block", R"({"out_channels": 13})", {x}}, SPLAT_ERROR_SHAPE_MISMATCH,
+            "'out_channels' has 13 channels, which do not divide into 3 groups");
+    refused({"residual_block", "", {tensor_desc({2, 9, 4, 4}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
+            "port 'x' has 9 channels");
+    refused({"residual_block", "", {x, tensor_desc({3, 5}, "embedding")}},
+            SPLAT_ERROR_SHAPE_MISMATCH, "'embedding' has shape [3, 5], expected [N,E] for 2");
+    refused({"residual_block", "", {x, tensor_desc({2, 5, 3}, "tokens")}},
+            SPLAT_ERROR_SHAPE_MISMATCH, "expected [N,D,T,1]");
+    refused({"silu", "", {x}, SPLAT_MODULE_GRADIENTS}, kArgument,
+            "gradients need SPLAT_MODULE_INPUT_GRADIENTS");
+    refused({"silu", "", {x}, SPLAT_MODULE_TRAINING}, kArgument, "are of residual_block");
     refused({"linear", "", {tensor_desc({3, 2}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
             "tensor 'weight' is absent");
     refused({"silu", "", {x}, SPLAT_MODULE_INPUT_GRADIENTS}, kArgument,
@@ -219,6 +230,36 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
     EXPECT_REFUSED(splat_module_read(silu, "grad:x", values.data(), 1024),
                    SPLAT_ERROR_INVALID_STATE, "is not computed");
     EXPECT_REFUSED(splat_module_backward(silu), SPLAT_ERROR_INVALID_STATE, "without gradients");
+    values[3] = NAN;
+    EXPECT_REFUSED(splat_module_write(silu, "x", values.data(), 1024), kArgument,
+                   "'x' holds nan at 3");
+}
+
+/// What was written after forward must not act on its backward pass; what is refused loses nothing.
+TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
+    const Module linear =
+        make({"linear", "", {tensor_desc({1, 2}, "x"), tensor_desc({1, 2}, "weight")}});
+    EXPECT_EQ(read(linear, "x", 2), Floats(2, 0)) << "not yet written";
+    write(linear, "x", {2, 3});
+    write(linear, "weight", {5, 7});
+    ASSERT_DONE(splat_module_forward(linear));
+    ASSERT_DONE(splat_module_backward(linear));
+    EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "no gradient was given";
+    write(linear, "grad:y", {1});
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "each takes one");
+    EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "still there";
+    ASSERT_DONE(splat_module_forward(linear));
+    write(linear, "x", {4, 4});
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE,
+                   "after an input had been written");
+    ASSERT_DONE(splat_module_forward(linear));
+    write(linear, "weight", {1, 1});
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE,
+                   "after parameters had changed");
+    ASSERT_DONE(splat_module_forward(linear));
+    ASSERT_DONE(splat_module_backward(linear));
+    EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 1));
+    EXPECT_EQ(read(linear, "grad:weight", 2), Floats(2, 4));
 }
 
 /// A parameter that is written acts, also where its prepared form is kept.
