@@ -1,5 +1,6 @@
 #include "model/graph_reference.h"
 
+#include <cmath>
 #include <string_view>
 
 #include "ref/every/every_op_ref.h"
@@ -142,6 +143,12 @@ std::vector<float> GraphRun::gradient(ValueId id) const {
     const bool parameter = graph_.value(id).kind == nn::ValueKind::kParameter;
     EXPECT_OK(read(parameter ? parameters_->of(id).grad : executor_->gradient(id), values));
     return values;
+}
+
+double norm_of(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value * value;
+    return std::sqrt(sum);
 }
 
 }  // namespace splat::test

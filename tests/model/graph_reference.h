@@ -32,6 +32,9 @@ class GraphReference {
     std::map<nn::ValueId, std::vector<double>> gradients_;
 };
 
+/// Euclidean.
+double norm_of(const std::vector<double>& values);
+
 /// The same graph on a device, forward and backward, with numbers for all inputs and parameters; both
 /// are given the same ones.
 class GraphRun {

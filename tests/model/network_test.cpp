@@ -141,12 +141,6 @@ class Network {
     model::SongUnet unet_;
 };
 
-double norm_of(const std::vector<double>& values) {
-    double sum = 0;
-    for (const double value : values) sum += value * value;
-    return std::sqrt(sum);
-}
-
 class Networks : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Networks);
 

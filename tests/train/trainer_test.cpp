@@ -229,6 +229,30 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
     EXPECT_LE(std::sqrt(difference / norm), 1e-4) << "sums of a larger pass are tiled otherwise";
 }
 
+/// Activations that are computed once more have the same bits, dropout included, and need less memory.
+TEST_P(TrainerRules, RecomputesToTheSameBits) {
+    model::PredictorConfig network = small_network();
+    network.dropout = 0.1F;
+    TrainConfig training = small_training();
+    const auto kept = make(network, training);
+    training.recompute = true;
+    const auto again = make(network, training);
+    ASSERT_TRUE(kept && again);
+    EXPECT_LT(again->predictor().executor().memory().bound,
+              kept->predictor().executor().memory().bound);
+    const Batch batch(network, training);
+    EXPECT_EQ(run(*again, batch).loss.total, run(*kept, batch).loss.total);
+    EXPECT_EQ(again->steps(), 1U);
+    for (const nn::Parameter& parameter : kept->predictor().parameters().all()) {
+        std::vector<float> one, other;
+        ASSERT_OK(kept->predictor().parameters().read(parameter.value, one));
+        const nn::Parameter* same = again->predictor().parameters().find(parameter.name);
+        ASSERT_NE(same, nullptr);
+        ASSERT_OK(again->predictor().parameters().read(same->value, other));
+        EXPECT_EQ(one, other) << parameter.name;
+    }
+}
+
 TEST_P(TrainerRules, ResumesBitByBit) {
     model::PredictorConfig network = small_network();
     network.dropout = 0.1F;
