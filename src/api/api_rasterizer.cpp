@@ -175,6 +175,18 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
     return arguments.read(from.sh, "sh", {n, k, 3}, views.colors);
 }
 
+/// After a call, however it ended, the rasterizer keeps the scene that its lists name: the one drawn, or
+/// where that was not recorded the one before.
+struct KeepNamed {
+    api::RasterizerObject& object;
+    const raster::SceneInput& input;
+    PackedPointer& packed;
+
+    ~KeepNamed() {
+        if (object.rasterizer->names(input)) std::swap(object.scene, packed);
+    }
+};
+
 Status pack(api::RasterizerObject& object, const raster::AttributeViews& views) {
     const raster::RasterDesc& desc = object.rasterizer->desc();
     if (object.inputs.gaussians.bytes() == 0) {
@@ -208,20 +220,16 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
         SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(object->rasterizer->desc(), cameras, count, background));
-        std::vector<PackedPointer> released;  // destroyed without the mutex, which they lock
-        PackedPointer packed;
+        PackedPointer packed;  // destroyed without the mutex, which its destructor locks
         {
             const std::lock_guard lock(from->mutex);
             SPLAT_ASSIGN(packed, packed_scene(*from, *object));
         }
         const std::lock_guard lock(object->context->mutex);
-        object->scenes.push_back(packed);
         raster::SceneInput input = packed->arrays.input(packed->version);
         input.sh_degree = packed->bands;
-        SPLAT_TRY(object->rasterizer->forward(input, views));
-        // The lists now name this scene only.
-        released = std::exchange(object->scenes, {packed});
-        return {};
+        const KeepNamed keep{*object, input, packed};
+        return object->rasterizer->forward(input, views);
     });
 }
 

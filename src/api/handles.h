@@ -71,10 +71,9 @@ struct RasterizerObject {
     std::unique_ptr<raster::Rasterizer> rasterizer;
     raster::PackedArrays inputs;  ///< of tensors; empty before the first such call
     raster::PackedArrays gradients;
-    vk::Buffer grad_image;  ///< [V,H,W] quads
-    vk::Buffer grad_depth;  ///< [V,H,W]
-    /// Scenes that recorded command lists may name; the latest is the last.
-    std::vector<std::shared_ptr<PackedScene>> scenes;
+    vk::Buffer grad_image;               ///< [V,H,W] quads
+    vk::Buffer grad_depth;               ///< [V,H,W]
+    std::shared_ptr<PackedScene> scene;  ///< the one that recorded command lists may name
 
     ~RasterizerObject();
 };

@@ -19,6 +19,10 @@ bool same(const SceneInput& a, const SceneInput& b) {
 
 }  // namespace
 
+bool Rasterizer::names(const SceneInput& scene) const {
+    return same(scene, scene_);
+}
+
 Status Rasterizer::check_device() const {
     const vk::DeviceLimits& limits = context_.device().info().limits;
     if (desc_.width < 1 || desc_.height < 1 || desc_.views < 1)

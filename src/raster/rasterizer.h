@@ -68,6 +68,9 @@ class Rasterizer {
     /// Whether the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
+    /// Whether recorded lists may name these arrays; they name those of one scene.
+    [[nodiscard]] bool names(const SceneInput& scene) const;
+
     /// The scene's arrays are about to be written: from now on nothing is drawn.
     void invalidate() { valid_ = false; }
 

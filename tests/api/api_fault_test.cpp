@@ -283,6 +283,38 @@ TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
     EXPECT_DONE(drawing.draw(drawing.other));
 }
 
+/// Draws that fail leave no more on the device than the scene that the recorded lists name.
+TEST_F(ApiFault, FailedDrawsKeepOneScene) {
+    for (const std::string point : {"vk.create_descriptor_pool", "vk.wait_timeout"}) {
+        SCOPED_TRACE(point);
+        Drawing drawing;
+        const std::vector<float> gradient = drawing.gradient();
+        drawing.one.destroy();  // from here on the rasterizer alone keeps it
+        const Rasterizer second = make_rasterizer(drawing.device, rasterizer_desc(5, 20, 18));
+        const auto draw = [&](const Scene& scene) {
+            return splat_rasterizer_forward_scene(second, scene, &drawing.camera, 1, nullptr);
+        };
+        std::vector<std::uint64_t> live;
+        for (int i = 0; i < 3; ++i) {
+            Scene scene = SampleScene(5).create();
+            ASSERT_DONE(draw(scene));  // uploads it, so that what fails is the drawing
+            fault::arm(point.c_str(), 1, 1);
+            EXPECT_TRUE(documented(drawing.draw(scene)));
+            EXPECT_GE(fault::disarm(), 1U);
+            ASSERT_DONE(draw(drawing.other));
+            scene.destroy();
+            auto memory = sized<splat_memory_info>();
+            ASSERT_DONE(splat_device_get_memory(drawing.device, &memory));
+            live.push_back(memory.live_bytes);
+        }
+        EXPECT_EQ(live, std::vector<std::uint64_t>(3, live[0]));
+        if (point != "vk.wait_timeout") {
+            EXPECT_EQ(drawing.gradient(), gradient) << "of the scene before";
+        }
+        EXPECT_DONE(drawing.draw(drawing.other));
+    }
+}
+
 TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
     Objects all;
     for (int i = 0; i < 3; ++i) {
