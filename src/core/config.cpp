@@ -161,9 +161,18 @@ Status Config::refuse_unknown(const std::vector<std::string>& known,
                               const std::vector<std::string>& sections) const {
     for (const ConfigEntry& entry : entries_) {
         const std::string section = section_of(entry.key);
-        if (entry.map || section == entry.key) continue;  // a section may be null
-        if (is_in(section, sections) && !is_in(entry.key, known))
-            return unknown(what_, "key", entry.key, known);
+        if (!is_in(section, sections) || is_in(entry.key, known)) continue;
+        if (section == entry.key) {
+            if (entry.map || (!entry.list && entry.values[0].index() == 0))
+                continue;  // null: empty
+            return error(Code::kInvalidArgument, "%s: '%s' is %s, expected keys below it",
+                         what_.c_str(), section.c_str(),
+                         entry.list ? "a list" : kind_of(entry.values[0]));
+        }
+        const bool leads_on = entry.map && std::any_of(known.begin(), known.end(), [&](auto& key) {
+                                  return key.starts_with(entry.key + ".");
+                              });
+        if (!leads_on) return unknown(what_, "key", entry.key, known);
     }
     return {};
 }

@@ -53,7 +53,7 @@ class Config {
                                                   std::vector<T> otherwise) const;
 
     /// Errors: kInvalidArgument for a key of one of these sections ("opt" has "opt.base_lr") that is not in
-    /// `known`, with the known one that is nearest.
+    /// `known`, with the known one that is nearest, and for a section that is a list or a value but null.
     [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known,
                                         const std::vector<std::string>& sections) const;
 

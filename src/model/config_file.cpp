@@ -1,7 +1,5 @@
 #include "model/config_file.h"
 
-#include <algorithm>
-
 #include "core/config_reader.h"
 #include "core/json.h"
 
@@ -57,10 +55,6 @@ const std::vector<std::string> kKnown = {"data.training_resolution",
                                          "model.token_dim",
                                          "model.tokens",
                                          "model.out_channels"};
-
-bool describes_network(const std::string& key) {
-    return key.starts_with("data.") || key.starts_with("cam_embd.") || key.starts_with("model.");
-}
 
 bool is_given(const Config& config, const char* key) {
     const ConfigEntry* entry = config.find(key);
@@ -208,16 +202,7 @@ bool is_co3d_category(const std::string& category) {
 }
 
 Result<PredictorConfig> predictor_config(const Config& config) {
-    for (const ConfigEntry& entry : config.entries()) {
-        if (!describes_network(entry.key) ||
-            std::find(kKnown.begin(), kKnown.end(), entry.key) != kKnown.end())
-            continue;
-        const std::string nearest = nearest_name(entry.key, kKnown);
-        return error(Code::kInvalidArgument, "%s: there is no key '%s'%s%s%s",
-                     config.what().c_str(), entry.key.c_str(),
-                     nearest.empty() ? "" : "; did you mean '", nearest.c_str(),
-                     nearest.empty() ? "" : "'?");
-    }
+    SPLAT_TRY(config.refuse_unknown(kKnown, {"data", "cam_embd", "model"}));
     PredictorConfig c;
     ConfigReader read(config);
     read_data(read, c);

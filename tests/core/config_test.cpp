@@ -180,5 +180,24 @@ TEST(Config, NamesTheNearestKey) {
     EXPECT_EQ(nearest_name("x", {"completely"}), "");
 }
 
+/// What cannot hold keys is no section, and a map without known keys is none of them.
+TEST(Config, RefusesSectionsWithoutKeys) {
+    const auto status = [](const char* text) {
+        const auto config = read_yaml_config(text, "c.yaml");
+        EXPECT_OK(config.status());
+        return config.value().refuse_unknown({"opt.lr", "opt.ema.use"}, {"opt", "model"});
+    };
+    EXPECT_ERROR(status("opt: 5\n"), Code::kInvalidArgument,
+                 "c.yaml: 'opt' is a whole number, expected keys below it");
+    EXPECT_ERROR(status("opt: text\n"), Code::kInvalidArgument, "'opt' is a text");
+    EXPECT_ERROR(status("model: [1, 2]\n"), Code::kInvalidArgument, "'model' is a list");
+    EXPECT_ERROR(status("opt: {foo: {}}\n"), Code::kInvalidArgument, "there is no key 'opt.foo'");
+    EXPECT_ERROR(status("opt: {ema: {foo: {}}}\n"), Code::kInvalidArgument,
+                 "there is no key 'opt.ema.foo'");
+    for (const char* good : {"opt:\nmodel: {}\n", "opt: {ema: {use: true}, lr: 1}\n",
+                             "opt: {ema: {}}\n", "hydra: 5\nwandb: [1]\ndefaults: [a]\n"})
+        EXPECT_OK(status(good)) << good;
+}
+
 }  // namespace
 }  // namespace splat
