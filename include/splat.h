@@ -1018,10 +1018,13 @@ enum {
 
 /* Take over the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
  * that it lacks stay as they are. With GRAFT each channel goes to where its meaning is, and the outputs
- * stay those of the file's network until the new channels are trained. flags: SPLAT_LOAD_*
+ * stay those of the file's network until the new channels are trained; tensors that the model lacks are
+ * left out, among them the attention to tokens that encoders of earlier versions had. flags:
+ * SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
- *   SPLAT_ERROR_INVALID_ARGUMENT (a missing tensor, one that is not finite, another field of view or
- *   alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model without) */
+ *   SPLAT_ERROR_INVALID_ARGUMENT (a missing tensor, one that is not finite, without GRAFT one that the
+ *   model lacks, another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model
+ *   without) */
 SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
 
 /* The model's state dict, with the buffers that published files hold. */

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <set>
 
 namespace splat::model {
@@ -30,7 +29,7 @@ bool may_be_fresh(const std::string& name) {
     return false;
 }
 
-/// Networks with tokens once attended to them in the encoder, too; its tensors are left out.
+/// Networks with tokens once attended to them in the encoder, too.
 bool is_of_earlier_networks(const std::string& name) {
     return name.find(".enc.") != std::string::npos &&
            name.find(".cross_attention.") != std::string::npos;
@@ -180,14 +179,17 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
     for (const NamedTensor& tensor : tensors)
         if (!used.contains(tensor.name) && !is_buffer(tensor.name))
             made.left_out.push_back(tensor.name);
-    const auto unknown =
-        std::find_if_not(made.left_out.begin(), made.left_out.end(), is_of_earlier_networks);
-    if (!options.graft && unknown != made.left_out.end())
+    if (!options.graft && !made.left_out.empty()) {
+        const auto unknown =
+            std::find_if_not(made.left_out.begin(), made.left_out.end(), is_of_earlier_networks);
+        const bool earlier = unknown == made.left_out.end();
         return error(Code::kInvalidArgument,
-                     "the file has %td tensors that this network lacks, one is '%s'",
-                     std::count_if(made.left_out.begin(), made.left_out.end(),
-                                   std::not_fn(is_of_earlier_networks)),
-                     unknown->c_str());
+                     "the file has %zu tensors that this network lacks, one is '%s'%s",
+                     made.left_out.size(), (earlier ? made.left_out.front() : *unknown).c_str(),
+                     earlier ? "; networks of earlier versions attended to tokens in the encoder, "
+                               "too: graft the file to leave that out"
+                             : "");
+    }
     SPLAT_TRY(check_rays(predictor, tensors, options, made));
 
     for (const std::string& name : made.copied)

@@ -43,8 +43,8 @@ struct LoadReport {
 ///
 /// Parameters that the file lacks keep their values if they belong to adapters, embeddings or
 /// attention to tokens, which start without effect or are to be trained; others are an error. So are,
-/// without grafting, tensors that the predictor lacks, but for the encoder's attention to tokens, which
-/// earlier versions had.
+/// without grafting, tensors that the predictor lacks, the encoder's attention to tokens, which
+/// earlier versions had, among them.
 ///
 /// Errors  kShape, naming the tensor, its shapes and what to do; kInvalidArgument for a missing
 ///         tensor, one that is not finite, or a ray grid of another field of view where neither

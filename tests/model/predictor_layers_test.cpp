@@ -36,7 +36,7 @@ TEST_P(PredictorLayers, TokensAreAttendedToInBottleneckAndDecoder) {
     EXPECT_GT(relative_l2(run(*predictor, inputs), before), 1e-5) << "tokens have an effect";
 }
 
-/// Files of networks that attended to tokens in the encoder, too, are taken without that.
+/// Files of networks that attended to tokens in the encoder, too, are grafted without that.
 TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     const auto from = make(with_tokens());
     const auto to = make(with_tokens());
@@ -48,13 +48,19 @@ TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
         "network_with_offset.encoder.enc.8x8_block0.cross_attention.q_proj.weight";
     ASSERT_OK(state.value().add({name, {1}, io::NumberType::kF32, {1}}));
     model::LoadReport report;
-    ASSERT_OK(model::load_state(*to, state.value(), {}, report));
+    EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
+                 name +
+                     "'; networks of earlier versions attended to tokens in the encoder, too: "
+                     "graft the file to leave that out");
+    model::LoadOptions graft;
+    graft.graft = true;
+    ASSERT_OK(model::load_state(*to, state.value(), graft, report));
     EXPECT_EQ(report.left_out, std::vector<std::string>{name});
     const Inputs inputs(with_tokens());
     EXPECT_EQ(run(*to, inputs), run(*from, inputs));
     ASSERT_OK(state.value().add({"dec.cross_attention.more", {1}, io::NumberType::kF32, {1}}));
     EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
-                 "1 tensors that this network lacks, one is 'dec.cross_attention.more'");
+                 "2 tensors that this network lacks, one is 'dec.cross_attention.more'");
 }
 
 PredictorConfig adapted_linear(std::uint32_t rank) {
