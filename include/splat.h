@@ -948,16 +948,17 @@ SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer,
 enum { SPLAT_FOLD_OUT = 1u << 0 }; /* take adapters out of weights that they were folded into */
 
 /* Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), with SPLAT_FOLD_OUT
- * minus, in float64, rounded once. The result has no adapters, and the other tensors as they are. A
- * network of it predicts what one with its adapters beside the weights does, but for float32 rounding
- * (1e-6 of "raw"), in less time; taken out again, a weight is what it was but for two roundings.
+ * minus, in float64, rounded once. The result has no adapters, no lora_alpha and lora_rank among its
+ * metadata, and the other tensors as they are. A network of it predicts what one with its adapters
+ * beside the weights does, but for float32 rounding (1e-6 of "raw"), in less time; taken out again, a
+ * weight is what it was but for two roundings.
  * adapters  "<layer>.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and shapes,
  *           see splat_model_export; other tensors are passed over; NULL: those among `weights`
  * alpha     finite: opt.lora_alpha of the training
  * flags     SPLAT_FOLD_OUT
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a layer
- *   that is not there) */
+ *   that is not there, a weight that would not be finite) */
 SPLAT_API splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
                                           uint32_t flags, splat_weights* folded);
 SPLAT_API splat_result splat_weights_destroy(splat_weights weights);

@@ -296,7 +296,7 @@ splat_result splat_model_export(splat_model model, uint32_t what, splat_weights*
         SPLAT_ASSIGN(made->file, model::save_adapters(*object.predictor));
         if (what == SPLAT_EXPORT_MERGED) {
             SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*object.predictor));
-            const float alpha = object.predictor->config().lora.alpha;
+            const auto alpha = static_cast<double>(object.predictor->config().lora.alpha);
             SPLAT_ASSIGN(made->file.tensors,
                          model::merge_adapters(state, made->file.tensors, alpha, 1));
             made->file.metadata.clear();

@@ -143,11 +143,12 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
                 Code::kInvalidArgument, "%s no tensors '<layer>.lora_A'",
                 adapters == nullptr ? "adapters is NULL, and weights has" : "adapters has");
         auto made = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(
-            made->file.tensors,
-            model::merge_adapters(from->file.tensors, given->file.tensors,
-                                  static_cast<float>(alpha), (flags & SPLAT_FOLD_OUT) ? -1 : 1));
-        made->file.metadata = from->file.metadata;
+        SPLAT_ASSIGN(made->file.tensors,
+                     model::merge_adapters(from->file.tensors, given->file.tensors, alpha,
+                                           (flags & SPLAT_FOLD_OUT) ? -1 : 1));
+        for (const auto& entry : from->file.metadata)  // the result has no adapters
+            if (entry.first != "lora_alpha" && entry.first != "lora_rank")
+                made->file.metadata.push_back(entry);
         made->report = api::weights_report(made->file, "model");
         *folded = api::Weights::add(std::move(made));
         return {};

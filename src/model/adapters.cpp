@@ -40,6 +40,34 @@ Result<NamedTensors> plain_adapters(const NamedTensors& tensors) {
     return plain;
 }
 
+/// "<layer>.weight" of an adapter's plain name.
+std::string weight_of(const std::string& adapter) {
+    return adapter.substr(0, adapter.rfind('.')) + std::string(kSuffix);
+}
+
+/// `adapters` with the name of the other network where `tensors` have their weights under that: see
+/// under_own_names().
+Result<NamedTensors> under_names_of(const NamedTensors& tensors, const NamedTensors& adapters) {
+    PredictorConfig with, without;
+    without.offset = false;
+    const std::string names[] = {std::string(with.network_name()) + ".",
+                                 std::string(without.network_name()) + "."};
+    NamedTensors result;
+    for (NamedTensor adapter : adapters) {
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (!adapter.name.starts_with(names[i])) continue;
+            const std::string other = names[1 - i] + adapter.name.substr(names[i].size());
+            if (tensors.find(weight_of(adapter.name)) != nullptr ||
+                tensors.find(weight_of(other)) == nullptr)
+                continue;
+            adapter.name = other;
+            break;
+        }
+        SPLAT_TRY(result.add(std::move(adapter)));
+    }
+    return result;
+}
+
 std::string number_text(double value) {
     return format("%.9g", value);
 }
@@ -85,6 +113,11 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
         for (std::size_t i = 0; i < columns; ++i) {
             float& value = weight.values[first + i];
             value = static_cast<float>(static_cast<double>(value) + scale * sums[i]);
+            if (!std::isfinite(value))
+                return error(Code::kInvalidArgument,
+                             "layer of '%s': element %zu of the folded weight is %g, expected a "
+                             "finite number; check alpha and the files",
+                             weight.name.c_str(), first + i, static_cast<double>(value));
         }
     }
     return {};
@@ -119,12 +152,15 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor) {
 Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report) {
     SPLAT_TRY(expect_adapters(predictor));
     SPLAT_TRY(check_alpha(predictor, file));
-    SPLAT_ASSIGN(const NamedTensors adapters, plain_adapters(file.tensors));
+    SPLAT_ASSIGN(const NamedTensors plain, plain_adapters(file.tensors));
     for (const NamedTensor& tensor : file.tensors)
-        if (adapters.find(plain_name(tensor.name)) == nullptr)
+        if (plain.find(plain_name(tensor.name)) == nullptr)
             return error(Code::kInvalidArgument,
                          "tensor '%s' is no adapter; load the file as a state dict",
                          tensor.name.c_str());
+    NamedTensors renamed;
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(predictor.config(), plain, renamed));
+    const NamedTensors& adapters = *named;
     LoadReport made;
     for (const nn::Parameter& parameter : predictor.parameters().all()) {
         if (!is_adapter(parameter.name)) continue;
@@ -158,10 +194,10 @@ bool has_adapters(const NamedTensors& tensors) {
 }
 
 Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& given,
-                                    float alpha, int sign) {
-    SPLAT_ASSIGN(const NamedTensors adapters, plain_adapters(given));
+                                    double alpha, int sign) {
+    SPLAT_ASSIGN(const NamedTensors plain, plain_adapters(given));
+    SPLAT_ASSIGN(const NamedTensors adapters, under_names_of(tensors, plain));
     NamedTensors merged;
-    std::size_t used = 0;
     for (const NamedTensor& tensor : tensors) {
         if (is_adapter(plain_name(tensor.name))) continue;
         NamedTensor result = tensor;
@@ -172,17 +208,15 @@ Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTens
             if ((a == nullptr) != (b == nullptr))
                 return error(Code::kInvalidArgument, "layer '%s' has only one half of an adapter",
                              layer.c_str());
-            if (a != nullptr) {
-                used += 2;
-                SPLAT_TRY(fold(result, *a, *b, sign * static_cast<double>(alpha)));
-            }
+            if (a != nullptr) SPLAT_TRY(fold(result, *a, *b, sign * alpha));
         }
         SPLAT_TRY(merged.add(std::move(result)));
     }
-    if (used != adapters.size())
-        return error(Code::kInvalidArgument,
-                     "%zu of %zu matrices of adapters belong to no weight of the file",
-                     adapters.size() - used, adapters.size());
+    for (const NamedTensor& adapter : adapters)
+        if (merged.find(weight_of(adapter.name)) == nullptr)
+            return error(Code::kInvalidArgument,
+                         "the adapter '%s' belongs to no weight: the file has no '%s'",
+                         adapter.name.c_str(), weight_of(adapter.name).c_str());
     return merged;
 }
 

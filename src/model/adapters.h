@@ -31,12 +31,13 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
 bool has_adapters(const io::NamedTensors& tensors);
 
 /// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the rest of
-/// `tensors` without the adapters; `sign` -1 takes them out again.
+/// `tensors` without the adapters; `sign` -1 takes them out again. Where only one of both has the
+/// earlier names of a network without offset, they are taken for those of the other.
 ///
-/// Errors     kInvalidArgument for half a pair or a weight that is not there, kShape for shapes that do
-///            not multiply
+/// Errors     kInvalidArgument for half a pair, a weight that is not there, or one that would not be
+///            finite; kShape for shapes that do not multiply
 /// Precision  one rounding of each weight, from float64
 Result<io::NamedTensors> merge_adapters(const io::NamedTensors& tensors,
-                                        const io::NamedTensors& adapters, float alpha, int sign);
+                                        const io::NamedTensors& adapters, double alpha, int sign);
 
 }  // namespace splat::model

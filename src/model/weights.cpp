@@ -40,20 +40,6 @@ std::string first_conv_name(const PredictorConfig& c) {
     return std::string(c.network_name()) + ".encoder.enc." + r + "x" + r + "_conv.weight";
 }
 
-/// Networks without offset were once saved under the names of those with one: what to read is `renamed`.
-Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const NamedTensors& tensors,
-                                            NamedTensors& renamed) {
-    const std::string old = std::string(PredictorConfig().network_name()) + ".";
-    const auto has_old = [&](const NamedTensor& tensor) { return tensor.name.starts_with(old); };
-    if (c.offset || std::none_of(tensors.begin(), tensors.end(), has_old)) return &tensors;
-    for (NamedTensor tensor : tensors) {
-        if (has_old(tensor))
-            tensor.name = std::string(c.network_name()) + "." + tensor.name.substr(old.size());
-        SPLAT_TRY(renamed.add(std::move(tensor)));
-    }
-    return &renamed;
-}
-
 bool same_dims(const NamedTensor& tensor, const Shape& shape) {
     if (tensor.dims.size() != shape.rank()) return false;
     for (std::uint32_t i = 0; i < shape.rank(); ++i)
@@ -135,6 +121,19 @@ std::uint32_t ImageChannels::count() const {
 
 ImageChannels channels_of(const PredictorConfig& config) {
     return {config.depth, config.normal, config.mask};
+}
+
+Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const NamedTensors& tensors,
+                                            NamedTensors& renamed) {
+    const std::string old = std::string(PredictorConfig().network_name()) + ".";
+    const auto has_old = [&](const NamedTensor& tensor) { return tensor.name.starts_with(old); };
+    if (c.offset || std::none_of(tensors.begin(), tensors.end(), has_old)) return &tensors;
+    for (NamedTensor tensor : tensors) {
+        if (has_old(tensor))
+            tensor.name = std::string(c.network_name()) + "." + tensor.name.substr(old.size());
+        SPLAT_TRY(renamed.add(std::move(tensor)));
+    }
+    return &renamed;
 }
 
 Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOptions& options,

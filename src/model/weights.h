@@ -52,6 +52,12 @@ struct LoadReport {
 Status load_state(Predictor& predictor, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
+/// Networks without offset were once saved under the names of those with one: `tensors`, or `renamed`
+/// where those of a predictor without offset have such names.
+Result<const io::NamedTensors*> under_own_names(const PredictorConfig& config,
+                                                const io::NamedTensors& tensors,
+                                                io::NamedTensors& renamed);
+
 /// All parameters under their names, and the buffers that published files hold: ray_dirs, the
 /// resampling filters and the rotation constants of spherical harmonics.
 Result<io::NamedTensors> save_state(Predictor& predictor);

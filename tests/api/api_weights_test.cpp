@@ -76,6 +76,45 @@ TEST(ApiWeights, SavesByExtension) {
     std::filesystem::remove_all(folder);
 }
 
+/// A layer of one weight of -1 and its adapters of 1 and 1.
+Weights one_layer() {
+    const std::string header =
+        R"({"__metadata__":{"format":"pt","lora_alpha":"2","lora_rank":"1"},)"
+        R"("x.weight":{"dtype":"F32","shape":[1,1],"data_offsets":[0,4]},)"
+        R"("x.lora_A":{"dtype":"F32","shape":[1,1],"data_offsets":[4,8]},)"
+        R"("x.lora_B":{"dtype":"F32","shape":[1,1],"data_offsets":[8,12]}})";
+    const std::uint64_t size = header.size();
+    const float values[] = {-1, 1, 1};
+    const auto path =
+        std::filesystem::temp_directory_path() / ("splat-one-layer-" + std::to_string(::getpid()));
+    std::ofstream(path, std::ios::binary)
+        << std::string(reinterpret_cast<const char*>(&size), sizeof size) << header
+        << std::string(reinterpret_cast<const char*>(values), sizeof values);
+    Weights weights;
+    EXPECT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    std::filesystem::remove(path);
+    return weights;
+}
+
+TEST(ApiWeights, FoldedOnesHaveNoAdapters) {
+    const Weights weights = one_layer();
+    Weights folded;
+    // float32 has no such alpha: rounded before the weight is, it would be 1 + 2^-23.
+    ASSERT_DONE(splat_weights_fold(weights, nullptr, 0x1.0000010001p0, 0, folded.out()));
+    EXPECT_EQ(values_of(folded, "x.weight"), (std::vector<float>{0x1.0001p-24F}));
+    std::uint32_t count = 0;
+    EXPECT_DONE(splat_weights_count(folded, &count));
+    EXPECT_EQ(count, 1U);
+    EXPECT_EQ(report_of(folded),
+              R"({"format": "model", "metadata": {"format": "pt"}, "warnings": []})");
+    EXPECT_REFUSED(splat_weights_fold(weights, nullptr, 1e39, 0, folded.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT,
+                   "layer of 'x.weight': element 0 of the folded weight is inf");
+    const Weights other = make_weights();
+    EXPECT_REFUSED(splat_weights_fold(other, weights, 1, 0, folded.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "the file has no 'x.weight'");
+}
+
 TEST(ApiWeights, DestroyedOnesAreRefused) {
     Weights weights = make_weights();
     const splat_weights stale = weights.destroy();

@@ -19,8 +19,10 @@ constexpr const char* kConv0 = "base_model.model.network_with_offset.encoder.enc
 /// Files of adapters alone: nothing runs, so one set of kernels says it all.
 class Adapters : public KernelsTest {
   protected:
-    std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6) {
+    std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6,
+                                    bool offset = true) {
         PredictorConfig config;
+        config.offset = offset;
         config.resolution = 8;
         config.base_dim = 4;
         config.num_blocks = 1;
@@ -89,6 +91,48 @@ TEST_P(Adapters, AreReadUnderTheNamesOfStateDicts) {
     EXPECT_EQ(read(*second, *second->parameters().find(name)), state.value().find(name)->values);
 }
 
+/// Networks without offset were once saved under the names of those with one.
+TEST_P(Adapters, AreReadUnderEarlierNames) {
+    const auto first = make(10, 3, 6, false);
+    const auto second = make(500, 3, 6, false);
+    ASSERT_TRUE(first && second);
+    const auto state = model::save_state(*first);
+    const auto file = model::save_adapters(*first);
+    ASSERT_OK(state.status());
+    ASSERT_OK(file.status());
+    const auto earlier = [](const io::NamedTensors& tensors) {
+        io::NamedTensors renamed;
+        for (io::NamedTensor tensor : tensors) {
+            const std::size_t at = tensor.name.find("network_wo_offset.");
+            if (at != std::string::npos) tensor.name.replace(at, 17, "network_with_offset");
+            EXPECT_OK(renamed.add(std::move(tensor)));
+        }
+        return renamed;
+    };
+    io::WeightsFile old;
+    old.tensors = earlier(file.value().tensors);
+    ASSERT_NE(old.tensors.find(std::string(kConv0) + ".lora_A.weight"), nullptr);
+    model::LoadReport report;
+    ASSERT_OK(model::load_adapters(*second, old, report));
+    const char* name = "network_wo_offset.encoder.dec.8x8_in0.qkv.lora_B";
+    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.value().find(name)->values);
+
+    const auto merged = model::merge_adapters(state.value(), file.value().tensors, 6, 1);
+    ASSERT_OK(merged.status());
+    const io::NamedTensors old_state = earlier(state.value());
+    const std::pair<const io::NamedTensors*, const io::NamedTensors*> pairs[] = {
+        {&state.value(), &old.tensors},
+        {&old_state, &file.value().tensors},
+        {&old_state, &old.tensors}};
+    for (const auto& [weights, adapters] : pairs) {
+        const auto again = model::merge_adapters(*weights, *adapters, 6, 1);
+        ASSERT_OK(again.status());
+        ASSERT_EQ(again.value().size(), merged.value().size());
+        for (std::size_t i = 0; i < merged.value().size(); ++i)
+            EXPECT_EQ(again.value()[i].values, merged.value()[i].values) << again.value()[i].name;
+    }
+}
+
 TEST_P(Adapters, RefusesOtherFiles) {
     const auto predictor = make(10);
     const auto without = make(20, 0);
@@ -139,7 +183,9 @@ TEST_P(Adapters, RefusesOtherFiles) {
     const auto state = model::save_state(*predictor);
     ASSERT_OK(state.status());
     EXPECT_ERROR(model::merge_adapters(state.value(), more.tensors, 6, 1).status(),
-                 Code::kInvalidArgument, "1 of 33 matrices");
+                 Code::kInvalidArgument,
+                 "the adapter 'elsewhere.lora_A' belongs to no weight: the file has no "
+                 "'elsewhere.weight'");
     EXPECT_ERROR(
         model::merge_adapters(state.value(),
                               changed([](io::NamedTensor& t) { t.name.clear(); }).tensors, 6, 1)
