@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 
 #include "vkrun/command.h"
@@ -53,7 +54,7 @@ it was before, but for two roundings. Needs no device.
 
 JSON: {in, out, adapters, alpha}.
 
-Exit status: 0 done, 1 a file does not fit or OUT cannot be written, 2 wrong usage.
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 a file cannot be read or does not fit.
 
 Examples:
   vkrun weights lora-unmerge merged.safetensors cars.safetensors --adapters adapters.safetensors
@@ -148,6 +149,10 @@ struct Adapted {
     std::uint32_t layers = 0;
 
     explicit Adapted(const WeightsModelOptions& options) : model(options) {
+        const Json config = model.report().at("config");
+        if (!config.contains("opt") || !config.at("opt").value("lora_finetune", false))
+            throw Failure(kUsageError, "the network of '" + options.config +
+                                           "' has no adapters: set opt.lora_finetune");
         model.load(options.in, SPLAT_LOAD_TAKE_RAYS);
         if (!options.adapters.empty()) {
             model.load(options.adapters, SPLAT_LOAD_ADAPTERS);
@@ -221,12 +226,15 @@ double alpha_of(splat_weights adapters, const std::string& path) {
 
 int unmerge(const UnmergeOptions& options) {
     check_target(options.out, options.overwrite);
+    constexpr double kMost = std::numeric_limits<float>::max();  // as opt.lora_alpha is kept
+    if (options.alpha_given) check_number("--alpha", options.alpha, -kMost, kMost);
     Weights merged, adapters, made;
-    check(splat_weights_load(options.in.c_str(), merged.out()));
-    check(splat_weights_load(options.adapters.c_str(), adapters.out()));
+    check(splat_weights_load(options.in.c_str(), merged.out()), kBadData);
+    check(splat_weights_load(options.adapters.c_str(), adapters.out()), kBadData);
     const double alpha =
         options.alpha_given ? options.alpha : alpha_of(adapters.get(), options.adapters);
-    check(splat_weights_fold(merged.get(), adapters.get(), alpha, SPLAT_FOLD_OUT, made.out()));
+    check(splat_weights_fold(merged.get(), adapters.get(), alpha, SPLAT_FOLD_OUT, made.out()),
+          kBadData);
     check(splat_weights_save(made.get(), options.out.c_str(), 0));
     if (options.json)
         std::printf("%s\n", json_text({{"in", options.in},

@@ -99,9 +99,12 @@ std::vector<float> read_tensor(splat_tensor tensor) {
 
 std::string whole_text(const std::function<splat_result(char*, std::size_t, std::size_t*)>& get) {
     std::size_t needed = 0;
-    check(get(nullptr, 0, &needed));
-    std::string text(needed, '\0');
+    std::string text(std::size_t{1} << 16U, '\0');  // mostly enough: each call may read a file
     check(get(text.data(), text.size(), &needed));
+    if (needed > text.size()) {
+        text.resize(needed);
+        check(get(text.data(), text.size(), &needed));
+    }
     text.resize(text.find('\0'));
     return text;
 }

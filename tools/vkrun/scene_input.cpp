@@ -12,11 +12,12 @@ namespace {
 constexpr std::uint32_t kMaxSide = 16384;  ///< of an image in the library
 constexpr std::uint32_t kStandInSide = 1024;
 
-std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera_file_desc& desc) {
-    std::uint32_t count = 0;
-    check(splat_camera_load(path.c_str(), &desc, nullptr, 0, &count), kBadData);
+std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera_file_desc& desc,
+                                     std::size_t count) {
     std::vector<splat_camera> cameras(count);
-    check(splat_camera_load(path.c_str(), &desc, cameras.data(), count, nullptr), kBadData);
+    check(splat_camera_load(path.c_str(), &desc, cameras.data(), static_cast<std::uint32_t>(count),
+                            nullptr),
+          kBadData);
     return cameras;
 }
 
@@ -50,12 +51,21 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
     desc.flags = options.ignore_distortion ? SPLAT_CAMERA_IGNORE_DISTORTION : 0;
     desc.width = said ? options.size.width : kStandInSide;
     desc.height = said ? options.size.height : kStandInSide;
+    const Json report =
+        Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* n) {
+            const splat_result result =
+                splat_camera_load_report(path.c_str(), &desc, buffer, capacity, n);
+            check(result, kBadData);
+            return result;
+        }));
     CameraFile file;
-    file.cameras = cameras_of(path, desc);
+    file.names = report.at("names").get<std::vector<std::string>>();
+    file.warnings = report.at("warnings").get<std::vector<std::string>>();
+    file.cameras = cameras_of(path, desc, file.names.size());
     auto other = desc;
     other.width += other.width < kMaxSide ? 1 : -1;
     other.height += other.height < kMaxSide ? 1 : -1;
-    file.resized = cameras_of(path, other);
+    file.resized = cameras_of(path, other, file.names.size());
     std::size_t sizes = 0;
     for (std::size_t i = 0; i < file.cameras.size(); ++i) sizes += file.says_size(i) ? 1 : 0;
     if (said && sizes > 0 && sizes == file.cameras.size())
@@ -64,12 +74,6 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
     if (!said && !options.without_size && sizes < file.cameras.size())
         throw Failure(kUsageError, "'" + path + "' says no size of its images ('w' and 'h'): " +
                                        "give it with --size WIDTHxHEIGHT");
-    const Json report =
-        Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* n) {
-            return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, n);
-        }));
-    file.names = report.at("names").get<std::vector<std::string>>();
-    file.warnings = report.at("warnings").get<std::vector<std::string>>();
     return file;
 }
 

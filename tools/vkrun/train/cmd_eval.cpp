@@ -31,7 +31,7 @@ Image writes it) and, with --images N, contact sheets of the first N objects: ta
 all training images, whatever the object; "billboard" the first conditioning view as a flat picture, at
 the depth (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
-Exit status: 0 done, 1 failed, 2 wrong usage, 3 no device, 4 bad data.
+Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
 
 Examples:
   vkrun eval run/weights_best.safetensors --data cars --out eval
@@ -149,7 +149,6 @@ int evaluate(const EvalOptions& options) {
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
     const DataSet data(config, options.data, options.split);
-    make_folder(options.out);
     const Device device = open_device(device_desc(options.device));
     Network network(device.get(), config);
     network.load(options.weights);
@@ -159,6 +158,7 @@ int evaluate(const EvalOptions& options) {
     const std::unique_ptr<Painter> painter =
         options.baseline.empty() ? std::make_unique<NetworkPainter>(network)
                                  : make_baseline(options.baseline, network, config, options.data);
+    make_folder(options.out);
     Progress progress("evaluating", count);
     std::vector<ObjectScores> objects;
     for (std::uint32_t i = 0; i < count; ++i) {

@@ -23,7 +23,7 @@ shows them.
 
 Without --weights the built-in ones are taken: procedural cars at 64 x 64 pixels.
 
-Exit status: 0 done, 1 failed, 2 wrong usage, 3 no device, 4 bad data.
+Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
 
 Examples:
   vkrun predict photo.png --out out

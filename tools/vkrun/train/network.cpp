@@ -41,13 +41,17 @@ Rasterizer make_rasterizer(splat_device device, const splat_scene_info& info, st
     return rasterizer;
 }
 
+/// Under the names of state dicts or of PEFT, as splat_weights_fold() knows them.
 bool has_adapters(splat_weights weights) {
     std::uint32_t count = 0;
     check(splat_weights_count(weights, &count));
     for (std::uint32_t i = 0; i < count; ++i) {
         auto info = sized<splat_weights_info>();
         check(splat_weights_get_info(weights, i, &info));
-        if (std::string_view(info.name).ends_with(".lora_A")) return true;
+        const std::string_view name = info.name;
+        if (name.ends_with(".lora_A") ||
+            (name.starts_with("base_model.model.") && name.ends_with(".lora_A.weight")))
+            return true;
     }
     return false;
 }
@@ -103,7 +107,7 @@ Network::Network(splat_device device, const Json& config)
     desc.precision = precision == "strict" ? SPLAT_PRECISION_STRICT
                      : precision == "fast" ? SPLAT_PRECISION_FAST
                                            : SPLAT_PRECISION_BALANCED;
-    check(splat_model_create(device, &desc, model_.out()));
+    check(splat_model_create(device, &desc, model_.out()), kUsageError);
 }
 
 void Network::load(const std::string& path) {

@@ -59,7 +59,7 @@ Training::Training(const TrainingOptions& options) {
     const std::string text = config_.dump();
     auto desc = sized<splat_trainer_desc>();
     desc.config = text.c_str();
-    check(splat_trainer_create(device_.get(), &desc, trainer_.out()));
+    check(splat_trainer_create(device_.get(), &desc, trainer_.out()), kUsageError);
     check(splat_trainer_model(trainer_.get(), model_.out()));
     folder_ = std::make_unique<RunFolder>(options.out, options.resume);
     if (options.resume)
