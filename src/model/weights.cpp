@@ -104,8 +104,15 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
                      predictor.config().resolution);
     }
     SPLAT_TRY(io::check_finite(*rays));
-    for (std::size_t i = 0; i < rays->values.size(); ++i)  // float32 of the reference's own formula
-        if (std::abs(rays->values[i] - predictor.rays()[i]) > 1e-5F) report.rays_differ = true;
+    // Half an ulp of what the file holds, beside float32 of the reference's own formula.
+    const float rounding = rays->type == io::NumberType::kF16    ? 0x1p-11F
+                           : rays->type == io::NumberType::kBf16 ? 0x1p-8F
+                                                                 : 0.0F;
+    for (std::size_t i = 0; i < rays->values.size(); ++i) {
+        const float ray = predictor.rays()[i];
+        if (std::abs(rays->values[i] - ray) > 1e-5F + rounding * std::abs(ray))
+            report.rays_differ = true;
+    }
     if (!report.rays_differ || options.graft || options.take_rays) return {};
     return error(Code::kInvalidArgument,
                  "the file's ray_dirs are those of another field of view than the configuration's "

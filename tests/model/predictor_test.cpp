@@ -163,6 +163,28 @@ TEST_P(PredictorRules, SavesWhatItLoads) {
     EXPECT_EQ(run(*second, inputs), run(*first, inputs));
 }
 
+/// A ray grid that is the configuration's but for the rounding of a file of float16 is no other one.
+TEST_P(PredictorRules, RoundedRaysAreTheSame) {
+    const auto predictor = make(small_config());
+    ASSERT_TRUE(predictor);
+    auto state = model::save_state(*predictor);
+    ASSERT_OK(state.status());
+    const model::LoadOptions take{.source = {}, .graft = false, .take_rays = true};
+    for (const auto type : {io::NumberType::kF16, io::NumberType::kF32}) {
+        io::NamedTensors changed;
+        for (io::NamedTensor tensor : state.value()) {
+            if (tensor.name.ends_with("ray_dirs")) {
+                tensor.type = type;
+                for (float& ray : tensor.values) ray *= 1 + 0x1p-12F;  // less than half an ulp
+            }
+            ASSERT_OK(changed.add(std::move(tensor)));
+        }
+        model::LoadReport report;
+        ASSERT_OK(model::load_state(*predictor, changed, take, report));
+        EXPECT_EQ(report.rays_differ, type == io::NumberType::kF32);
+    }
+}
+
 /// Without offset the names are those of the published code; files of earlier versions are read, too.
 TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
     PredictorConfig config = small_config();

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "vkrun/command.h"
+#include "vkrun/scene_input.h"
 #include "vkrun/table.h"
 #include "vkrun/train/prediction.h"
 
@@ -38,6 +39,9 @@ int predict(const PredictionOptions& options, bool json) {
                                        : "IMAGE and --data exclude each other");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
+    check_number("--elevation", options.elevation, -89, 89);
+    check_number("--views", options.views, 1, 10000);
+    if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
     const Json result = run_prediction(options);
     if (json) {
         std::printf("%s\n", json_text(result).c_str());

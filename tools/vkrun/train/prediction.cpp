@@ -32,7 +32,7 @@ std::string built_in_weights() {
         places.push_back(folder / "tools" / name);
     for (const fs::path& place : places)
         if (fs::exists(place)) return place.lexically_normal().string();
-    throw Failure(kUsageError, "the built-in weights are not there: name others with --weights");
+    throw Failure(kBadData, "the built-in weights are not there: name others with --weights");
 }
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
