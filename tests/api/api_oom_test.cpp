@@ -160,8 +160,9 @@ class ApiOom : public testing::Test {
     Life life_;
     fs::path folder_;
     ScenarioResults good_;
-    /// By how many allocations runs may differ; the driver's shader cache is shared with other processes.
-    static constexpr std::uint64_t kVaryingAllocations = 8;
+    /// By how many allocations runs may differ: the driver's shader cache is shared with other processes, and
+    /// threads compile kernels while the caller goes on. 6466 to 6485 were seen of one program.
+    static constexpr std::uint64_t kVaryingAllocations = 40;
 
     std::uint64_t count_ = 0;
     std::size_t baseline_ = 0;
