@@ -57,9 +57,8 @@ Status wrong_attribute(const char* name, double got, const char* expected) {
                  name, got, expected);
 }
 
-/// Normalisation takes min(32, C / 4) groups of channels.
 Status check_groups(const char* what, std::uint32_t channels) {
-    const std::uint32_t groups = std::max(1U, std::min(32U, channels / 4));
+    const std::uint32_t groups = norm_groups(channels);
     if (channels % groups == 0) return {};
     return error(Code::kShape, "%s: %s has %u channels, which do not divide into %u groups",
                  kResidualBlock, what, channels, groups);

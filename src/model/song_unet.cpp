@@ -32,6 +32,10 @@ std::string level_name(std::uint32_t resolution, const std::string& what) {
 
 }  // namespace
 
+std::uint32_t norm_groups(std::uint32_t channels) {
+    return std::max(1U, std::min(32U, channels / 4));
+}
+
 ValueId SongUnet::parameter(const std::string& name, const Shape& shape, const Init& init) {
     inits_[name] = init;
     const bool adapter = name.find("lora_") != std::string::npos;
@@ -48,7 +52,7 @@ bool SongUnet::attends(std::uint32_t resolution) const {
 ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times) {
     if (!graph_.status().ok()) return kNoValue;
     const std::uint32_t c = channels(x);
-    const std::uint32_t groups = std::max(1U, std::min(32U, c / 4));
+    const std::uint32_t groups = norm_groups(c);
     if (c % groups != 0)
         graph_.fail(error(Code::kInvalidArgument,
                           "configuration: layer '%s' has %u channels, which do not divide into its "

@@ -18,6 +18,9 @@ struct BuildOptions {
     Precision precision = Precision::kBalanced;
 };
 
+/// Groups of channels that normalisation takes: at most 32, of 4 channels at least.
+std::uint32_t norm_groups(std::uint32_t channels);
+
 /// Builds the layers of Song et al.'s U-Net (the "DDPM++" variant without noise conditioning) into a
 /// graph, as Splatter Image configures it. Parameters have the names of its state dict.
 ///

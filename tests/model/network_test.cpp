@@ -9,6 +9,7 @@
 #include "model/adapters.h"
 #include "model/golden_file.h"
 #include "model/graph_reference.h"
+#include "model/small_predictor.h"
 #include "model/song_unet.h"
 #include "model/training.h"
 #include "ops/op_harness.h"
@@ -17,20 +18,14 @@
 namespace splat::test {
 namespace {
 
-using model::Predictor;
-using model::PredictorConfig;
 using nn::kNoValue;
 using nn::ValueId;
 
 /// 2 levels of 8 and 4 pixels, attention at 4: every kind of block, and a float64 pass of 50 ms.
 PredictorConfig tiny_config() {
-    PredictorConfig c;
+    PredictorConfig c = small_config();
     c.resolution = 8;
-    c.base_dim = 8;
-    c.num_blocks = 1;
-    c.channel_mult = {1, 2};
     c.attention_resolutions = {4};
-    c.dropout = 0;
     return c;
 }
 
@@ -248,23 +243,13 @@ struct ImageInputs {
 };
 
 /// Whole predictors, with gradients.
-class NetworksTraining : public KernelsTest {
+class NetworksTraining : public PredictorTest {
   protected:
     std::unique_ptr<Predictor> make(const PredictorConfig& config) {
-        model::PredictorOptions options;
+        PredictorOptions options;
         options.gradients = true;
         options.build.precision = model::Precision::kStrict;
-        auto made = Predictor::create(context(), config, options);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->init(7));
-        EXPECT_OK(made.value()->parameters().zero_gradients());
-        return std::move(made.value());
-    }
-    std::vector<float> read(const vk::BufferView& view) {
-        std::vector<float> values(view.shape.elements());
-        EXPECT_OK(context().read(view, values.data(), values.size() * 4));
-        return values;
+        return PredictorTest::make(config, options);
     }
     void randomise(Predictor& predictor, std::uint64_t seed) {
         for (const nn::Parameter& parameter : predictor.parameters().all())
