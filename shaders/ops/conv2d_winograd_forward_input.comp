@@ -6,6 +6,8 @@
 // Specialisation: 0 workgroup size, 10 kTile.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/conv2d_winograd_params.h"
@@ -47,7 +49,7 @@ void main() {
         apply_bt(ROW_OF(values, j));
         apply_bt(ROW_OF(values, kRow + j));
         [[unroll]] for (uint i = 0; i < kSize; ++i)
-            ST8(transformed, ((j * kSize + i) * octets + octet) * dims.stride + t, values[j * kRow + i],
+            ST8_ALL(transformed, ((j * kSize + i) * octets + octet) * dims.stride + t, values[j * kRow + i],
                 values[kRow * kRow + j * kRow + i]);
     }
 }

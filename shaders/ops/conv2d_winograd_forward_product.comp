@@ -72,7 +72,7 @@ void main() {
         if (block >= blocks) break;
         [[unroll]] for (uint a = 0; a < kColumns; ++a) {
             const uint s = b * 8 * kColumns + a;
-            ST8(product, (place * blocks + block) * dims.stride + column + a * gl_WorkGroupSize.x,
+            ST8_ALL(product, (place * blocks + block) * dims.stride + column + a * gl_WorkGroupSize.x,
                 vec4(sums[s], sums[s + kColumns], sums[s + 2 * kColumns], sums[s + 3 * kColumns]),
                 vec4(sums[s + 4 * kColumns], sums[s + 5 * kColumns], sums[s + 6 * kColumns], sums[s + 7 * kColumns]));
         }

@@ -8,7 +8,7 @@
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
 // residual and y quads [out/4][rows].
 // Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks, 12 whether there is a residual
-// (lavapipe would load it under a condition, too).
+// (lavapipe would load it under a condition, too), 13 kDepth: quads of k per turn of the loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -21,16 +21,13 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kColumns = 4;
 layout(constant_id = 11) const uint kBlocks = 4;
 layout(constant_id = 12) const uint kResidual = 1;
+layout(constant_id = 13) const uint kDepth = 1;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);
 QUADS(3, residual);
 QUADS_OUT(4, y);
 layout(push_constant) uniform Push { LinearParams dims; };
-
-// Quads of k per loop turn: 2 of a large tile unroll to more code than the instruction cache of a core holds, a fifth
-// slower on Zen 3.
-const uint kDepth = kColumns * kBlocks > 8 ? 1 : 2;
 
 void main() {
     const uint quads = (dims.in_features + 3) / 4;
@@ -51,7 +48,8 @@ void main() {
     [[unroll]] for (uint a = 0; a < kColumns; ++a)
         row[a] = min(first_row + a * gl_WorkGroupSize.x, dims.rows - 1);
 
-    for (uint q = 0; q < quads; q += kDepth) {
+    uint q = 0;
+    do {
         vec4 v[kDepth * kColumns];
         [[unroll]] for (uint u = 0; u < kDepth; ++u)
             [[unroll]] for (uint a = 0; a < kColumns; ++a)  // the weights of a quad too many are zero
@@ -73,7 +71,8 @@ void main() {
                     }
                 }
         }
-    }
+        q += kDepth;
+    } while (q < quads);
 
     [[unroll]] for (uint half_block = 0; half_block < 2 * kBlocks; ++half_block) {
         const uint quad = 2 * first_block + half_block;

@@ -20,13 +20,17 @@ using vk::Kernels;
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
+    std::uint32_t depth;  ///< quads of k per turn of the loop, 1 or 2
 };
 constexpr std::uint32_t kMostBlocks = 4;
 constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
 constexpr std::uint32_t kResidualId = 12;
+constexpr std::uint32_t kDepthId = 13;
 
-Tile tile_for(const LinearDesc& desc, bool many_registers) {
+/// Two quads deep where that unrolls to no more code than the instruction cache holds: for large tiles a fifth slower
+/// on Zen 3, and 0.93 of the time on a Xeon with 64 KiB.
+Tile tile_for(const LinearDesc& desc, const vk::DeviceFeatures& device) {
     const std::uint64_t blocks = ceil_div(desc.out_features, 8);
     const auto cost = [&](std::uint32_t height) {
         return ceil_div(blocks, height) * (5 * height + 3);
@@ -34,8 +38,9 @@ Tile tile_for(const LinearDesc& desc, bool many_registers) {
     std::uint32_t best = 1;
     for (std::uint32_t height = 2; height <= kMostBlocks; height *= 2)
         if (cost(height) <= cost(best)) best = height;
-    if (desc.rows < 32) return {1, best};
-    return {best == 1 || (many_registers && desc.rows >= 64) ? 8U : 4U, best};
+    std::uint32_t columns = 1;
+    if (desc.rows >= 32) columns = best == 1 || (device.many_registers && desc.rows >= 64) ? 8 : 4;
+    return {columns, best, columns * best <= 8 || device.large_code_cache ? 2U : 1U};
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
@@ -82,7 +87,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const Tile tile = tile_for(desc, cpu && recorder.device().features.many_registers);
+    const Tile tile = tile_for(desc, recorder.device().features);
     // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
@@ -101,7 +106,8 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
                       {kBlocksId, tile.blocks},
-                      {kResidualId, has_residual ? 1U : 0U}},
+                      {kResidualId, has_residual ? 1U : 0U},
+                      {kDepthId, tile.depth}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(has_residual ? residual : x), vk::write(y)},

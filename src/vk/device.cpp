@@ -1,5 +1,7 @@
 #include "vk/device.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -68,6 +70,23 @@ bool host_has_many_registers() {
 #endif
 }
 
+bool host_has_large_code_cache() {
+#if defined(_SC_LEVEL1_ICACHE_SIZE)
+    return ::sysconf(_SC_LEVEL1_ICACHE_SIZE) >= 64 << 10;
+#else
+    return false;
+#endif
+}
+
+/// Not Intel's CPUs with AVX-512, see shaders/include/store.glsl; AMD's were 1.45 times as fast with them (Zen 5).
+bool host_likes_packed_stores() {
+#if defined(__GNUC__) && defined(__x86_64__)
+    return __builtin_cpu_is("intel") == 0 || __builtin_cpu_supports("avx512f") == 0;
+#else
+    return true;
+#endif
+}
+
 std::string why_unusable(const DeviceInfo& info, bool has_queue) {
     if (info.vulkan_version < VK_API_VERSION_1_2)
         return format("Vulkan %u.%u, libsplat needs 1.2 or later",
@@ -128,6 +147,8 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     info.features.subgroup_arithmetic = has_operations(VK_SUBGROUP_FEATURE_ARITHMETIC_BIT);
     info.features.int64 = features.features.shaderInt64 == VK_TRUE;
     info.features.many_registers = info.kind == DeviceKind::kCpu && host_has_many_registers();
+    info.features.large_code_cache = info.kind == DeviceKind::kCpu && host_has_large_code_cache();
+    info.features.packed_stores = host_likes_packed_stores();
 
     VkPhysicalDeviceMemoryProperties memory{};
     instance.get_memory_properties(physical, &memory);

@@ -42,7 +42,9 @@ struct DeviceFeatures {
     bool subgroup_arithmetic = false;
     bool int64 = false;
     bool unified_memory = false;
-    bool many_registers = false;  ///< a CPU with 32 vector registers (AVX-512)
+    bool many_registers = false;    ///< a CPU with 32 vector registers (AVX-512)
+    bool large_code_cache = false;  ///< a CPU whose instruction cache takes loops of 40 KB
+    bool packed_stores = true;  ///< not a CPU that stores pairs of floats slowly, see store.glsl
 };
 
 struct DeviceInfo {

@@ -1,5 +1,7 @@
-// Register tiles are chosen by the registers of the CPU: whichever is chosen, sums are taken in the same order.
+// Register tiles and the form of stores are chosen by the CPU: whichever are, sums are taken in the same order.
 #include <gtest/gtest.h>
+
+#include <functional>
 
 #include "conv2d_case.h"
 #include "support/gpu_env.h"
@@ -18,12 +20,17 @@ OpCall linear_call(const MatrixShape& s, std::uint64_t seed) {
 }
 
 TEST(RegisterTiles, GiveTheSameBits) {
-    std::shared_ptr<vk::Context> contexts[2];
-    for (const bool many : {false, true}) {
+    const std::function<void(vk::DeviceFeatures&)> kinds[] = {
+        [](vk::DeviceFeatures& cpu) { cpu.many_registers = cpu.large_code_cache = false; },
+        [](vk::DeviceFeatures& cpu) { cpu.many_registers = true, cpu.large_code_cache = false; },
+        [](vk::DeviceFeatures& cpu) { cpu.many_registers = cpu.large_code_cache = true; },
+        [](vk::DeviceFeatures& cpu) { cpu.packed_stores = !cpu.packed_stores; }};
+    std::vector<std::shared_ptr<vk::Context>> contexts;
+    for (const auto& kind : kinds) {
         vk::ContextDesc desc = context_desc(vk::Kernels::kCpu);
-        desc.device.fake = [many](vk::DeviceInfo& info) { info.features.many_registers = many; };
-        contexts[many ? 1 : 0] = make_context(desc);
-        ASSERT_NE(contexts[many ? 1 : 0], nullptr);
+        desc.device.fake = [&kind](vk::DeviceInfo& info) { kind(info.features); };
+        contexts.push_back(make_context(desc));
+        ASSERT_NE(contexts.back(), nullptr);
     }
     std::vector<OpCall> calls;
     // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles.
@@ -38,12 +45,14 @@ TEST(RegisterTiles, GiveTheSameBits) {
     for (const std::uint32_t out : {5U, 13U, 24U, 29U, 72U})
         calls.push_back(linear_call({101, 19, out}, 820));
     for (const OpCall& call : calls) {
-        const OpResult few = run_op(*contexts[0], call);
-        const OpResult many = run_op(*contexts[1], call);
-        ASSERT_OK(few.status);
-        ASSERT_OK(many.status);
-        EXPECT_EQ(few.outputs, many.outputs) << call.op;
-        EXPECT_EQ(few.grad_inputs, many.grad_inputs) << call.op;
+        const OpResult expected = run_op(*contexts[0], call);
+        ASSERT_OK(expected.status);
+        for (std::size_t kind = 1; kind < contexts.size(); ++kind) {
+            const OpResult got = run_op(*contexts[kind], call);
+            ASSERT_OK(got.status);
+            EXPECT_EQ(got.outputs, expected.outputs) << call.op << ", kind " << kind;
+            EXPECT_EQ(got.grad_inputs, expected.grad_inputs) << call.op << ", kind " << kind;
+        }
     }
 }
 
