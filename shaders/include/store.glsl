@@ -15,9 +15,9 @@
 // stored as they are then live in such registers all through the loop, a sixth slower on a Skylake server. A product
 // with a factor of 1 that the compiler does not know ends it.
 // Specialisation: 1 kPackedStores, which Pipelines sets. lavapipe writes such a register to memory to take a lane out
-// of it, and Intel's CPUs do not forward the upper half of it to the load that follows: 15 cycles instead of 1 (Xeon
-// of 2024), a store of eight lanes by ST8 320 cycles instead of 65. There kernels store floats, and ST8_ALL has the
-// lower four lanes store for the upper ones, too.
+// of it, and Intel's CPUs do not forward the upper half of it to the load that follows: 15 cycles instead of 1 on the
+// one Xeon measured, a store of eight lanes by ST8 320 cycles instead of 65. There kernels store floats, and in ST8_ALL
+// the lower four lanes store for the upper ones, too.
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
