@@ -4,20 +4,20 @@
 //
 //   QUADS_OUT(binding, name)     declares a writeonly array of vec4
 //   ST4(name, i, v)              writes its i-th element
+//   ST4_RUN(name, pairs, i, v)   the same where lanes come by in eights and write eight elements in a row, the first of
+//                                them even; pairs is OCTETS_OUT of the same binding; i and v are read once
 //   OCTETS_OUT(binding, name)    declares a writeonly array of pairs of vec4
 //   ST8(name, i, a, b)           writes its i-th element
-//   ST8_ALL(name, i, a, b)       the same where all lanes of a subgroup come by; i, a and b are read once
+//   ST8_ALL(name, i, a, b)       the same where lanes come by in eights; i, a and b are read once
 //   PAIRS_OUT(binding, name)     declares a writeonly array of uvec2
 //   ST2(name, i, v)              writes its i-th element
 //   UINT_QUADS_OUT(binding, name), STU4(name, i, v)   the same for uvec4
 //
-// Eight lanes of 64-bit integers are a register of 512 bits where there is AVX-512. Sums of a loop that are
-// stored as they are then live in such registers all through the loop, a sixth slower on a Skylake server. A product
-// with a factor of 1 that the compiler does not know ends it.
+// With AVX-512 eight lanes of 64-bit integers are one register. Sums of a loop that are stored as they are then live in
+// such registers all through it, a sixth slower on a Skylake server: a product with an unknown 1 ends that.
 // Specialisation: 1 kPackedStores, which Pipelines sets. lavapipe writes such a register to memory to take a lane out
-// of it, and Intel's CPUs do not forward the upper half of it to the load that follows: 15 cycles instead of 1 on the
-// one Xeon measured, a store of eight lanes by ST8 320 cycles instead of 65. There kernels store floats, and in ST8_ALL
-// the lower four lanes store for the upper ones, too.
+// of it, and Intel's CPUs do not forward its upper half to that load: 15 cycles instead of 1 on the one Xeon measured.
+// There kernels store floats, in ST8_ALL the lower four lanes store for the upper ones, too, in ST4_RUN in pairs.
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
@@ -39,6 +39,18 @@ layout(constant_id = 1) const uint kPackedStores = 1;
 #define ST8(name, i, a, b) \
     if (kPackedStores != 0) name[i] = packed_octet(a, b); \
     else name##_plain[2 * (i)] = a, name##_plain[2 * (i) + 1] = b
+#define ST4_RUN(name, pairs, i, v) { \
+    const uint at = i; \
+    const vec4 own = v; \
+    if (kPackedStores != 0) { \
+        name[at] = packed_quad(own); \
+    } else { \
+        const uint lane = gl_SubgroupInvocationID & 7u, even = gl_SubgroupInvocationID - lane + ((2 * lane) & 7u); \
+        const uint pair = subgroupShuffle(at, even) / 2; \
+        const vec4 first = subgroupShuffle(own, even), second = subgroupShuffle(own, even + 1); \
+        if (lane < 4) pairs[pair] = packed_octet(first, second); \
+    } \
+}
 #define ST8_ALL(name, i, a, b) { \
     const uint at = i; \
     const vec4 first = a, second = b; \
@@ -65,6 +77,7 @@ u64vec4 packed_octet(vec4 a, vec4 b) { return u64vec4(packed_quad(a), packed_qua
 #define STU4(name, i, v) name[i] = v
 #define ST2(name, i, v) name[i] = v
 #define ST8(name, i, a, b) name[2 * (i)] = a, name[2 * (i) + 1] = b
+#define ST4_RUN(name, pairs, i, v) ST4(name, i, v)
 #define ST8_ALL(name, i, a, b) ST8(name, i, a, b)
 #endif
 

@@ -4,9 +4,12 @@
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
 // Specialisation: 0 workgroup size, 10 kTile, 11 whether there is a residual (lavapipe would load it under a
-// condition, too), 12 whether tiles cover the image exactly.
+// condition, too), 12 whether tiles cover the image
+// exactly, and eights of lanes the tiles.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/conv2d_winograd_params.h"
@@ -54,7 +57,7 @@ void main() {
             if (kExact == 0)
                 ST4(y, at, values[j * kRow + i]);
             else if (i % 2 == 1)
-                ST8(y_pairs, at / 2, values[j * kRow + i - 1], values[j * kRow + i]);
+                ST8_ALL(y_pairs, at / 2, values[j * kRow + i - 1], values[j * kRow + i]);
         }
     }
 }

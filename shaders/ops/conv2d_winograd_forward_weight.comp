@@ -4,9 +4,12 @@
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
 // One invocation transforms kQuads quads of input channels for one output channel.
 // Bindings: weight row-major (read as quads), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
-// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: a CPU takes in longer runs of each place sooner.
+// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: a CPU takes in longer runs of each place sooner,
+// 12 kWhole: the taps of a quad of input channels are nine quads of the weight.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/conv2d_winograd_params.h"
@@ -14,8 +17,10 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 11) const uint kQuads = 1;
+layout(constant_id = 12) const uint kWhole = 0;
 QUADS(0, weight);
 QUADS_OUT(1, transformed);
+OCTETS_OUT(1, transformed_pairs);  // the same
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
 #include "launch.glsl"
@@ -28,13 +33,23 @@ void main() {
     if (i >= blocks * runs * 8) return;
     const uint block = i / (8 * runs);
     const uint m = 8 * block + i % 8;
-    const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;
+    const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;  // quad of the weight
 
     vec4 w[kQuads * 9];
     uint at[kQuads];  // a run that reaches beyond the last quad repeats it
     [[unroll]] for (uint q = 0; q < kQuads; ++q) {
         const uint quad = min(i / 8 % runs * kQuads + q, quads - 1);
         at[q] = (block * quads + quad) * 8 + i % 8;
+        if (kWhole != 0) {
+            const bool inside = m < dims.out_channels && 4 * quad < dims.in_channels;
+            const uint first = inside ? 9 * (m * (dims.in_channels / 4) + quad) : 0;
+            [[unroll]] for (uint j = 0; j < 9; ++j) {
+                const vec4 four = LD4(weight, first + j);
+                [[unroll]] for (uint n = 0; n < 4; ++n)
+                    w[9 * q + (4 * j + n) % 9][(4 * j + n) / 9] = inside ? four[n] : 0;
+            }
+            continue;
+        }
         [[unroll]] for (uint lane = 0; lane < 4; ++lane) {
             const uint k = 4 * quad + lane;
             const bool inside = m < dims.out_channels && k < dims.in_channels;
@@ -57,7 +72,7 @@ void main() {
             [[unroll]] for (uint s = 0; s < 3; ++s)
                 row[s] = row_of_g(r, w[9 * q + s], w[9 * q + 3 + s], w[9 * q + 6 + s]);
             [[unroll]] for (uint s = 0; s < kSize; ++s)
-                ST4(transformed, (r * kSize + s) * blocks * quads * 8 + at[q],
+                ST4_RUN(transformed, transformed_pairs, (r * kSize + s) * blocks * quads * 8 + at[q],
                     factor_of_g(r, s) * row_of_g(s, row[0], row[1], row[2]));
         }
     }

@@ -41,7 +41,7 @@ class Source {
     [[nodiscard]] virtual std::uint64_t size() const = 0;
 
     /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if they are not all there,
-    /// or cannot be read; `to` is then undefined.
+    /// or cannot be read; `to` is then undefined. Several threads may read.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 };
 

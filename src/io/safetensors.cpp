@@ -6,12 +6,16 @@
 
 #include "core/checked_math.h"
 #include "core/json.h"
+#include "core/parallel.h"
 
 namespace splat::io {
 namespace {
 
 constexpr const char* kMetadata = "__metadata__";
 constexpr std::size_t kSizeBytes = 8;
+
+/// Of smaller files threads would take longer to start than they save.
+constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
 
 constexpr std::pair<std::string_view, NumberType> kTypes[] = {
     {"F32", NumberType::kF32},   {"F64", NumberType::kF64}, {"F16", NumberType::kF16},
@@ -151,6 +155,20 @@ Result<std::uint64_t> header_size(const Source& source) {
     return size;
 }
 
+/// Moves the name and the shape from the row, whose data is behind `start`.
+Status read_row(const Source& source, std::uint64_t start, Row& row, NamedTensor& tensor) {
+    tensor.name = std::move(row.name);
+    tensor.dims = std::move(row.shape);
+    tensor.type = *row.type;
+    const std::uint64_t at = start + static_cast<std::uint64_t>(row.offsets[0]);
+    if (tensor.type == NumberType::kF32)
+        return source.read(at, std::as_writable_bytes(std::span(tensor.values)));
+    Buffer bytes(row.count * type_bytes(tensor.type));
+    SPLAT_TRY(source.read(at, bytes));
+    to_floats(tensor.type, bytes, tensor.values.data());
+    return {};
+}
+
 }  // namespace
 
 Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits& limits) {
@@ -164,24 +182,16 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
     Budget budget(limits.allowed(source.size()));
     SafetensorsFile file;
     file.metadata = std::move(header.metadata);
-    Buffer bytes;
-    for (Row& row : header.rows) {
+    for (const Row& row : header.rows)
         SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + row.name));
-        NamedTensor tensor;
-        tensor.name = std::move(row.name);
-        tensor.dims = std::move(row.shape);
-        tensor.type = *row.type;
-        tensor.values.resize(row.count);
-        const std::uint64_t at = start + static_cast<std::uint64_t>(row.offsets[0]);
-        if (tensor.type == NumberType::kF32) {
-            SPLAT_TRY(source.read(at, std::as_writable_bytes(std::span(tensor.values))));
-        } else {
-            bytes.resize(row.count * type_bytes(tensor.type));
-            SPLAT_TRY(source.read(at, bytes));
-            to_floats(tensor.type, bytes, tensor.values.data());
-        }
-        SPLAT_TRY(file.tensors.add(std::move(tensor)));
-    }
+    std::vector<NamedTensor> tensors(header.rows.size());
+    // Taken by one thread: what several took at once was at times read at half the speed later.
+    for (std::size_t i = 0; i < tensors.size(); ++i) tensors[i].values.resize(header.rows[i].count);
+    const std::size_t threads = source.size() < kManyBytes ? 1 : kMostHostThreads;
+    SPLAT_TRY(parallel_for(tensors.size(), threads, [&](std::size_t i) {
+        return read_row(source, start, header.rows[i], tensors[i]);
+    }));
+    for (NamedTensor& tensor : tensors) SPLAT_TRY(file.tensors.add(std::move(tensor)));
     return file;
 }
 

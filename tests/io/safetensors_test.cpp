@@ -36,6 +36,46 @@ TEST(Safetensors, RoundTrip) {
     }
 }
 
+/// Fails from some byte on, as a disk may.
+class BadDisk : public MemorySource {
+  public:
+    BadDisk(Bytes bytes, std::uint64_t bad) : MemorySource(bytes), bad_(bad) {}
+    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
+        if (offset + to.size() <= bad_) return MemorySource::read(offset, to);
+        return error(Code::kInvalidArgument, "bad from byte %llu on, asked for %llu",
+                     static_cast<unsigned long long>(bad_),
+                     static_cast<unsigned long long>(offset));
+    }
+
+  private:
+    std::uint64_t bad_;
+};
+
+/// Several threads read it.
+TEST(Safetensors, LargeFilesComeWhole) {
+    NamedTensors tensors;
+    for (int i = 0; i < 40; ++i) {
+        NamedTensor tensor{"t" + std::to_string(i), {1000 + i, 30}, NumberType::kF32, {}};
+        for (int at = 0; at < 30 * (1000 + i); ++at)
+            tensor.values.push_back(static_cast<float>(at % 1000 + i));
+        ASSERT_OK(tensors.add(std::move(tensor)));
+    }
+    for (const bool half : {false, true}) {
+        const Buffer bytes = write_safetensors(tensors, {}, half).value().joined();
+        const auto again = read(bytes);
+        ASSERT_OK(again.status());
+        ASSERT_EQ(again.value().tensors.size(), tensors.size());
+        for (std::size_t i = 0; i < tensors.size(); ++i) {
+            EXPECT_EQ(again.value().tensors[i].name, tensors[i].name);
+            EXPECT_EQ(again.value().tensors[i].values, tensors[i].values);
+        }
+        const std::uint64_t first = bytes.size() - tensors.elements() * (half ? 2 : 4);
+        const BadDisk disk(bytes, first + 1);
+        EXPECT_ERROR(read_safetensors(disk).status(), Code::kInvalidArgument,
+                     format("asked for %llu", static_cast<unsigned long long>(first)));
+    }
+}
+
 TEST(Safetensors, RefusesWhatItCannotWrite) {
     NamedTensors large;
     ASSERT_OK(large.add({"w", {2}, NumberType::kF32, {1, 65520}}));

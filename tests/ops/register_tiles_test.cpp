@@ -33,10 +33,11 @@ TEST(RegisterTiles, GiveTheSameBits) {
         ASSERT_NE(contexts.back(), nullptr);
     }
     std::vector<OpCall> calls;
-    // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles.
+    // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles; then 3 and 9, no eights.
     for (const int winograd : {2, 4})
         for (const ConvShape& shape :
-             {ConvShape{1, 20, 31, 30, 27, 3}, ConvShape{1, 9, 32, 32, 12, 3}}) {
+             {ConvShape{1, 20, 31, 30, 27, 3}, ConvShape{1, 9, 32, 32, 12, 3},
+              ConvShape{1, 12, 12, 4, 8, 3}, ConvShape{1, 8, 12, 12, 4, 3}}) {
             Conv2dCase c = Conv2dCase::normal(shape, 810);
             c.winograd = winograd;
             calls.push_back(c.call());

@@ -1,0 +1,46 @@
+#include "core/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace splat {
+
+Status parallel_for(std::size_t count, std::size_t threads,
+                    const std::function<Status(std::size_t)>& work) {
+    using Failure = std::pair<std::size_t, Status>;  // and its place; `count` for none
+    std::atomic<std::size_t> next = 0;
+    const auto take_turns = [&]() -> Failure {
+        try {
+            for (std::size_t i = next++; i < count; i = next++) {
+                Status status = work(i);
+                if (status.ok()) continue;
+                next = count;
+                return {i, std::move(status)};
+            }
+        } catch (...) {
+            next = count;
+            throw;
+        }
+        return {count, Status()};
+    };
+    threads = std::min({count, threads, std::size_t{std::thread::hardware_concurrency()}});
+    std::vector<std::future<Failure>> others;
+    try {
+        for (std::size_t i = 1; i < threads; ++i)
+            others.push_back(std::async(std::launch::async, take_turns));
+    } catch (const std::system_error&) {  // no thread is left; those that there are do the work
+    }
+    Failure first = take_turns();
+    for (std::future<Failure>& other : others) {
+        Failure failure = other.get();
+        if (failure.first < first.first) first = std::move(failure);
+    }
+    return std::move(first.second);
+}
+
+}  // namespace splat
