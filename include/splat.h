@@ -992,7 +992,9 @@ typedef struct splat_model_desc {
     uint32_t flags; /* SPLAT_MODEL_* */
     const void* next;
     const char* config; /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
-    uint32_t objects;   /* per pass, each activation of all within one binding of the device; 0: 1 */
+    uint32_t objects;   /* of a batch; 0: 1. Where an activation of all exceeds one binding of the device
+                         * they run in equal slices; a backward pass runs all but the last forward again,
+                         * and dropout differs from that of the batch as a whole */
     int32_t precision;  /* SPLAT_PRECISION_* */
 } splat_model_desc;
 
@@ -1042,9 +1044,9 @@ enum {
  *   SPLAT_ERROR_INVALID_STATE (a model without adapters) */
 SPLAT_API splat_result splat_model_export(splat_model model, uint32_t what, splat_weights* weights);
 
-/* JSON: {"config", "parameters", "trainable", "bytes": {"activations", "prepared" (weights; 0 as long as
- * they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "load": {"copied",
- * "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
+/* JSON: {"config", "parameters", "trainable", "slices" (of a batch), "bytes": {"activations" (of a
+ * slice), "prepared" (weights; 0 as long as they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "load":
+ * {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT */
 SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_t capacity,
                                           size_t* needed);

@@ -17,7 +17,7 @@
 // such registers all through it, a sixth slower on a Skylake server: a product with an unknown 1 ends that.
 // Specialisation: 1 kPackedStores, which Pipelines sets. lavapipe writes such a register to memory to take a lane out
 // of it, and Intel's CPUs do not forward its upper half to that load: 15 cycles instead of 1 on the one Xeon measured.
-// There kernels store floats, in ST8_ALL the lower four lanes store for the upper ones, too, in ST4_RUN in pairs.
+// There ST4, ST8, ST2 and STU4 store floats; in ST8_ALL and ST4_RUN four lanes of each eight store for all.
 
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
@@ -40,28 +40,30 @@ layout(constant_id = 1) const uint kPackedStores = 1;
     if (kPackedStores != 0) name[i] = packed_octet(a, b); \
     else name##_plain[2 * (i)] = a, name##_plain[2 * (i) + 1] = b
 #define ST4_RUN(name, pairs, i, v) { \
-    const uint at = i; \
-    const vec4 own = v; \
+    const uint st_at = i; \
+    const vec4 st_own = v; \
     if (kPackedStores != 0) { \
-        name[at] = packed_quad(own); \
+        name[st_at] = packed_quad(st_own); \
     } else { \
-        const uint lane = gl_SubgroupInvocationID & 7u, even = gl_SubgroupInvocationID - lane + ((2 * lane) & 7u); \
-        const uint pair = subgroupShuffle(at, even) / 2; \
-        const vec4 first = subgroupShuffle(own, even), second = subgroupShuffle(own, even + 1); \
-        if (lane < 4) pairs[pair] = packed_octet(first, second); \
+        const uint st_lane = gl_SubgroupInvocationID & 7u; \
+        const uint st_even = gl_SubgroupInvocationID - st_lane + ((2 * st_lane) & 7u); \
+        const uint st_pair = subgroupShuffle(st_at, st_even) / 2; \
+        const vec4 st_first = subgroupShuffle(st_own, st_even), st_second = subgroupShuffle(st_own, st_even + 1); \
+        if (st_lane < 4) pairs[st_pair] = packed_octet(st_first, st_second); \
     } \
 }
 #define ST8_ALL(name, i, a, b) { \
-    const uint at = i; \
-    const vec4 first = a, second = b; \
+    const uint st_at = i; \
+    const vec4 st_first = a, st_second = b; \
     if (kPackedStores != 0) { \
-        name[at] = packed_octet(first, second); \
+        name[st_at] = packed_octet(st_first, st_second); \
     } else { \
-        const uint upper = gl_SubgroupInvocationID | 4u; \
-        const uint far = subgroupShuffle(at, upper); \
-        const vec4 far_first = subgroupShuffle(first, upper), far_second = subgroupShuffle(second, upper); \
+        const uint st_upper = gl_SubgroupInvocationID | 4u; \
+        const uint st_far = subgroupShuffle(st_at, st_upper); \
+        const vec4 st_far_first = subgroupShuffle(st_first, st_upper); \
+        const vec4 st_far_second = subgroupShuffle(st_second, st_upper); \
         if ((gl_SubgroupInvocationID & 4u) == 0) \
-            name[at] = packed_octet(first, second), name[far] = packed_octet(far_first, far_second); \
+            name[st_at] = packed_octet(st_first, st_second), name[st_far] = packed_octet(st_far_first, st_far_second); \
     } \
 }
 u64vec2 packed_bits(uvec4 bits) { return u64vec2(packUint2x32(bits.xy), packUint2x32(bits.zw)); }

@@ -41,10 +41,11 @@ std::string report_of(api::ModelObject& object) {
     const model::LoadReport& load = object.load;
     const auto flag = [](bool value) { return value ? "true" : "false"; };
     return format(
-               "{\"parameters\": %llu, \"trainable\": %llu, \"bytes\": {\"activations\": %llu, "
-               "\"prepared\": %llu},\n \"load\": {\"rays_differ\": %s, \"rays_taken\": %s, ",
+               "{\"parameters\": %llu, \"trainable\": %llu, \"slices\": %u, "
+               "\"bytes\": {\"activations\": %llu, \"prepared\": %llu},\n \"load\": "
+               "{\"rays_differ\": %s, \"rays_taken\": %s, ",
                static_cast<unsigned long long>(object.predictor->parameters().elements()),
-               static_cast<unsigned long long>(trainable),
+               static_cast<unsigned long long>(trainable), predictor.slices(),
                static_cast<unsigned long long>(memory.arenas - memory.prepared),
                static_cast<unsigned long long>(memory.prepared), flag(load.rays_differ),
                flag(load.rays_taken)) +
@@ -238,12 +239,8 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         object->objects = options.objects;
         {
             const std::lock_guard lock(object->context->mutex);
-            auto made = model::Predictor::create(*object->context, config, options);
-            if (made.status().code() == Code::kUnsupported && options.objects > 1)
-                return error(Code::kUnsupported,
-                             "%s; with fewer objects than %u per pass it may fit",
-                             made.status().message().c_str(), options.objects);
-            SPLAT_ASSIGN(object->predictor, std::move(made));
+            SPLAT_ASSIGN(object->predictor,
+                         model::Predictor::create(*object->context, config, options));
         }  // an object that add() cannot take is destroyed there, which locks again
         *model = api::Models::add(std::move(object));
         return {};

@@ -96,7 +96,7 @@ std::string weights_report(const io::WeightsFile& file, const char* format);
 /// What stands behind splat_model.
 struct ModelObject {
     std::shared_ptr<vk::Context> context;
-    std::uint32_t objects = 1;                    ///< per pass
+    std::uint32_t objects = 1;                    ///< of a batch
     std::shared_ptr<model::Predictor> predictor;  ///< its own, or a trainer's
     model::LoadReport load;                       ///< of the latest load
     bool ran = false;

@@ -163,7 +163,7 @@ Status read_row(const Source& source, std::uint64_t start, Row& row, NamedTensor
     const std::uint64_t at = start + static_cast<std::uint64_t>(row.offsets[0]);
     if (tensor.type == NumberType::kF32)
         return source.read(at, std::as_writable_bytes(std::span(tensor.values)));
-    Buffer bytes(row.count * type_bytes(tensor.type));
+    LargeVector<std::byte> bytes(row.count * type_bytes(tensor.type));
     SPLAT_TRY(source.read(at, bytes));
     to_floats(tensor.type, bytes, tensor.values.data());
     return {};

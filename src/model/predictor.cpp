@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/checked_math.h"
 #include "core/finite.h"
 
 namespace splat::model {
@@ -10,6 +11,9 @@ namespace {
 using nn::kNoValue;
 using nn::Layout;
 using nn::ValueId;
+
+/// Counters of dropout that lie between those of two slices: more than a network has layers.
+constexpr std::uint32_t kDropoutStreams = 1U << 16;
 
 Status expect_count(const char* name, std::size_t got, std::size_t expected) {
     if (got == expected) return {};
@@ -40,33 +44,69 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
                                                      const PredictorConfig& config,
                                                      const PredictorOptions& options) {
     SPLAT_TRY(check(config));
-    std::unique_ptr<Predictor> made(new Predictor(context, config, options));
+    std::unique_ptr<Predictor> made(new Predictor(context, config, options, 1));
     SPLAT_TRY(made->build());
-    SPLAT_ASSIGN(nn::Parameters parameters,
-                 nn::Parameters::create(context, made->graph_, options.gradients));
-    made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
-    nn::ExecutorDesc desc;
-    desc.outputs = made->outputs_;
-    desc.outputs.push_back(made->raw_);
-    desc.keep_prepared = options.keep_prepared;
-    desc.recompute = options.recompute;
-    desc.backward = options.gradients;
-    if (options.gradients) {
-        desc.grad_outputs = made->outputs_;
-        if (options.input_gradient) desc.grad_inputs.push_back(made->image_);
-        if (options.input_gradient && config.embedding == Embedding::kCustom)
-            desc.grad_inputs.push_back(made->embedding_);
-        if (options.input_gradient && config.tokens > 0) desc.grad_inputs.push_back(made->tokens_);
+    for (std::uint32_t slice = made->objects_that_fit();; --slice) {
+        if (options.objects % slice != 0) continue;
+        made.reset(new Predictor(context, config, options, slice));
+        SPLAT_TRY(made->build());
+        const Status planned = made->plan();
+        if (planned.ok()) break;
+        // Operators' own memory may exceed a binding where values do not.
+        if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
-    SPLAT_ASSIGN(made->executor_,
-                 nn::Executor::create(context, made->graph_, *made->parameters_, desc));
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
     return made;
 }
 
+/// The most that divide the batch, at least 1, by the graph of one.
+std::uint32_t Predictor::objects_that_fit() const {
+    const vk::DeviceLimits& limits = context_.device().info().limits;
+    const std::uint64_t most = options_.most_bytes != 0 ? options_.most_bytes
+                                                        : std::min(limits.max_storage_buffer_bytes,
+                                                                   limits.max_texel_elements * 16);
+    std::uint64_t largest = 1;
+    for (const nn::Value& value : graph_.values()) {
+        if (value.kind == nn::ValueKind::kParameter || value.shape.rank() < 2) continue;
+        const std::uint64_t channels = value.shape[1];
+        largest = std::max(
+            largest, value.shape.elements() / channels * round_up(channels, 4) * sizeof(float));
+    }
+    std::uint32_t fit = 1;
+    for (std::uint32_t count = 1; count <= options_.objects; ++count)
+        if (options_.objects % count == 0 && count * largest <= most) fit = count;
+    return fit;
+}
+
+/// The parameters, and the executor of a graph that is built.
+Status Predictor::plan() {
+    SPLAT_ASSIGN(nn::Parameters parameters,
+                 nn::Parameters::create(context_, graph_, options_.gradients));
+    parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
+    nn::ExecutorDesc desc;
+    desc.outputs = outputs_;
+    desc.outputs.push_back(raw_);
+    desc.keep_prepared = options_.keep_prepared;
+    desc.recompute = options_.recompute;
+    desc.backward = options_.gradients;
+    if (options_.gradients) {
+        desc.grad_outputs = outputs_;
+        if (options_.input_gradient) desc.grad_inputs.push_back(image_);
+        if (options_.input_gradient && config_.embedding == Embedding::kCustom)
+            desc.grad_inputs.push_back(embedding_);
+        if (options_.input_gradient && config_.tokens > 0) desc.grad_inputs.push_back(tokens_);
+    }
+    SPLAT_ASSIGN(executor_, nn::Executor::create(context_, graph_, *parameters_, desc));
+    if (slices() == 1) return {};
+    SPLAT_ASSIGN(sliced_, ObjectSlices::create(context_, *executor_,
+                                               {desc.outputs, desc.grad_outputs, desc.grad_inputs},
+                                               slices()));
+    return {};
+}
+
 Status Predictor::build() {
     const std::uint32_t r = config_.resolution;
-    const std::uint32_t n = images();
+    const std::uint32_t n = slice_ * config_.views;
     image_ = graph_.input("images", {n, config_.image_channels(), r, r});
     rays_value_ = graph_.input("rays", {3, r, r}, Layout::kRowMajor);
     view_to_world_ = graph_.input("view_to_world", {n, 4, 4}, Layout::kRowMajor);
@@ -109,7 +149,8 @@ ValueId Predictor::build_embedding() {
     const std::uint32_t dimension = config_.embedding_dim;
     const bool custom = config_.embedding == Embedding::kCustom;
     const std::uint32_t length = config_.embedding_length();
-    embedding_ = graph_.input("embedding", {images(), custom ? length : length / dimension});
+    embedding_ =
+        graph_.input("embedding", {slice_ * config_.views, custom ? length : length / dimension});
     if (custom) return embedding_;
     return graph_.op("positional_embedding", {embedding_},
                      {{"dimension", std::int64_t{dimension}}, {"swap_halves", true}});
@@ -124,20 +165,25 @@ Status Predictor::init(std::uint64_t seed) {
 }
 
 Status Predictor::check_put(const Put& put) const {
-    SPLAT_TRY(
-        expect_count(put.name, put.values.size(), executor_->tensor(put.id).shape.elements()));
+    const std::uint64_t of_slice = executor_->tensor(put.id).shape.elements();
+    const std::uint64_t all = put.id == rays_value_ ? of_slice : slices() * of_slice;
+    SPLAT_TRY(expect_count(put.name, put.values.size(), all));
     return expect_finite(put.name, put.values);
 }
 
-Status Predictor::write_put(const Put& put) {
-    return context_.write(executor_->tensor(put.id), put.values.data(), put.values.size_bytes());
+/// Of all slices, or for them.
+Status Predictor::write_input(nn::ValueId id, std::span<const std::byte> bytes) {
+    if (sliced_ == nullptr || id == rays_value_)
+        return context_.write(executor_->tensor(id), bytes.data(), bytes.size());
+    sliced_->hold(id, bytes);
+    return {};
 }
 
 Status Predictor::set_rays(std::vector<float> rays) {
     const Put put{rays_value_, {}, rays, "ray_dirs"};
     SPLAT_TRY(check_put(put));
     input_changed_ = true;
-    SPLAT_TRY(write_put(put));
+    SPLAT_TRY(write_input(put.id, std::as_bytes(put.values)));
     rays_ = std::move(rays);
     return {};
 }
@@ -191,38 +237,37 @@ Status Predictor::set_input(const PredictorInput& input) {
         if (!put.owned.empty()) put.values = put.owned;
         SPLAT_TRY(check_put(put));
     }
+    std::vector<std::uint32_t> counters;
+    for (std::uint32_t slice = 0; slice < slices(); ++slice)
+        counters.insert(counters.end(), {static_cast<std::uint32_t>(input.seed),
+                                         static_cast<std::uint32_t>(input.seed >> 32), input.step,
+                                         slice * kDropoutStreams});
     input_changed_ = true;
-    for (const Put& put : puts) SPLAT_TRY(write_put(put));
+    for (const Put& put : puts) SPLAT_TRY(write_input(put.id, std::as_bytes(put.values)));
     if (counter_ == kNoValue) return {};
-    const std::uint32_t counter[4] = {static_cast<std::uint32_t>(input.seed),
-                                      static_cast<std::uint32_t>(input.seed >> 32), input.step, 0};
-    return context_.write(executor_->tensor(counter_), counter, sizeof counter);
+    return write_input(counter_, std::as_bytes(std::span(counters)));
+}
+
+Status Predictor::forward() {
+    input_changed_ = false;
+    return sliced_ == nullptr ? executor_->forward() : sliced_->forward();
 }
 
 Status Predictor::backward() {
     if (input_changed_)
         return error(Code::kInvalidState,
                      "backward was called after new inputs without their forward pass");
-    return executor_->backward();
+    return sliced_ == nullptr ? executor_->backward() : sliced_->backward();
 }
-
-namespace {
-
-Predictor::Outputs five(const std::vector<ValueId>& ids,
-                        const vk::BufferView& (nn::Executor::*view)(ValueId) const,
-                        const nn::Executor& executor) {
-    const auto get = [&](std::size_t i) { return (executor.*view)(ids[i]); };
-    return {get(0), get(1), get(2), get(3), get(4)};
-}
-
-}  // namespace
 
 Predictor::Outputs Predictor::outputs() const {
-    return five(outputs_, &nn::Executor::tensor, *executor_);
+    const auto of = [&](std::size_t i) { return tensor(outputs_[i]); };
+    return {of(0), of(1), of(2), of(3), of(4)};
 }
 
 Predictor::Outputs Predictor::output_gradients() const {
-    return five(outputs_, &nn::Executor::gradient, *executor_);
+    const auto of = [&](std::size_t i) { return gradient(outputs_[i]); };
+    return {of(0), of(1), of(2), of(3), of(4)};
 }
 
 Result<std::vector<float>> Predictor::input_gradient(Input input) const {
@@ -237,11 +282,17 @@ Result<std::vector<float>> Predictor::input_gradient(Input input) const {
                      input == Input::kImages   ? "images"
                      : input == Input::kTokens ? "tokens"
                                                : "custom embedding");
-    const vk::BufferView& view = executor_->gradient(input == Input::kImages   ? image_
-                                                     : input == Input::kTokens ? tokens_
-                                                                               : embedding_);
-    std::vector<float> values(view.shape.elements());
-    SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));
+    const ValueId id = input == Input::kImages   ? image_
+                       : input == Input::kTokens ? tokens_
+                                                 : embedding_;
+    std::vector<float> values;
+    if (sliced_ != nullptr) {
+        values = sliced_->input_gradient(id);
+    } else {
+        const vk::BufferView& view = executor_->gradient(id);
+        values.resize(view.shape.elements());
+        SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));
+    }
     if (input != Input::kEmbedding) return values;
     return exchange_halves(values, config_.embedding_length());
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model/object_slices.h"
 #include "model/song_unet.h"
 #include "nn/executor.h"
 
@@ -13,15 +14,18 @@ namespace splat::model {
 
 /// How a predictor is run.
 struct PredictorOptions {
-    std::uint32_t objects = 1;  ///< per pass, each with the configuration's number of views
-    bool gradients = false;     ///< plan and record the backward pass; else parameters have none
+    std::uint32_t objects = 1;  ///< of a batch, each with the configuration's number of views
+    /// The most bytes of an activation: larger batches run in slices of objects, see object_slices.h.
+    /// 0: what one binding of the device takes.
+    std::uint64_t most_bytes = 0;
+    bool gradients = false;  ///< plan and record the backward pass; else parameters have none
     bool input_gradient = false;
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
     bool recompute = false;     ///< the same
     BuildOptions build;
 };
 
-/// The images and cameras of the objects of one pass, in host memory, views of an object one after the
+/// The images and cameras of the objects of a batch, in host memory, views of an object one after the
 /// other; N = objects * views images of R x R pixels.
 struct PredictorInput {
     std::span<const float> images;         ///< [N, input_channels, R, R]
@@ -54,13 +58,11 @@ class Predictor {
     /// for numbers that are not finite.
     Status set_input(const PredictorInput& input);
 
-    Status forward() {
-        input_changed_ = false;
-        return executor_->forward();
-    }
+    Status forward();
 
     /// Fill the gradients of parameters, from those of outputs that were written before. Errors:
-    /// kInvalidState after a set_input() without its forward pass.
+    /// kInvalidState after a set_input() without its forward pass. After others they may hold a part of
+    /// the batch, to be zeroed.
     Status backward();
 
     /// Row-major results of forward, and where backward reads their gradients.
@@ -74,7 +76,7 @@ class Predictor {
     [[nodiscard]] Outputs output_gradients() const;
 
     /// What the network gives to the head: [N, output_channels, R, R], row-major.
-    [[nodiscard]] const vk::BufferView& raw_output() const { return executor_->tensor(raw_); }
+    [[nodiscard]] const vk::BufferView& raw_output() const { return tensor(raw_); }
 
     enum class Input : int { kImages, kEmbedding, kTokens };
 
@@ -82,6 +84,9 @@ class Predictor {
     /// Embedding::kCustom or of the tokens [N, token_dim, tokens], in the order of the caller's numbers.
     /// Errors: kInvalidState without input_gradient or that input; those of reading.
     [[nodiscard]] Result<std::vector<float>> input_gradient(Input input) const;
+
+    /// Passes that a batch takes, and as many again but one for its gradients.
+    [[nodiscard]] std::uint32_t slices() const { return options_.objects / slice_; }
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
     [[nodiscard]] const PredictorConfig& config() const { return config_; }
@@ -93,9 +98,12 @@ class Predictor {
     Status set_rays(std::vector<float> rays);
 
   private:
-    Predictor(vk::Context& context, const PredictorConfig& config, const PredictorOptions& options)
-        : context_(context), config_(config), options_(options), graph_(context) {}
+    Predictor(vk::Context& context, const PredictorConfig& config, const PredictorOptions& options,
+              std::uint32_t slice)
+        : context_(context), config_(config), options_(options), slice_(slice), graph_(context) {}
     Status build();
+    Status plan();
+    [[nodiscard]] std::uint32_t objects_that_fit() const;
     nn::ValueId build_embedding();
     /// Numbers for an input of the graph.
     struct Put {
@@ -105,17 +113,25 @@ class Predictor {
         const char* name;
     };
     Status check_put(const Put& put) const;
-    Status write_put(const Put& put);
     Status add_images(std::span<const float> images, std::vector<Put>& puts) const;
     [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
+    Status write_input(nn::ValueId id, std::span<const std::byte> bytes);
+    [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {
+        return sliced_ == nullptr ? executor_->tensor(id) : sliced_->tensor(id);
+    }
+    [[nodiscard]] const vk::BufferView& gradient(nn::ValueId id) const {
+        return sliced_ == nullptr ? executor_->gradient(id) : sliced_->gradient(id);
+    }
 
     vk::Context& context_;
     PredictorConfig config_;
     PredictorOptions options_;
+    std::uint32_t slice_;  ///< objects that the graph takes at once; divides those of a batch
     nn::Graph graph_;
     std::map<std::string, Init> inits_;
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;
+    std::unique_ptr<ObjectSlices> sliced_;  ///< nullptr for one slice
     std::vector<float> rays_;
     bool input_changed_ = false;  ///< since the last forward pass
     nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,

@@ -94,8 +94,7 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
     const auto quads = static_cast<std::uint32_t>(ceil_div(desc.out_channels, 4));
     const vk::Work work = conv2d_work(desc);
     const auto tile = static_cast<std::uint32_t>(desc.winograd);
-    const bool exact =
-        desc.height % tile == 0 && desc.width % tile == 0 && slices.all % 8 == 0;
+    const bool exact = desc.height % tile == 0 && desc.width % tile == 0 && slices.all % 8 == 0;
     const bool has_residual = residual.block != nullptr;
     for (std::uint32_t first = 0; first < slices.all; first += slices.tiles) {
         params::Conv2dWinogradParams params = winograd_params(desc);

@@ -20,7 +20,8 @@ enum class PixelLoss : int { kL2, kL1 };
 struct TrainConfig {
     std::uint64_t iterations = 800'000;
     std::uint32_t batch_size = 8;   ///< objects per step
-    std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size
+    std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size. More than
+                                    ///< one binding takes costs forward passes, see object_slices.h
     bool recompute = false;         ///< less memory, more time: nn::ExecutorDesc
     std::uint32_t targets = 4;      ///< images rendered per object
     std::uint64_t seed = 0;

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace splat {
@@ -35,15 +37,22 @@ TEST(ParallelFor, ReturnsTheErrorOfALoop) {
 }
 
 TEST(ParallelFor, StopsAtTheFirstFailure) {
-    for (const std::size_t threads : {1U, 2U, 4U}) {
-        std::atomic<std::size_t> begun = 0;
-        const Status status = parallel_for(1'000'000, threads, [&](std::size_t) {
-            ++begun;
-            return error(Code::kInternal, "no");
-        });
-        EXPECT_FALSE(status.ok());
-        EXPECT_LE(begun, threads);
-    }
+    for (const std::size_t threads : {1U, 2U, 4U})
+        for (const bool throws : {false, true}) {
+            std::atomic<std::size_t> begun = 0;
+            const auto work = [&](std::size_t i) {
+                ++begun;
+                if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                if (i == 0 && throws) throw std::runtime_error("as asked");
+                return i == 0 ? error(Code::kInternal, "no") : Status();
+            };
+            if (throws)
+                EXPECT_THROW(static_cast<void>(parallel_for(10'000, threads, work)),
+                             std::runtime_error);
+            else
+                EXPECT_FALSE(parallel_for(10'000, threads, work).ok());
+            EXPECT_LT(begun, 5'000U) << "the others would take seconds to come that far";
+        }
 }
 
 TEST(ParallelFor, ThrowsWhatWorkThrows) {

@@ -33,7 +33,7 @@ TEST(RegisterTiles, GiveTheSameBits) {
         ASSERT_NE(contexts.back(), nullptr);
     }
     std::vector<OpCall> calls;
-    // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles; then 3 and 9, no eights.
+    // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles; then 3 and 9 of F(4x4), no eights.
     for (const int winograd : {2, 4})
         for (const ConvShape& shape :
              {ConvShape{1, 20, 31, 30, 27, 3}, ConvShape{1, 9, 32, 32, 12, 3},

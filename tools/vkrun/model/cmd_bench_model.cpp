@@ -286,7 +286,7 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
         ->check(CLI::ExistingFile);
     model->add_option("--precision", options->precision_name, "strict, balanced or fast")
         ->check(CLI::IsMember({"strict", "balanced", "fast"}));
-    model->add_option("--objects", options->objects, "Per pass; 1")
+    model->add_option("--objects", options->objects, "Of a batch; 1")
         ->check(CLI::Range(1, 4096).description(""));
     CLI::Option* backward =
         model->add_flag("--backward", options->backward, "Also time forward + backward");

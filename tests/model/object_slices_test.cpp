@@ -1,0 +1,145 @@
+// A batch in slices of objects is the batch as a whole, but for rounding and for what dropout takes.
+#include <algorithm>
+#include <cmath>
+
+#include "small_predictor.h"
+
+namespace splat::test {
+namespace {
+
+class ObjectSlices : public PredictorTest {};
+
+SPLAT_INSTANTIATE_KERNELS(ObjectSlices);
+
+/// Outputs and gradients of a batch of four objects.
+struct Batch {
+    std::vector<std::vector<float>> outputs, gradients;
+};
+
+PredictorOptions options_of(std::uint64_t most_bytes) {
+    PredictorOptions options;
+    options.objects = 4;
+    options.gradients = options.input_gradient = true;
+    options.most_bytes = most_bytes;
+    return options;
+}
+
+double norm(const std::vector<float>& values) {
+    double sum = 0;
+    for (const float value : values) sum += static_cast<double>(value) * static_cast<double>(value);
+    return std::sqrt(sum);
+}
+
+TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
+    PredictorConfig config = small_config();
+    config.views = 2;
+    config.embedding = model::Embedding::kPose;
+    config.tokens = 5;
+    config.token_dim = 7;
+    Inputs inputs(config, 4, 17);
+    for (std::size_t i = 0; i < 8; ++i) inputs.poses[16 * i + 12] = 0.1F * static_cast<float>(i);
+    const auto run_batch = [&](Predictor& predictor) {
+        Batch batch;
+        randomise(predictor, 90);
+        batch.outputs.push_back(run(predictor, inputs));
+        const auto o = predictor.outputs();
+        for (const auto& view : {o.means, o.opacities, o.scales, o.rotations, o.sh})
+            batch.outputs.push_back(read(view));
+        const auto g = predictor.output_gradients();
+        std::uint64_t seed = 91;
+        for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh}) {
+            const std::vector<float> values = normal_fill(view.shape.elements(), seed++);
+            EXPECT_OK(context().write(view, values.data(), values.size() * 4));
+        }
+        EXPECT_OK(predictor.backward());
+        for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
+            const auto gradient = predictor.input_gradient(input);
+            EXPECT_OK(gradient.status());
+            if (gradient.ok()) batch.gradients.push_back(gradient.value());
+        }
+        for (const nn::Parameter& parameter : predictor.parameters().all())
+            batch.gradients.push_back(read(parameter.grad));
+        return batch;
+    };
+    const auto whole = make(config, options_of(0));
+    ASSERT_TRUE(whole);
+    ASSERT_EQ(whole->slices(), 1U);
+    const Batch expected = run_batch(*whole);
+    // The largest activation of an object has the 24 channels that the decoder concatenates.
+    const std::uint64_t of_object = std::uint64_t{config.views} * 16 * 16 * 24 * 4;
+    for (const auto& [most, slices] :
+         {std::pair{std::uint64_t{1}, 4U}, std::pair{2 * of_object, 2U}}) {
+        const auto sliced = make(config, options_of(most));
+        ASSERT_TRUE(sliced);
+        EXPECT_EQ(sliced->slices(), slices);
+        EXPECT_LT(sliced->executor().memory().arenas, whole->executor().memory().arenas);
+        const Batch got = run_batch(*sliced);
+        ASSERT_EQ(got.outputs.size(), expected.outputs.size());
+        ASSERT_EQ(got.gradients.size(), expected.gradients.size());
+        // Sums over pixels are cut otherwise: float32 rounds them anew.
+        for (std::size_t i = 0; i < got.outputs.size(); ++i)
+            EXPECT_LE(relative_l2(got.outputs[i], expected.outputs[i]), 1e-6) << i;
+        // A bias of keys shifts all scores of a query, which softmax does not see: its gradient is
+        // rounding.
+        for (std::size_t i = 0; i < got.gradients.size(); ++i)
+            if (norm(expected.gradients[i]) > 1e-7)
+                EXPECT_LE(relative_l2(got.gradients[i], expected.gradients[i]), 1e-5) << i;
+            else
+                EXPECT_LE(norm(got.gradients[i]), 1e-7) << i;
+    }
+}
+
+/// Each slice has dropout of its own; the backward pass meets that of its forward pass: the first slice
+/// is what a batch of one object is, and its gradients come after those of the others.
+TEST_P(ObjectSlices, DropOutEachTheirOwn) {
+    PredictorConfig config = small_config();
+    config.dropout = 0.5F;
+    PredictorOptions options = options_of(1);
+    options.build.training = true;
+    const auto sliced = make(config, options);
+    options.objects = 1;
+    const auto single = make(config, options);
+    ASSERT_TRUE(sliced && single);
+    Inputs inputs(config, 4, 17);
+    const auto quarter = static_cast<std::ptrdiff_t>(inputs.images.size() / 4);
+    for (std::ptrdiff_t i = 1; i < 4; ++i)
+        std::copy_n(inputs.images.begin(), quarter, inputs.images.begin() + i * quarter);
+    Inputs one(config, 1);
+    one.images.assign(inputs.images.begin(), inputs.images.begin() + quarter);
+    std::vector<std::vector<float>> gradients[2];
+    for (Predictor* predictor : {sliced.get(), single.get()}) {
+        randomise(*predictor, 90);
+        const std::vector<float> raw = run(*predictor, predictor == single.get() ? one : inputs);
+        const auto part = static_cast<std::ptrdiff_t>(raw.size() / 4);
+        for (std::ptrdiff_t i = 1; i < 4 && predictor == sliced.get(); ++i)
+            EXPECT_FALSE(std::equal(raw.begin(), raw.begin() + part, raw.begin() + i * part)) << i;
+        const auto g = predictor->output_gradients();
+        for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh})
+            ASSERT_OK(context().fill(view, 0));
+        const std::vector<float> of_first = normal_fill(16 * 16 * 3, 91);
+        ASSERT_OK(context().write(g.means, of_first.data(), of_first.size() * 4));
+        ASSERT_OK(predictor->backward());
+        EXPECT_EQ(predictor->backward().code(), Code::kInvalidState);
+        for (const nn::Parameter& parameter : predictor->parameters().all())
+            gradients[predictor == single.get() ? 1 : 0].push_back(read(parameter.grad));
+    }
+    EXPECT_EQ(gradients[0], gradients[1]);
+}
+
+TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
+    const PredictorConfig config = small_config();
+    const auto sliced = make(config, options_of(1));
+    ASSERT_TRUE(sliced);
+    const Inputs one(config, 1);
+    EXPECT_EQ(sliced->set_input(one.view()).code(), Code::kShape);
+    EXPECT_EQ(sliced->backward().code(), Code::kInvalidState);
+    const std::vector<float> first = run(*sliced, Inputs(config, 4, 17));
+    Inputs bad(config, 4, 18);
+    bad.images.back() = NAN;
+    EXPECT_EQ(sliced->set_input(bad.view()).code(), Code::kInvalidArgument);
+    EXPECT_OK(sliced->forward());
+    EXPECT_EQ(read(sliced->raw_output()), first) << "refused input leaves that of before";
+}
+
+}  // namespace
+}  // namespace splat::test
