@@ -1098,7 +1098,8 @@ SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, spl
  * "scales", "rotations" and "sh" are given, in this order; NULL entries are zero. Once after each
  * splat_model_forward, whose results stay readable.
  * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass, or
- *   after parameters have changed: nothing is lost then */
+ *   after parameters have changed: nothing is lost then. After other errors the gradients may hold a
+ *   part of the batch: splat_model_zero_gradients */
 SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
 SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
 
