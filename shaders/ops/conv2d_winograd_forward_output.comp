@@ -4,8 +4,8 @@
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
 // Specialisation: 0 workgroup size, 10 kTile, 11 whether there is a residual (lavapipe would load it under a
-// condition, too), 12 kExact: tiles cover the image
-// exactly and come in eights, see ST8_ALL.
+// condition, too), 12 kExact: tiles cover the image exactly and come in eights,
+// see ST8_ALL.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require

@@ -48,8 +48,10 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
     SPLAT_TRY(made->build());
     for (std::uint32_t slice = made->objects_that_fit();; --slice) {
         if (options.objects % slice != 0) continue;
-        made.reset(new Predictor(context, config, options, slice));
-        SPLAT_TRY(made->build());
+        if (made->slice_ != slice) {
+            made.reset(new Predictor(context, config, options, slice));
+            SPLAT_TRY(made->build());
+        }
         const Status planned = made->plan();
         if (planned.ok()) break;
         // Operators' own memory may exceed a binding where values do not.

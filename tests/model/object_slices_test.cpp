@@ -45,12 +45,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         const auto o = predictor.outputs();
         for (const auto& view : {o.means, o.opacities, o.scales, o.rotations, o.sh})
             batch.outputs.push_back(read(view));
-        const auto g = predictor.output_gradients();
-        std::uint64_t seed = 91;
-        for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh}) {
-            const std::vector<float> values = normal_fill(view.shape.elements(), seed++);
-            EXPECT_OK(context().write(view, values.data(), values.size() * 4));
-        }
+        write_gradients(predictor, 91);
         EXPECT_OK(predictor.backward());
         for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
             const auto gradient = predictor.input_gradient(input);

@@ -83,12 +83,7 @@ TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
             auto& result = results[predictor == again.get() ? 1 : 0];
             randomise(*predictor, 90);
             result.push_back(run(*predictor, inputs));
-            const auto gradients = predictor->output_gradients();
-            for (const auto& view : {gradients.means, gradients.opacities, gradients.scales,
-                                     gradients.rotations, gradients.sh}) {
-                const std::vector<float> values = normal_fill(view.shape.elements(), 91);
-                ASSERT_OK(context().write(view, values.data(), values.size() * 4));
-            }
+            write_gradients(*predictor, 91);
             ASSERT_OK(predictor->backward());
             for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
                 if (input == Predictor::Input::kTokens && config.tokens == 0) continue;

@@ -71,6 +71,14 @@ class PredictorTest : public KernelsTest {
         EXPECT_OK(predictor.forward());
         return read(predictor.raw_output());
     }
+    /// Random gradients of all outputs, for a backward pass.
+    void write_gradients(Predictor& predictor, std::uint64_t seed) {
+        const auto g = predictor.output_gradients();
+        for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh}) {
+            const std::vector<float> values = normal_fill(view.shape.elements(), seed);
+            EXPECT_OK(context().write(view, values.data(), values.size() * 4));
+        }
+    }
     void randomise(Predictor& predictor, std::uint64_t seed) {
         for (const nn::Parameter& parameter : predictor.parameters().all())
             EXPECT_OK(predictor.parameters().write(
