@@ -904,7 +904,11 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 
 /* ---- Weights --------------------------------------------------------------------------------- */
 
-/* Named tensors of a file of network weights, in host memory; no device is needed. */
+/* Named tensors of a file of network weights; no device is needed. float32 values of a .safetensors file of
+ * a megabyte or more are not copied: the file stays open and mapped. It may be removed, or replaced by another
+ * of its name, but not be written in place, as cp does: all functions that use values then refuse
+ * (SPLAT_ERROR_INVALID_ARGUMENT), and a file cut off in the very moment of such a call ends the process
+ * (SIGBUS). */
 typedef struct splat_weights_s* splat_weights;
 
 enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */

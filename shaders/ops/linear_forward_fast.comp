@@ -7,9 +7,8 @@
 // or more. Workgroups: output features (next to each other in time, so that the rows stay in the cache), rows (y, z).
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
 // residual and y quads [out/4][rows].
-// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks, 13 kDepth: quads of k per turn of the
-// loop, 1 or 2. None for residuals: lavapipe loads them under a condition, too, which takes a hundredth of the time,
-// but a form of the kernel without them takes it 45 ms to compile.
+// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks, 12 whether there is a residual
+// (lavapipe would load it under a condition, too), 13 kDepth: quads of k per turn of the loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -21,6 +20,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 10) const uint kColumns = 4;
 layout(constant_id = 11) const uint kBlocks = 4;
+layout(constant_id = 12) const uint kResidual = 1;
 layout(constant_id = 13) const uint kDepth = 1;
 QUADS(0, x);
 QUADS(1, weight);
@@ -85,7 +85,7 @@ void main() {
             const uint at = half_block * 4 * kColumns + a;
             if (r >= dims.rows) continue;
             vec4 value = vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]) + shift;
-            if (dims.has_residual != 0) value += LD4(residual, quad * dims.rows + r);
+            if (kResidual != 0) value += LD4(residual, quad * dims.rows + r);
             ST4(y, quad * dims.rows + r, value * dims.scale);
         }
     }

@@ -29,7 +29,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         std::vector<const io::NamedTensors*> tensors;
         for (std::uint32_t i = 0; i < desc->weight_count; ++i) {
             SPLAT_ASSIGN(auto file,
-                         api::Weights::find(desc->weights[i], format("weights[%u]", i).c_str()));
+                         api::weights_to_use(desc->weights[i], format("weights[%u]", i).c_str()));
             tensors.push_back(&file->file.tensors);
             files.push_back(std::move(file));
         }

@@ -253,7 +253,7 @@ splat_result splat_model_init(splat_model model, uint64_t seed) {
 
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
     return locked(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_ASSIGN(const auto file, api::Weights::find(weights, "weights"));
+        SPLAT_ASSIGN(const auto file, api::weights_to_use(weights, "weights"));
         constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_ADAPTERS - 1;
         if ((flags & ~kKnown) != 0)
             return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);

@@ -19,6 +19,13 @@ std::string api::weights_report(const io::WeightsFile& file, const char* format)
            "}, \"warnings\": [" + warnings + "]}";
 }
 
+Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights weights,
+                                                                const char* argument) {
+    SPLAT_ASSIGN(auto object, api::Weights::find(weights, argument));
+    SPLAT_TRY(object->file.tensors.unchanged());
+    return object;
+}
+
 namespace {
 
 /// The tensor of live weights; `object` keeps it.
@@ -48,7 +55,7 @@ splat_result splat_weights_load(const char* path, splat_weights* weights) {
 
 splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+        SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
         if ((flags & ~SPLAT_WEIGHTS_HALF) != 0)
             return error(Code::kInvalidArgument, "flags has unknown bits %#x",
@@ -107,6 +114,7 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
         if (bytes < wanted)
             return error(Code::kInvalidArgument, "bytes is %zu, the tensor '%s' has %zu", bytes,
                          tensor->name.c_str(), wanted);
+        SPLAT_TRY(object->file.tensors.unchanged());
         if (wanted != 0) std::memcpy(values, tensor->values.data(), wanted);
         return {};
     });
@@ -128,10 +136,10 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
                                 uint32_t flags, splat_weights* folded) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(folded, "folded"));
-        SPLAT_ASSIGN(const auto from, api::Weights::find(weights, "weights"));
+        SPLAT_ASSIGN(const auto from, api::weights_to_use(weights, "weights"));
         auto given = from;
         if (adapters != nullptr) {
-            SPLAT_ASSIGN(given, api::Weights::find(adapters, "adapters"));
+            SPLAT_ASSIGN(given, api::weights_to_use(adapters, "adapters"));
         }
         if (!std::isfinite(alpha))
             return error(Code::kInvalidArgument, "alpha is %g, expected a finite number", alpha);

@@ -169,4 +169,7 @@ extern template struct Handles<ModuleObject, splat_module>;
 extern template struct Handles<TrainerObject, splat_trainer>;
 extern template struct Handles<LpipsObject, splat_lpips>;
 
+/// Live weights whose values are to be used now. Errors: as Handles::find(), NamedTensors::unchanged().
+Result<std::shared_ptr<WeightsObject>> weights_to_use(splat_weights weights, const char* argument);
+
 }  // namespace splat::api

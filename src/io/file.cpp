@@ -1,6 +1,7 @@
 #include "io/file.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -119,23 +120,87 @@ Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count
                  static_cast<unsigned long long>(size));
 }
 
-class FileSource : public Source {
+/// A file that is kept open.
+class OpenFile {
   public:
-    FileSource(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
-    [[nodiscard]] std::uint64_t size() const override { return size_; }
-    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
+    OpenFile(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
+
+    Status examine(std::uint64_t max_bytes) {
+        SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes));
+        if (::fstat(file_.get(), &opened_) != 0) return failed("examine", path_);
+        return {};
+    }
+    [[nodiscard]] std::uint64_t size() const { return size_; }
+    Status read(std::uint64_t offset, std::span<std::byte> to) const {
         SPLAT_TRY(check_range(size_, offset, to.size()));
         return read_all(file_.get(), offset, to, path_);
     }
-    Status examine(std::uint64_t max_bytes) {
-        SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes));
-        return {};
+    [[nodiscard]] Status unchanged() const {
+        struct stat now {};
+        if (::fstat(file_.get(), &now) != 0) return failed("examine", path_);
+        if (now.st_size == opened_.st_size && now.st_mtim.tv_sec == opened_.st_mtim.tv_sec &&
+            now.st_mtim.tv_nsec == opened_.st_mtim.tv_nsec)
+            return {};
+        return error(Code::kInvalidArgument,
+                     "'%s' was written since it was opened; open it again, and let others replace "
+                     "it instead of writing into it",
+                     path_.c_str());
     }
+    [[nodiscard]] int descriptor() const { return file_.get(); }
 
   private:
     std::string path_;
     Descriptor file_;
     std::uint64_t size_ = 0;
+    struct stat opened_ {};
+};
+
+class Mapping : public MappedFile {
+  public:
+    explicit Mapping(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
+    ~Mapping() override {
+        if (at_ != nullptr) ::munmap(at_, file_->size());
+    }
+    /// False if the system cannot. The disk is read now, so that one that fails does it here and not at a touch
+    /// (since Linux 5.14).
+    bool map() {
+        void* const at = SPLAT_FAULT("io.map") ? MAP_FAILED
+                                               : ::mmap(nullptr, file_->size(), PROT_READ,
+                                                        MAP_PRIVATE, file_->descriptor(), 0);
+        if (at == MAP_FAILED) return false;
+        at_ = at;
+#ifdef MADV_POPULATE_READ
+        return ::madvise(at_, file_->size(), MADV_POPULATE_READ) == 0 || errno == EINVAL;
+#else
+        return true;
+#endif
+    }
+    [[nodiscard]] Bytes bytes() const override {
+        return {static_cast<const std::byte*>(at_), file_->size()};
+    }
+    [[nodiscard]] Status unchanged() const override {
+        return file_->unchanged();
+    }
+
+  private:
+    std::shared_ptr<const OpenFile> file_;
+    void* at_ = nullptr;
+};
+
+class FileSource : public Source {
+  public:
+    explicit FileSource(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
+    [[nodiscard]] std::uint64_t size() const override { return file_->size(); }
+    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
+        return file_->read(offset, to);
+    }
+    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override {
+        auto mapping = std::make_shared<Mapping>(file_);
+        return mapping->map() ? mapping : nullptr;
+    }
+
+  private:
+    std::shared_ptr<const OpenFile> file_;
 };
 
 }  // namespace
@@ -149,9 +214,9 @@ Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
 }
 
 Result<std::unique_ptr<Source>> open_source(const std::string& path, std::uint64_t max_bytes) {
-    auto file = std::make_unique<FileSource>(path, open_to_read(path));
+    const auto file = std::make_shared<OpenFile>(path, open_to_read(path));
     SPLAT_TRY(file->examine(max_bytes));
-    return std::unique_ptr<Source>(std::move(file));
+    return std::unique_ptr<Source>(std::make_unique<FileSource>(file));
 }
 
 Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {

@@ -30,6 +30,22 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces);
 /// system's reason; a part of the file may then be there.
 Status write_new_file(const std::string& path, Bytes bytes);
 
+/// A whole file in place. What others write into it shows, and the system ends a process that touches what they have
+/// cut off: ask unchanged() before each use.
+class MappedFile {
+  public:
+    MappedFile() = default;
+    MappedFile(const MappedFile&) = delete;
+    MappedFile& operator=(const MappedFile&) = delete;
+    virtual ~MappedFile() = default;
+
+    [[nodiscard]] virtual Bytes bytes() const = 0;
+
+    /// Errors: kInvalidArgument if the file has been written since it was opened. One that is replaced by another of
+    /// its name, as write_file() does, stays as it was.
+    [[nodiscard]] virtual Status unchanged() const = 0;
+};
+
 /// Bytes that are read piece by piece, so that large files are never held as a whole.
 class Source {
   public:
@@ -43,6 +59,9 @@ class Source {
     /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if they are not all there,
     /// or cannot be read; `to` is then undefined. Several threads may read.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
+
+    /// nullptr if it is no file, or the system cannot map it. It may outlive the source.
+    [[nodiscard]] virtual std::shared_ptr<const MappedFile> map() const { return nullptr; }
 };
 
 /// Bytes in memory, which must outlive it.

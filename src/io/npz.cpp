@@ -42,8 +42,8 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
                      data.size(), dims_text(tensor.dims).c_str(), type_name(*type),
                      static_cast<unsigned long long>(count * type_bytes(*type)));
     SPLAT_TRY(budget.take(count, sizeof(float), name));
-    tensor.values.resize(count);
-    to_floats(*type, data, tensor.values.data(), header.order);
+    tensor.values.own().resize(count);
+    to_floats(*type, data, tensor.values.own().data(), header.order);
     return tensor;
 }
 

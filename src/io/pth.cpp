@@ -98,17 +98,18 @@ class PthReader {
         if (view.count == 0) return tensor;
         SPLAT_TRY(budget_.take(view.count, sizeof(float), "pth: '" + name + "'"));
         SPLAT_TRY(load(view));
-        tensor.values.resize(view.count);
+        LargeVector<float>& values = tensor.values.own();
+        values.resize(view.count);
         const std::size_t each = type_bytes(view.type);
         if (is_contiguous(view)) {
             to_floats(view.type, Bytes(stored_).subspan(view.offset * each, view.count * each),
-                      tensor.values.data());
+                      values.data());
             return tensor;
         }
         SPLAT_TRY(budget_.take(view.stored, sizeof(float), "pth: '" + name + "'"));
         std::vector<float> floats(view.stored);
         to_floats(view.type, stored_, floats.data());
-        gather(view, floats, tensor.values);
+        gather(view, floats, values);
         return tensor;
     }
 

@@ -14,7 +14,8 @@ namespace {
 constexpr const char* kMetadata = "__metadata__";
 constexpr std::size_t kSizeBytes = 8;
 
-/// Of smaller files threads would take longer to start than they save.
+/// Smaller files are read by one thread into memory: threads would take longer to start than they save, and a file
+/// that is mapped stays open.
 constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
 
 constexpr std::pair<std::string_view, NumberType> kTypes[] = {
@@ -155,17 +156,22 @@ Result<std::uint64_t> header_size(const Source& source) {
     return size;
 }
 
-/// Moves the name and the shape from the row, whose data is behind `start`.
-Status read_row(const Source& source, std::uint64_t start, Row& row, NamedTensor& tensor) {
-    tensor.name = std::move(row.name);
-    tensor.dims = std::move(row.shape);
-    tensor.type = *row.type;
-    const std::uint64_t at = start + static_cast<std::uint64_t>(row.offsets[0]);
-    if (tensor.type == NumberType::kF32)
-        return source.read(at, std::as_writable_bytes(std::span(tensor.values)));
+bool is_f32(const Row& row) {
+    return *row.type == NumberType::kF32;
+}
+
+/// The numbers where they are in the file; empty if they must be converted or moved.
+std::span<const float> in_place(const MappedFile& file, std::uint64_t at, const Row& row) {
+    if (!is_f32(row) || at % alignof(float) != 0) return {};
+    return {reinterpret_cast<const float*>(file.bytes().data() + at), row.count};
+}
+
+Status read_row(const Source& source, std::uint64_t at, const Row& row, NamedTensor& tensor) {
+    const std::span<float> values = tensor.values.own();
+    if (tensor.type == NumberType::kF32) return source.read(at, std::as_writable_bytes(values));
     LargeVector<std::byte> bytes(row.count * type_bytes(tensor.type));
     SPLAT_TRY(source.read(at, bytes));
-    to_floats(tensor.type, bytes, tensor.values.data());
+    to_floats(tensor.type, bytes, values.data());
     return {};
 }
 
@@ -184,12 +190,26 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
     file.metadata = std::move(header.metadata);
     for (const Row& row : header.rows)
         SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + row.name));
+    const bool small = source.size() < kManyBytes;
+    const bool in_file = !small && std::any_of(header.rows.begin(), header.rows.end(), is_f32);
+    const std::shared_ptr<const MappedFile> mapped = in_file ? source.map() : nullptr;
+    const auto at = [&](const Row& row) {
+        return start + static_cast<std::uint64_t>(row.offsets[0]);
+    };
     std::vector<NamedTensor> tensors(header.rows.size());
-    // Taken by one thread: what several took at once was at times read at half the speed later.
-    for (std::size_t i = 0; i < tensors.size(); ++i) tensors[i].values.resize(header.rows[i].count);
-    const std::size_t threads = source.size() < kManyBytes ? 1 : kMostHostThreads;
-    SPLAT_TRY(parallel_for(tensors.size(), threads, [&](std::size_t i) {
-        return read_row(source, start, header.rows[i], tensors[i]);
+    std::vector<std::size_t> to_read;
+    for (std::size_t i = 0; i < tensors.size(); ++i) {
+        Row& row = header.rows[i];
+        tensors[i] = {std::move(row.name), std::move(row.shape), *row.type, {}};
+        if (mapped) tensors[i].values = {mapped, in_place(*mapped, at(row), row)};
+        if (tensors[i].values.size() == row.count) continue;
+        // Taken by one thread: what several took at once was at times read at half the speed later.
+        tensors[i].values.own().resize(row.count);
+        to_read.push_back(i);
+    }
+    SPLAT_TRY(parallel_for(to_read.size(), small ? 1 : kMostHostThreads, [&](std::size_t i) {
+        const Row& row = header.rows[to_read[i]];
+        return read_row(source, at(row), row, tensors[to_read[i]]);
     }));
     for (NamedTensor& tensor : tensors) SPLAT_TRY(file.tensors.add(std::move(tensor)));
     return file;

@@ -165,6 +165,17 @@ const NamedTensor* NamedTensors::find(const std::string& name) const {
     return place == places_.end() ? nullptr : &tensors_[place->second];
 }
 
+Status NamedTensors::unchanged() const {
+    const MappedFile* last = nullptr;
+    for (const NamedTensor& tensor : tensors_) {
+        const MappedFile* file = tensor.values.file();
+        if (file == nullptr || file == last) continue;
+        SPLAT_TRY(file->unchanged());
+        last = file;
+    }
+    return {};
+}
+
 std::uint64_t NamedTensors::elements() const {
     return std::accumulate(
         tensors_.begin(), tensors_.end(), std::uint64_t{0},

@@ -1,13 +1,18 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
+#include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/large_vector.h"
 #include "core/status.h"
 #include "io/bytes.h"
+#include "io/file.h"
 
 namespace splat::io {
 
@@ -25,12 +30,54 @@ void to_floats(NumberType type, Bytes bytes, float* values,
 /// The nearest number of type float16, ties to even; beyond 65519 infinity.
 std::uint16_t to_half(float value);
 
+/// The numbers of a tensor: its own, or some of a mapped file, which copies then share.
+class TensorValues {
+  public:
+    TensorValues() = default;
+    // NOLINTBEGIN(google-explicit-constructor)
+    TensorValues(LargeVector<float> own) : own_(std::move(own)) {}
+    TensorValues(const std::vector<float>& own) : own_(own) {}
+    TensorValues(std::initializer_list<float> own) : own_(own) {}
+    operator std::vector<float>() const { return {begin(), end()}; }
+    // NOLINTEND(google-explicit-constructor)
+    TensorValues(std::shared_ptr<const MappedFile> file, std::span<const float> part)
+        : file_(std::move(file)), part_(part) {}
+
+    [[nodiscard]] const float* data() const { return file_ ? part_.data() : own_.data(); }
+    [[nodiscard]] std::size_t size() const { return file_ ? part_.size() : own_.size(); }
+    [[nodiscard]] bool empty() const { return size() == 0; }
+    [[nodiscard]] const float* begin() const { return data(); }
+    [[nodiscard]] const float* end() const { return data() + size(); }
+    const float& operator[](std::size_t i) const { return data()[i]; }
+
+    /// To be written; those of a file are copied first.
+    LargeVector<float>& own() {
+        if (file_) {
+            own_.assign(part_.begin(), part_.end());
+            file_.reset();
+        }
+        return own_;
+    }
+
+    /// nullptr for its own.
+    [[nodiscard]] const MappedFile* file() const { return file_.get(); }
+
+    friend bool operator==(const TensorValues& a, const TensorValues& b) {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end());
+    }
+
+  private:
+    LargeVector<float> own_;
+    std::shared_ptr<const MappedFile> file_;
+    std::span<const float> part_;  ///< of the file
+};
+
 /// A tensor of a file of weights, row-major.
 struct NamedTensor {
     std::string name;
     std::vector<std::int64_t> dims;      ///< outermost first; empty: one number; 0: no numbers
     NumberType type = NumberType::kF32;  ///< in the file
-    LargeVector<float> values;
+    TensorValues values;
 };
 
 /// The product of dims. Errors: kInvalidArgument for more than kMaxRank dimensions, a negative one,
@@ -54,6 +101,9 @@ class NamedTensors {
     [[nodiscard]] const NamedTensor& operator[](std::size_t i) const { return tensors_[i]; }
     [[nodiscard]] auto begin() const { return tensors_.begin(); }
     [[nodiscard]] auto end() const { return tensors_.end(); }
+
+    /// Errors: as MappedFile::unchanged(), where values are those of files. To be asked before values are used.
+    [[nodiscard]] Status unchanged() const;
 
     /// Of all tensors together.
     [[nodiscard]] std::uint64_t elements() const;

@@ -103,7 +103,8 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
     const auto columns = static_cast<std::size_t>(a.dims[1]);
     const double scale = factor / static_cast<double>(rank);
     std::vector<double> sums(columns);
-    for (std::size_t first = 0; first < weight.values.size(); first += columns) {
+    LargeVector<float>& values = weight.values.own();
+    for (std::size_t first = 0; first < values.size(); first += columns) {
         std::fill(sums.begin(), sums.end(), 0.0);
         for (std::size_t r = 0; r < rank; ++r) {
             const auto factor_b = static_cast<double>(b.values[first / columns * rank + r]);
@@ -111,7 +112,7 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
                 sums[i] += factor_b * static_cast<double>(a.values[r * columns + i]);
         }
         for (std::size_t i = 0; i < columns; ++i) {
-            float& value = weight.values[first + i];
+            float& value = values[first + i];
             value = static_cast<float>(static_cast<double>(value) + scale * sums[i]);
             if (!std::isfinite(value))
                 return error(Code::kInvalidArgument,
@@ -139,7 +140,7 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor) {
         tensor.dims = {rows, is_a ? weight->shape[1] : parameter.shape[1]};
         for (std::uint32_t i = 2; i < weight->shape.rank(); ++i)  // of a convolution: its taps
             tensor.dims.push_back(is_a ? weight->shape[i] : 1);
-        SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values));
+        SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values.own()));
         SPLAT_TRY(file.tensors.add(std::move(tensor)));
     }
     const LoraConfig& lora = predictor.config().lora;

@@ -25,6 +25,7 @@ struct Tile {
 constexpr std::uint32_t kMostBlocks = 4;
 constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
+constexpr std::uint32_t kResidualId = 12;
 constexpr std::uint32_t kDepthId = 13;
 
 /// Two quads deep where that unrolls to no more code than the instruction cache holds: for large tiles a fifth slower
@@ -99,13 +100,13 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
     params::LinearParams params = params_of(desc);
     params.groups_x = groups[1];
     const bool has_residual = residual.block != nullptr;
-    params.has_residual = has_residual ? 1 : 0;
     return recorder.dispatch({
         .op = op,
         .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
                       {kBlocksId, tile.blocks},
+                      {kResidualId, has_residual ? 1U : 0U},
                       {kDepthId, tile.depth}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),

@@ -122,7 +122,7 @@ Status Optimiser::save(io::NamedTensors& tensors) {
         for (const Kind& kind : kinds()) {
             io::NamedTensor tensor;
             tensor.name = kind.prefix + parameter.name;
-            SPLAT_TRY(parameters_->read(part(parameter, kind.buffer), tensor.values));
+            SPLAT_TRY(parameters_->read(part(parameter, kind.buffer), tensor.values.own()));
             tensor.dims = {static_cast<std::int64_t>(tensor.values.size())};
             SPLAT_TRY(tensors.add(std::move(tensor)));
         }
@@ -159,7 +159,7 @@ Status Optimiser::load(const io::NamedTensors& tensors, std::uint64_t steps) {
     for (const nn::Parameter& parameter : parameters_->all()) {
         if (!parameter.trainable) continue;
         for (const Kind& kind : kinds()) {
-            const LargeVector<float>& values = tensors.find(kind.prefix + parameter.name)->values;
+            const io::TensorValues& values = tensors.find(kind.prefix + parameter.name)->values;
             SPLAT_TRY(context_->write(part(parameter, kind.buffer), values.data(),
                                       values.size() * sizeof(float)));
         }

@@ -257,7 +257,8 @@ Result<io::NamedTensors> Trainer::averaged_state() {
     for (const io::NamedTensor& tensor : current) {
         io::NamedTensor copy = tensor;
         const nn::Parameter* parameter = predictor_->parameters().find(tensor.name);
-        if (parameter != nullptr) SPLAT_TRY(optimiser_->read_average(*parameter, copy.values));
+        if (parameter != nullptr)
+            SPLAT_TRY(optimiser_->read_average(*parameter, copy.values.own()));
         SPLAT_TRY(state.add(std::move(copy)));
     }
     return state;

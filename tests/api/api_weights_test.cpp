@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 
 #include "api/api_calls.h"
 
@@ -113,6 +114,45 @@ TEST(ApiWeights, FoldedOnesHaveNoAdapters) {
     const Weights other = make_weights();
     EXPECT_REFUSED(splat_weights_fold(other, weights, 1, 0, folded.out()),
                    SPLAT_ERROR_INVALID_ARGUMENT, "the file has no 'x.weight'");
+}
+
+/// Files of a megabyte or more are not copied.
+TEST(ApiWeights, LargeFilesWrittenInPlaceAreRefused) {
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("splat-large-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    const std::string path = folder / "large.safetensors";
+    const std::string copy = folder / "copy.safetensors";
+    std::vector<float> large(300000);
+    std::iota(large.begin(), large.end(), 0.0F);
+    std::string header = R"({"w":{"dtype":"F32","shape":[300,1000],"data_offsets":[0,1200000]}})";
+    header.resize((header.size() + 7) / 8 * 8, ' ');
+    const std::uint64_t size = header.size();
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(&size), sizeof size)
+        .write(header.data(), static_cast<std::streamsize>(size))
+        .write(reinterpret_cast<const char*>(large.data()), 1200000);
+    Weights weights;
+    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    EXPECT_EQ(values_of(weights, "w"), large);
+    ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));  // over itself
+    EXPECT_EQ(values_of(weights, "w"), large);
+
+    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    std::filesystem::resize_file(path, 500000);
+    std::vector<float> values(large.size(), -1.0F);
+    const char* why = "large.safetensors' was written since it was opened";
+    EXPECT_REFUSED(splat_weights_read(weights, 0, values.data(), values.size() * sizeof(float)),
+                   SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_EQ(values, std::vector<float>(large.size(), -1.0F));
+    EXPECT_REFUSED(splat_weights_save(weights, copy.c_str(), 0), SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_FALSE(std::filesystem::exists(copy));
+    Weights folded;
+    EXPECT_REFUSED(splat_weights_fold(weights, nullptr, 1, 0, folded.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_REFUSED(splat_weights_fold(make_weights(), weights, 1, 0, folded.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, why);
+    std::filesystem::remove_all(folder);
 }
 
 TEST(ApiWeights, DestroyedOnesAreRefused) {

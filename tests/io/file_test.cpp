@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "core/fault.h"
 #include "io/reader.h"
@@ -103,6 +104,38 @@ TEST_F(File, IsReadPieceByPiece) {
     EXPECT_FALSE(open_source(path("none")).ok());
     EXPECT_FALSE(open_source(folder_).ok());
     EXPECT_ERROR(open_source(path("a"), 2).status(), Code::kInvalidArgument, "the limit is 2");
+}
+
+TEST_F(File, IsMappedAsItWas) {
+    EXPECT_EQ(MemorySource(bytes_of("x")).map(), nullptr);
+    ASSERT_OK(write_file(path("empty"), bytes_of("")));
+    EXPECT_EQ(open_source(path("empty")).value()->map(), nullptr);
+
+    ASSERT_OK(write_file(path("a"), bytes_of("first")));
+    std::unique_ptr<Source> source = std::move(open_source(path("a")).value());
+#if SPLAT_FAULT_POINTS
+    fault::arm("io.map", 1);
+    EXPECT_EQ(source->map(), nullptr);
+    fault::disarm();
+#endif
+    const std::shared_ptr<const MappedFile> mapped = source->map();
+    source.reset();
+    ASSERT_NE(mapped, nullptr);
+    EXPECT_EQ(as_text(mapped->bytes()), "first");
+    ASSERT_OK(write_file(path("a"), bytes_of("other")));  // another file of that name
+    EXPECT_OK(mapped->unchanged());
+    EXPECT_EQ(as_text(mapped->bytes()), "first");
+
+    const auto again = open_source(path("a")).value()->map();
+    std::ofstream(path("a"), std::ios::app) << "!";
+    EXPECT_ERROR(again->unchanged(), Code::kInvalidArgument,
+                 "a' was written since it was opened; open it again");
+    const auto later = open_source(path("a")).value()->map();
+    fs::last_write_time(path("a"), fs::last_write_time(path("a")) + std::chrono::seconds(1));
+    EXPECT_ERROR(later->unchanged(), Code::kInvalidArgument, "was written since");
+    EXPECT_OK(mapped->unchanged());
+    fs::remove(path("a"));
+    EXPECT_EQ(as_text(mapped->bytes()), "first");
 }
 
 #if SPLAT_FAULT_POINTS

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "io/sample_scene.h"
 #include "io/sample_weights.h"
 #include "support/expect_status.h"
@@ -57,7 +59,7 @@ TEST(Safetensors, LargeFilesComeWhole) {
     for (int i = 0; i < 40; ++i) {
         NamedTensor tensor{"t" + std::to_string(i), {1000 + i, 30}, NumberType::kF32, {}};
         for (int at = 0; at < 30 * (1000 + i); ++at)
-            tensor.values.push_back(static_cast<float>(at % 1000 + i));
+            tensor.values.own().push_back(static_cast<float>(at % 1000 + i));
         ASSERT_OK(tensors.add(std::move(tensor)));
     }
     for (const bool half : {false, true}) {
@@ -74,6 +76,53 @@ TEST(Safetensors, LargeFilesComeWhole) {
         EXPECT_ERROR(read_safetensors(disk).status(), Code::kInvalidArgument,
                      format("asked for %llu", static_cast<unsigned long long>(first)));
     }
+}
+
+/// Bytes as a file that is mapped.
+class MappedSource : public MemorySource {
+  public:
+    explicit MappedSource(Bytes bytes)
+        : MemorySource(bytes), file_(std::make_shared<File>(bytes)) {}
+    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override { return file_; }
+
+  private:
+    class File : public MappedFile {
+      public:
+        explicit File(Bytes bytes) : bytes_(bytes) {}
+        [[nodiscard]] Bytes bytes() const override { return bytes_; }
+        [[nodiscard]] Status unchanged() const override { return {}; }
+
+      private:
+        Bytes bytes_;
+    };
+    std::shared_ptr<const File> file_;
+};
+
+TEST(Safetensors, LargeFilesAreUsedInPlace) {
+    LargeVector<float> many(600000);
+    for (std::size_t i = 0; i < many.size(); ++i) many[i] = static_cast<float>(i % 2000);
+    NamedTensors tensors;
+    ASSERT_OK(tensors.add({"one", {}, NumberType::kF32, {7}}));
+    ASSERT_OK(tensors.add({"none", {0, 3}, NumberType::kF32, {}}));
+    ASSERT_OK(tensors.add({"many", {600, 1000}, NumberType::kF32, many}));
+    for (const bool half : {false, true})
+        for (const std::size_t blanks : {0U, 1U, 2U, 4U}) {  // behind the header
+            Buffer bytes = write_safetensors(tensors, {}, half).value().joined();
+            const std::uint64_t header = number<std::uint64_t>(bytes.data()) + blanks;
+            bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(8 + header - blanks), blanks,
+                         std::byte{' '});
+            std::memcpy(bytes.data(), &header, sizeof header);
+            const auto read = read_safetensors(MappedSource(bytes));
+            ASSERT_OK(read.status());
+            for (const NamedTensor& tensor : tensors)
+                EXPECT_EQ(read.value().tensors.find(tensor.name)->values, tensor.values);
+            NamedTensor copy = *read.value().tensors.find("many");
+            EXPECT_EQ(copy.values.file() != nullptr, !half && blanks % 4 == 0) << blanks;
+            copy.values.own()[1] = -1;
+            EXPECT_EQ(copy.values[0], many[0]);
+            EXPECT_EQ(copy.values[1], -1);
+            EXPECT_EQ(read.value().tensors.find("many")->values, TensorValues(many));
+        }
 }
 
 TEST(Safetensors, RefusesWhatItCannotWrite) {

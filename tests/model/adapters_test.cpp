@@ -169,11 +169,11 @@ TEST_P(Adapters, RefusesOtherFiles) {
                  "has no adapter 'network_with_offset.encoder.enc.8x8_block0.conv0.lora_B' [4, 3]");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name = "out.weight"; }), Code::kInvalidArgument,
                  "'out.weight' is no adapter");
-    EXPECT_ERROR(status([](io::NamedTensor& t) { t.values[5] = NAN; }), Code::kInvalidArgument,
-                 "holds nan at element 5");
+    EXPECT_ERROR(status([](io::NamedTensor& t) { t.values.own()[5] = NAN; }),
+                 Code::kInvalidArgument, "holds nan at element 5");
     EXPECT_ERROR(status([](io::NamedTensor& t) {
                      t.dims = {0};
-                     t.values.clear();
+                     t.values = {};
                  }),
                  Code::kShape, "expected a matrix");
     io::WeightsFile more = saved.value();

@@ -88,12 +88,12 @@ TEST_P(LpipsRules, RefusesOtherWeights) {
     EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin3.model.1.weight",
                                              [](io::NamedTensor& t) {
                                                  t.dims = {1, 256, 1, 1};
-                                                 t.values.resize(256);
+                                                 t.values.own().resize(256);
                                              }))
                      .status(),
                  Code::kShape, "'lin3.model.1.weight' has shape [1, 256, 1, 1], expected [512]");
     EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin2.model.1.weight",
-                                             [](io::NamedTensor& t) { t.values[7] = NAN; }))
+                                             [](io::NamedTensor& t) { t.values.own()[7] = NAN; }))
                      .status(),
                  Code::kInvalidArgument, "'lin2.model.1.weight' holds nan at 7");
     EXPECT_ERROR(make(vgg_weights(), linear, {.images = 1, .side = 15}).status(),

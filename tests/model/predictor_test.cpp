@@ -170,7 +170,8 @@ TEST_P(PredictorRules, RoundedRaysAreTheSame) {
         for (io::NamedTensor tensor : state.value()) {
             if (tensor.name.ends_with("ray_dirs")) {
                 tensor.type = type;
-                for (float& ray : tensor.values) ray *= 1 + 0x1p-12F;  // less than half an ulp
+                for (float& ray : tensor.values.own())
+                    ray *= 1 + 0x1p-12F;  // less than half an ulp
             }
             ASSERT_OK(changed.add(std::move(tensor)));
         }
