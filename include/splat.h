@@ -905,10 +905,11 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 /* ---- Weights --------------------------------------------------------------------------------- */
 
 /* Named tensors of a file of network weights; no device is needed. float32 values of a .safetensors file of
- * a megabyte or more are not copied: the file stays open and mapped. It may be removed, or replaced by another
- * of its name, but not be written in place, as cp does: all functions that use values then refuse
- * (SPLAT_ERROR_INVALID_ARGUMENT), and a file cut off in the very moment of such a call ends the process
- * (SIGBUS). */
+ * 1 MiB or more are not copied: the file stays open and mapped. It may be removed, or replaced by another of
+ * its name, but not be written in place, as cp does: all functions that use values, also those of folded ones,
+ * then refuse (SPLAT_ERROR_INVALID_ARGUMENT), as far as size and time of the file tell. What is written in the
+ * very moment of such a call is used as it comes, and a file that is cut off then, or lost with its disk, ends
+ * the process (SIGBUS). */
 typedef struct splat_weights_s* splat_weights;
 
 enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */

@@ -29,7 +29,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         std::vector<const io::NamedTensors*> tensors;
         for (std::uint32_t i = 0; i < desc->weight_count; ++i) {
             SPLAT_ASSIGN(auto file,
-                         api::weights_to_use(desc->weights[i], format("weights[%u]", i).c_str()));
+                         api::Weights::find(desc->weights[i], format("weights[%u]", i).c_str()));
             tensors.push_back(&file->file.tensors);
             files.push_back(std::move(file));
         }
@@ -42,6 +42,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_TRY(object->context->device().alive());
+            for (const io::NamedTensors* given : tensors) SPLAT_TRY(given->unchanged());
             SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
         }  // an object that add() cannot take is destroyed there, which locks again
         *lpips = api::Lpipses::add(std::move(object));

@@ -45,7 +45,7 @@ splat_result splat_weights_load(const char* path, splat_weights* weights) {
         SPLAT_TRY(api::require(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
         auto object = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(object->file, io::load_weights(path));
+        SPLAT_ASSIGN(object->file, io::load_weights(path, {}, true));
         object->report =
             api::weights_report(object->file, io::weights_format_name(object->file.format));
         *weights = api::Weights::add(std::move(object));
@@ -154,6 +154,8 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         SPLAT_ASSIGN(made->file.tensors,
                      model::merge_adapters(from->file.tensors, given->file.tensors, alpha,
                                            (flags & SPLAT_FOLD_OUT) ? -1 : 1));
+        SPLAT_TRY(from->file.tensors.unchanged());  // while they were folded
+        SPLAT_TRY(given->file.tensors.unchanged());
         for (const auto& entry : from->file.metadata)  // the result has no adapters
             if (entry.first != "lora_alpha" && entry.first != "lora_rank")
                 made->file.metadata.push_back(entry);

@@ -79,9 +79,8 @@ void flush_folder(const std::string& path) {
 
 /// A regular file of at most `max_bytes`, opened for reading.
 Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& path,
-                                   std::uint64_t max_bytes) {
+                                   std::uint64_t max_bytes, struct stat& info) {
     if (file.get() < 0) return failed("open", path);
-    struct stat info {};
     if (::fstat(file.get(), &info) != 0) return failed("examine", path);
     if (!S_ISREG(info.st_mode))
         return error(Code::kInvalidArgument, "'%s' is not a regular file", path.c_str());
@@ -126,8 +125,7 @@ class OpenFile {
     OpenFile(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
 
     Status examine(std::uint64_t max_bytes) {
-        SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes));
-        if (::fstat(file_.get(), &opened_) != 0) return failed("examine", path_);
+        SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes, opened_));
         return {};
     }
     [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -189,34 +187,39 @@ class Mapping : public MappedFile {
 
 class FileSource : public Source {
   public:
-    explicit FileSource(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
+    FileSource(std::shared_ptr<const OpenFile> file, bool mappable)
+        : file_(std::move(file)), mappable_(mappable) {}
     [[nodiscard]] std::uint64_t size() const override { return file_->size(); }
     Status read(std::uint64_t offset, std::span<std::byte> to) const override {
         return file_->read(offset, to);
     }
     [[nodiscard]] std::shared_ptr<const MappedFile> map() const override {
+        if (!mappable_) return nullptr;
         auto mapping = std::make_shared<Mapping>(file_);
         return mapping->map() ? mapping : nullptr;
     }
 
   private:
     std::shared_ptr<const OpenFile> file_;
+    bool mappable_;
 };
 
 }  // namespace
 
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
     const Descriptor file(open_to_read(path));
-    SPLAT_ASSIGN(const std::uint64_t size, checked_size(file, path, max_bytes));
+    struct stat info {};
+    SPLAT_ASSIGN(const std::uint64_t size, checked_size(file, path, max_bytes, info));
     Buffer bytes(size);
     SPLAT_TRY(read_all(file.get(), 0, bytes, path));
     return bytes;
 }
 
-Result<std::unique_ptr<Source>> open_source(const std::string& path, std::uint64_t max_bytes) {
+Result<std::unique_ptr<Source>> open_source(const std::string& path, std::uint64_t max_bytes,
+                                            bool mappable) {
     const auto file = std::make_shared<OpenFile>(path, open_to_read(path));
     SPLAT_TRY(file->examine(max_bytes));
-    return std::unique_ptr<Source>(std::make_unique<FileSource>(file));
+    return std::unique_ptr<Source>(std::make_unique<FileSource>(file, mappable));
 }
 
 Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {

@@ -60,7 +60,7 @@ class Source {
     /// or cannot be read; `to` is then undefined. Several threads may read.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 
-    /// nullptr if it is no file, or the system cannot map it. It may outlive the source.
+    /// nullptr if it is no file, may not be mapped, or the system cannot do it. It may outlive the source.
     [[nodiscard]] virtual std::shared_ptr<const MappedFile> map() const { return nullptr; }
 };
 
@@ -75,9 +75,10 @@ class MemorySource : public Source {
     Bytes bytes_;
 };
 
-/// A file, kept open. Its size is that at opening. Errors: as read_file().
+/// A file, kept open. Its size is that at opening. mappable  map() may give it. Errors: as read_file().
 Result<std::unique_ptr<Source>> open_source(const std::string& path,
-                                            std::uint64_t max_bytes = kMaxFileBytes);
+                                            std::uint64_t max_bytes = kMaxFileBytes,
+                                            bool mappable = false);
 
 /// A file to be written: pieces of its own, and pieces that belong to others and must outlive it.
 class FilePieces {

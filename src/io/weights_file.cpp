@@ -93,8 +93,8 @@ Result<WeightsFile> read_weights(const Source& source, const std::string& name,
     return file;
 }
 
-Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits) {
-    SPLAT_ASSIGN(const std::unique_ptr<Source> source, open_source(path));
+Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits, bool in_place) {
+    SPLAT_ASSIGN(const std::unique_ptr<Source> source, open_source(path, kMaxFileBytes, in_place));
     return read_weights(*source, path, limits);
 }
 

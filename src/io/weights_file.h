@@ -26,7 +26,9 @@ struct WeightsFile {
 /// Errors       kInvalidArgument if the file cannot be read, is damaged or none of these;
 ///              kUnsupported for what a format may hold and this library does not read; each with
 ///              the path and the format's own sentence
-Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits = {});
+/// in_place     values may be those of the file, see MappedFile
+Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits = {},
+                                 bool in_place = false);
 
 /// The same of bytes; `name` stands for the path in messages.
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,

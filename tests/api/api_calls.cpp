@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <numeric>
 
 namespace splat::test {
 namespace {
@@ -208,6 +209,19 @@ Trainer make_trainer(const Device& device) {
     Trainer trainer;
     EXPECT_DONE(splat_trainer_create(device, &desc, trainer.out()));
     return trainer;
+}
+
+std::vector<float> write_large_weights(const std::string& path) {
+    std::vector<float> large(300000);
+    std::iota(large.begin(), large.end(), 0.0F);
+    std::string header = R"({"w":{"dtype":"F32","shape":[300,1000],"data_offsets":[0,1200000]}})";
+    header.resize((header.size() + 7) / 8 * 8, ' ');
+    const std::uint64_t size = header.size();
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(&size), sizeof size)
+        .write(header.data(), static_cast<std::streamsize>(size))
+        .write(reinterpret_cast<const char*>(large.data()), 1200000);
+    return large;
 }
 
 Weights make_weights() {

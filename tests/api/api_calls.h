@@ -100,6 +100,9 @@ std::vector<float> download(splat_tensor tensor);
 /// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k": "v"}.
 Weights make_weights();
 
+/// A file of one tensor, "w" [300,1000], that is used in place.
+std::vector<float> write_large_weights(const std::string& path);
+
 /// A folder of procedural cars of 8 x 8 pixels, two to train on with 3 views and one to test on with 2;
 /// written on first use and removed at the end of the program.
 const char* data_folder();

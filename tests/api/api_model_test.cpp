@@ -1,5 +1,8 @@
 // Models through the C API.
+#include <unistd.h>
+
 #include <cmath>
+#include <filesystem>
 
 #include "api/api_calls.h"
 #include "api/raster_calls.h"
@@ -59,6 +62,29 @@ TEST_F(ApiModel, PredictsAScene) {
     EXPECT_EQ(scene_means, means);
     EXPECT_REFUSED(splat_model_scene(model, 1, scene.out()), SPLAT_ERROR_INVALID_ARGUMENT,
                    "object is 1, and the model predicts 1");
+}
+
+TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("splat-model-" + std::to_string(::getpid()));
+    write_large_weights(path);
+    Weights weights;
+    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    const Model model = make_model(device_);
+    EXPECT_REFUSED(splat_model_load(model, weights, 0), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "it is of another network");
+    std::filesystem::resize_file(path, 500000);
+    const char* why = "was written since it was opened";
+    for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_LOAD_GRAFT}})
+        EXPECT_REFUSED(splat_model_load(model, weights, flags), SPLAT_ERROR_INVALID_ARGUMENT, why);
+    auto desc = sized<splat_lpips_desc>();
+    desc.side = 64;
+    const splat_weights file = weights;
+    desc.weights = &file;
+    desc.weight_count = 1;
+    splat_lpips lpips = nullptr;
+    EXPECT_REFUSED(splat_lpips_create(device_, &desc, &lpips), SPLAT_ERROR_INVALID_ARGUMENT, why);
+    std::filesystem::remove(path);
 }
 
 TEST_F(ApiModel, WeightsGoRound) {

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <numeric>
 
 #include "api/api_calls.h"
 
@@ -123,15 +122,7 @@ TEST(ApiWeights, LargeFilesWrittenInPlaceAreRefused) {
     std::filesystem::create_directories(folder);
     const std::string path = folder / "large.safetensors";
     const std::string copy = folder / "copy.safetensors";
-    std::vector<float> large(300000);
-    std::iota(large.begin(), large.end(), 0.0F);
-    std::string header = R"({"w":{"dtype":"F32","shape":[300,1000],"data_offsets":[0,1200000]}})";
-    header.resize((header.size() + 7) / 8 * 8, ' ');
-    const std::uint64_t size = header.size();
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(&size), sizeof size)
-        .write(header.data(), static_cast<std::streamsize>(size))
-        .write(reinterpret_cast<const char*>(large.data()), 1200000);
+    const std::vector<float> large = write_large_weights(path);
     Weights weights;
     ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
     EXPECT_EQ(values_of(weights, "w"), large);

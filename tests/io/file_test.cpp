@@ -109,10 +109,11 @@ TEST_F(File, IsReadPieceByPiece) {
 TEST_F(File, IsMappedAsItWas) {
     EXPECT_EQ(MemorySource(bytes_of("x")).map(), nullptr);
     ASSERT_OK(write_file(path("empty"), bytes_of("")));
-    EXPECT_EQ(open_source(path("empty")).value()->map(), nullptr);
+    EXPECT_EQ(open_source(path("empty"), 9, true).value()->map(), nullptr);
 
     ASSERT_OK(write_file(path("a"), bytes_of("first")));
-    std::unique_ptr<Source> source = std::move(open_source(path("a")).value());
+    EXPECT_EQ(open_source(path("a")).value()->map(), nullptr);
+    std::unique_ptr<Source> source = std::move(open_source(path("a"), 9, true).value());
 #if SPLAT_FAULT_POINTS
     fault::arm("io.map", 1);
     EXPECT_EQ(source->map(), nullptr);
@@ -126,11 +127,11 @@ TEST_F(File, IsMappedAsItWas) {
     EXPECT_OK(mapped->unchanged());
     EXPECT_EQ(as_text(mapped->bytes()), "first");
 
-    const auto again = open_source(path("a")).value()->map();
+    const auto again = open_source(path("a"), 9, true).value()->map();
     std::ofstream(path("a"), std::ios::app) << "!";
     EXPECT_ERROR(again->unchanged(), Code::kInvalidArgument,
                  "a' was written since it was opened; open it again");
-    const auto later = open_source(path("a")).value()->map();
+    const auto later = open_source(path("a"), 9, true).value()->map();
     fs::last_write_time(path("a"), fs::last_write_time(path("a")) + std::chrono::seconds(1));
     EXPECT_ERROR(later->unchanged(), Code::kInvalidArgument, "was written since");
     EXPECT_OK(mapped->unchanged());

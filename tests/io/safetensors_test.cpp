@@ -125,6 +125,23 @@ TEST(Safetensors, LargeFilesAreUsedInPlace) {
         }
 }
 
+TEST(Safetensors, NumbersOfOtherTypesAreConverted) {
+    std::string header = R"({"many":{"dtype":"F32","shape":[300000],"data_offsets":[0,1200000]},)"
+                         R"("half":{"dtype":"F16","shape":[2],"data_offsets":[1200000,1200004]}})";
+    header.resize((header.size() + 7) / 8 * 8, ' ');
+    Buffer bytes;
+    put(bytes, std::uint64_t{header.size()});
+    put_text(bytes, header);
+    bytes.resize(bytes.size() + 1200000);
+    put(bytes, std::uint16_t{0x3C00});
+    put(bytes, std::uint16_t{0xC000});
+    const auto read = read_safetensors(MappedSource(bytes));
+    ASSERT_OK(read.status());
+    EXPECT_NE(read.value().tensors.find("many")->values.file(), nullptr);
+    EXPECT_EQ(read.value().tensors.find("half")->values.file(), nullptr);
+    EXPECT_EQ(read.value().tensors.find("half")->values, TensorValues({1, -2}));
+}
+
 TEST(Safetensors, RefusesWhatItCannotWrite) {
     NamedTensors large;
     ASSERT_OK(large.add({"w", {2}, NumberType::kF32, {1, 65520}}));
