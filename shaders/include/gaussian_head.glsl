@@ -7,8 +7,8 @@
 #include "load.glsl"
 #include "params/gaussian_head_params.h"
 
-layout(constant_id = 10) const uint kOffset = 1;  // 1: three channels move the point off its ray
-layout(constant_id = 11) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
+layout(constant_id = kGaussianHeadOffsetId) const uint kOffset = 1;  // 1: three channels move the point off its ray
+layout(constant_id = kGaussianHeadDegreeId) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
 
 QUADS(0, net_out);        // [channels/4][images * pixels]
 QUADS(1, rays);           // [3,pixels]

@@ -10,7 +10,7 @@
 #ifndef SPLAT_WINOGRAD_GLSL
 #define SPLAT_WINOGRAD_GLSL
 
-layout(constant_id = 10) const uint kTile = 4;
+layout(constant_id = kWinogradTileId) const uint kTile = 4;
 const uint kSize = kTile + 2;
 const uint kRow = 6;
 

@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, scores);
 QUADS_OUT(1, weights);
 layout(push_constant) uniform Push { AttentionParams params; };

@@ -4,7 +4,7 @@
 // broadcast it. Both operands lie as the tile wants them, so nothing is packed.
 // One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.
 // Bindings: s, v, y.
-// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -13,9 +13,9 @@
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kColumns = 8;
-layout(constant_id = 11) const uint kBlocks = 2;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kAttentionColumnsId) const uint kColumns = 8;
+layout(constant_id = kAttentionBlocksId) const uint kBlocks = 2;
 QUADS(0, s);
 QUADS(1, v);
 QUADS_OUT(2, y);

@@ -6,7 +6,7 @@
 // row, of kRows rows; blocks of 8 output channels; images.
 // Bindings: x quads [C/4][N*H*W], weight from conv2d_pack_weight.comp, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: 0 workgroup size (a multiple of 8).
+// Specialisation: workgroup size (a multiple of 8).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,7 +15,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);

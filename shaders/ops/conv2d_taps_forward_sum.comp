@@ -9,7 +9,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, products);
 QUADS(1, bias);
 QUADS(2, residual);

@@ -3,9 +3,8 @@
 // One invocation computes one tile of 4 channels. Workgroups: tiles, quads of channels.
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: 0 workgroup size, 10 kTile, 11 whether there is a residual (lavapipe would load it under a
-// condition, too), 12 kExact: tiles cover the image exactly and come in eights,
-// see ST8_ALL.
+// Specialisation: workgroup size, kTile, kResidual: there is a residual (lavapipe would load it under a
+// condition, too), kExact: tiles cover the image exactly and come in eights, see ST8_ALL.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,9 +14,9 @@
 #include "params/conv2d_winograd_params.h"
 #include "winograd.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kResidual = 1;
-layout(constant_id = 12) const uint kExact = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradResidualId) const uint kResidual = 1;
+layout(constant_id = kWinogradExactId) const uint kExact = 0;
 QUADS(0, product);
 QUADS(1, bias);
 QUADS(2, residual);

@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/dropout_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 layout(set = 0, binding = 1, std430) readonly buffer Counter { uint counter[]; };
 QUADS_OUT(2, grad_x);

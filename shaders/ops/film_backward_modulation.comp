@@ -7,7 +7,7 @@
 #include "load.glsl"
 #include "params/film_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, grad_y);
 layout(set = 0, binding = 2, std430) writeonly buffer Grad { float grad_modulation[]; };

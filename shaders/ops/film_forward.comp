@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/film_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, modulation);
 QUADS_OUT(2, y);

@@ -2,11 +2,12 @@
 // Gradient of gaussian_head by the network output; derived in tests/ref/gaussian_head_ref.h.
 // One invocation computes all channels of one pixel; those that pad the last quad become zero.
 // Bindings: net_out, rays, view_to_world, quaternion, focal, origin, grad_means, grad_opacities,
-// grad_scales, grad_rotations, grad_sh, grad_net_out. Constants: 10 offset, 11 degree.
+// grad_scales, grad_rotations, grad_sh, grad_net_out. Specialisation: kOffset, kDegree.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/gaussian_head_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
 QUADS(6, grad_means);

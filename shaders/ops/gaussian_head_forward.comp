@@ -6,11 +6,12 @@
 //   rotations = quaternion * q / max(|q|, 1e-12)   sh = dc, then the rest turned with the camera
 // One invocation computes one Gaussian.
 // Bindings: net_out, rays, view_to_world, quaternion, focal, origin, means, opacities, scales,
-// rotations, sh. Constants: 10 offset, 11 degree.
+// rotations, sh. Specialisation: kOffset, kDegree.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/gaussian_head_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
 layout(set = 0, binding = 6, std430) writeonly buffer Means { float means[]; };

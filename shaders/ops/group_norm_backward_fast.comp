@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, gamma);
 QUADS(2, beta);

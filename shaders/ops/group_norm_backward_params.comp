@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Sums { vec2 sums[]; };
 layout(set = 0, binding = 1, std430) buffer GradGamma { float grad_gamma[]; };  // accumulates
 layout(set = 0, binding = 2, std430) buffer GradBeta { float grad_beta[]; };    // accumulates

@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { float partial[]; };
 layout(set = 0, binding = 1, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
 layout(push_constant) uniform Push { LinearParams dims; };

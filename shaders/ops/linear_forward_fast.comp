@@ -7,8 +7,8 @@
 // or more. Workgroups: output features (next to each other in time, so that the rows stay in the cache), rows (y, z).
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
 // residual and y quads [out/4][rows].
-// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks, 12 whether there is a residual
-// (lavapipe would load it under a condition, too), 13 kDepth: quads of k per turn of the loop, 1 or 2.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kResidual: there is a residual
+// (lavapipe would load it under a condition, too), kDepth: quads of k per turn of the loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -17,11 +17,11 @@
 #include "store.glsl"
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kColumns = 4;
-layout(constant_id = 11) const uint kBlocks = 4;
-layout(constant_id = 12) const uint kResidual = 1;
-layout(constant_id = 13) const uint kDepth = 1;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kLinearColumnsId) const uint kColumns = 4;
+layout(constant_id = kLinearBlocksId) const uint kBlocks = 4;
+layout(constant_id = kLinearResidualId) const uint kResidual = 1;
+layout(constant_id = kLinearDepthId) const uint kDepth = 1;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);

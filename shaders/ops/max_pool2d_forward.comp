@@ -6,7 +6,7 @@
 #include "store.glsl"
 #include "params/max_pool2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS_OUT(1, y);
 layout(push_constant) uniform Push { MaxPool2dParams params; };

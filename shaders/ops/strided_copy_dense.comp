@@ -8,9 +8,9 @@
 #include "load.glsl"
 #include "params/strided_copy_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kChannels = 1;
-layout(constant_id = 11) const bool kAccumulate = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kStridedCopyChannelsId) const uint kChannels = 1;
+layout(constant_id = kStridedCopyAccumulateId) const bool kAccumulate = false;
 UINTS(0, x);
 layout(set = 0, binding = 1, std430) buffer Y { vec4 y[]; };  // accumulates
 layout(push_constant) uniform Push { StridedCopyParams params; };

@@ -4,8 +4,8 @@
 // once, one per lane; those that can reach the block are passed to all lanes in turn. A lane sums its pixels, a
 // butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
-// blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
-// reach a block, too; 14 = the gradient passes the limit of alpha, as params.straight_through says there.
+// blend_backward.comp; kEarlyOut: walk no entries that no pixel reached; kSkipBlocks: blend none that cannot
+// reach a block; kStraightThrough: the gradient passes the limit of alpha, as params.straight_through says there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -15,12 +15,12 @@
 #include "load.glsl"
 #include "store.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kDepth = false;
-layout(constant_id = 11) const bool kAbsolute = false;
-layout(constant_id = 12) const bool kWholeList = false;
-layout(constant_id = 13) const bool kWholeTile = false;
-layout(constant_id = 14) const bool kStraightThrough = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendDepthId) const bool kDepth = false;
+layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
+layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
+layout(constant_id = kBlendStraightThroughId) const bool kStraightThrough = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -43,7 +43,7 @@ const int kPixels = kBlocks * kRows;
 const uint kSums = 12;
 
 // Entries that are walked block by block, which may take 33 turns of loops for 8 of them; more are walked once
-// for all blocks, which takes 9 and gives the same bits. lavapipe has 65535 (src/ops/launch.h), enough for
+// for all blocks, which takes 9 and gives the same bits. lavapipe has 65535 (src/vk/launch.h), enough for
 // 15880 entries by block.
 const uint kMostByBlock = 14000;
 
@@ -186,13 +186,13 @@ void main() {
                            load_block(2, lane, corner, view, background_rgb),
                            load_block(3, lane, corner, view, background_rgb));
     const uint length = range.y - range.x;
-    const uvec4 ends = kWholeList ? uvec4(length) : min(uvec4(last), uvec4(length));
+    const uvec4 ends = kEarlyOut ? min(uvec4(last), uvec4(length)) : uvec4(length);
     const uint walked = (max(max(ends.x, ends.y), max(ends.z, ends.w)) + 7u) & ~7u;
     float nothing[kSums];
     [[unroll]] for (uint i = 0; i < kSums; ++i) nothing[i] = 0.0;
     for (uint k = walked; k < length; k += 8)
         if (k + lane < length) store(LD1(slots, range.x + k + lane), nothing);
-    const bool by_block = !kWholeTile && walked <= kMostByBlock;
+    const bool by_block = kSkipBlocks && walked <= kMostByBlock;
     for (uint k = by_block ? walked : 0; k > 0;) {
         k -= 8;
         const uint entry = range.x + min(k + lane, length - 1);

@@ -5,8 +5,8 @@
 // shuffles. Needs a workgroup of one subgroup of at least 8.
 // One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses: there are
 // 16 * 16 / (8 * kRows) for each tile of a row in x, the rows of tiles in y, the views in z.
-// Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
-// 12 = blend entries that cannot reach the block, too; 13 as there.
+// Bindings and specialisation as blend_forward.comp; kSkipBlocks: blend no entries that cannot reach the
+// block.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -17,11 +17,11 @@
 #include "load.glsl"
 #include "store.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kExtra = false;
-layout(constant_id = 13) const bool kNormals = false;
-layout(constant_id = 11) const bool kNoEarlyOut = false;
-layout(constant_id = 12) const bool kWholeTile = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendExtraId) const bool kExtra = false;
+layout(constant_id = kBlendNormalsId) const bool kNormals = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
+layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -58,7 +58,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
         const bool keep = seen + lane < range.y &&
-                          (kWholeTile || reaches_block(low, mean, b));
+                          (!kSkipBlocks || reaches_block(low, mean, b));
         const uint kept = subgroupBallot(keep).x & 0xFFu;
         const int before = int(lane) - int(waiting.count);  // of those kept
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
@@ -148,7 +148,7 @@ void main() {
                 }
             }
         }
-        if (!kNoEarlyOut) {
+        if (kEarlyOut) {
             float most = t[0];
             [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, t[r]);
             stopped = subgroupAll(most <= 0.0);

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "params/pose_reduce_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { vec4 partial[]; };
 layout(set = 0, binding = 1, std430) buffer Pose { vec4 pose[]; };  // accumulates
 layout(push_constant) uniform Push { PoseReduceParams params; };

@@ -6,7 +6,7 @@
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
 // pose [groups][V][3] vec4 (rows of dL/d[R|t] of this workgroup).
-// Specialisation: 10 = degree, 11 = write exported, 12 = write pose, 13 = kFlags.
+// Specialisation: kDegree, kExport: write exported, kPose: write pose, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -14,11 +14,11 @@
 #include "projection_backward.glsl"
 #include "sh.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kDegree = 0;
-layout(constant_id = 11) const bool kExport = false;
-layout(constant_id = 12) const bool kPose = false;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
+layout(constant_id = kProjectExportId) const bool kExport = false;
+layout(constant_id = kProjectPoseId) const bool kPose = false;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);

@@ -8,7 +8,7 @@
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2.
-// Specialisation: 10 = degree of the spherical harmonics, 13 = kFlags.
+// Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -17,9 +17,9 @@
 #include "sh.glsl"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kDegree = 0;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);

@@ -2,16 +2,16 @@
 // As radix_sort_downsweep.comp for GPUs: the workgroup walks its chunk in steps of its size. Within a
 // step an entry's rank among those of its digit is the number before it in its subgroup, found with a
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in the subgroups before it.
-// Bindings (but range) and specialisation 10, 12 as there. Any subgroup size; a workgroup of whole subgroups.
+// Bindings (without range), kBits and kSecond as there. Any subgroup size; a workgroup of whole subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 12) const bool kSecond = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
+layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
 layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
 layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };

@@ -7,7 +7,7 @@
 #include "load.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 UINT_QUADS(0, entries);
 UINTS(1, input_count);
 layout(set = 0, binding = 2, std430) buffer Range { uint range[]; };  // accumulates

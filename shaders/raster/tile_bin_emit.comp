@@ -4,7 +4,7 @@
 // are not packed are left to tile_bin_emit_large.comp; the order of its list does not matter.
 // Bindings: order uvec2 (depth, item), begins [sorted], slot_begins [V*N], sorted, pair_count,
 // footprints; pairs uvec2 (tile, item), slots [pairs] record of the backward pass, large [sorted] entries
-// of the order, stats. Specialisation: 10 = slots wanted.
+// of the order, stats. Specialisation: kSlots: slots are wanted.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -12,8 +12,8 @@
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSlots = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 UINTS(0, order);
 UINTS(1, begins);
 UINTS(2, slot_begins);

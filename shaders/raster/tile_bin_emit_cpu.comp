@@ -15,8 +15,8 @@
 #include "saturating.glsl"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSlots = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 UINTS(0, order);
 UINTS(1, sums);
 UINTS(2, slot_begins);

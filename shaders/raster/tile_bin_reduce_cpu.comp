@@ -10,8 +10,8 @@
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kByIndex = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinByIndexId) const bool kByIndex = false;
 UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);

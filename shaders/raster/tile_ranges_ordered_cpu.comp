@@ -13,7 +13,7 @@
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 UINTS(0, pairs);
 UINTS(1, sorted);
 layout(set = 0, binding = 2, std430) writeonly buffer Ranges { uvec2 ranges[]; };

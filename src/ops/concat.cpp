@@ -1,8 +1,8 @@
 #include "ops/concat.h"
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/concat_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -22,15 +22,15 @@ Status check(const ConcatDesc& desc) {
     return {};
 }
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const ConcatDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const ConcatDesc& desc,
               std::uint32_t offset, std::uint32_t count, std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t bytes = bytes_of(desc, count);
-    const vk::Groups groups = groups_for(recorder.device(), bytes / 16, size);
+    const vk::Groups groups = vk::groups_for(recorder.device(), bytes / 16, size);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::ConcatParams{desc.columns, desc.a, desc.b, offset, count, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -44,9 +44,8 @@ Status concat_forward(vk::Recorder& recorder, const ConcatDesc& desc, const Buff
                       const BufferView& b, const BufferView& y) {
     SPLAT_TRY(check(desc));
     if (desc.a % 4 != 0)
-        return record(recorder, "concat_forward",
-                      pick(recorder.kernels(), "concat_forward", "concat_forward_cpu"), desc, 0,
-                      desc.a + desc.b, {vk::read(a), vk::read(b), vk::write(y)});
+        return record(recorder, "concat_forward", desc, 0, desc.a + desc.b,
+                      {vk::read(a), vk::read(b), vk::write(y)});
     const std::uint64_t bytes_a = bytes_of(desc, desc.a);
     const std::uint64_t bytes_b = bytes_of(desc, desc.b);
     SPLAT_TRY(recorder.copy(a.part(0, bytes_a), y.part(0, bytes_a)));
@@ -63,9 +62,8 @@ Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const Buf
             const std::uint64_t bytes = bytes_of(desc, count);
             return recorder.copy(grad_y.part(bytes_of(desc, offset), bytes), to.part(0, bytes));
         }
-        return record(recorder, "concat_backward",
-                      pick(recorder.kernels(), "concat_backward", "concat_backward_cpu"), desc,
-                      offset, count, {vk::read(grad_y), vk::write(to)});
+        return record(recorder, "concat_backward", desc, offset, count,
+                      {vk::read(grad_y), vk::write(to)});
     };
     SPLAT_TRY(take(0, desc.a, grad_a));
     return take(desc.a, desc.b, grad_b);

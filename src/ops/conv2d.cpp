@@ -5,7 +5,7 @@
 #include "core/checked_math.h"
 #include "core/shape.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -193,15 +193,14 @@ Status conv2d_backward_residual(vk::Recorder& recorder, const Conv2dDesc& desc,
                                 const BufferView& grad_y, const BufferView& grad_residual) {
     SPLAT_TRY(conv2d_check(desc));
     const std::uint64_t quads = ceil_div(desc.out_channels, 4) * conv2d_pixels(desc);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), quads, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), quads, size);
     params::Conv2dParams params = conv2d_params(desc);
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "conv2d_backward_residual",
-        .shader = pick(recorder.kernels(), "conv2d_backward_residual",
-                       "conv2d_backward_residual_cpu", "conv2d_backward_residual"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "conv2d_backward_residual",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(grad_y), vk::write(grad_residual)},
         .groups = groups,

@@ -1,6 +1,6 @@
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -27,18 +27,18 @@ std::uint64_t matrix_bytes(const Conv2dDesc& desc) {
 }
 
 /// One of the passes over all products, pixels or weights.
-Status rearrange(vk::Recorder& recorder, const char* op, const char* shader, const char* cpu,
+Status rearrange(vk::Recorder& recorder, const char* op, const char* shader,
                  params::Conv2dParams params, std::uint64_t count,
                  std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), count, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), count, size);
     params.groups_x = groups[0];
     double bytes = 0;
     for (const vk::Access& access : accesses) bytes += static_cast<double>(access.view.bytes);
     return recorder.dispatch({
         .op = op,
-        .shader = pick(recorder.kernels(), shader, cpu),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = shader,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = std::move(accesses),
         .groups = groups,
@@ -68,8 +68,7 @@ Status taps_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const
     const std::uint64_t elements = rows_of(desc) * desc.in_channels;
     const BufferView matrix = prepared.part(0, matrix_bytes(desc));
     SPLAT_TRY(rearrange(recorder, "conv2d_pack_weight", "conv2d_taps_forward_weight",
-                        "conv2d_taps_forward_weight", conv2d_params(desc), elements,
-                        {vk::read(weight), vk::write(matrix)}));
+                        conv2d_params(desc), elements, {vk::read(weight), vk::write(matrix)}));
     return linear_pack_weight(
         recorder, product, matrix,
         prepared.part(matrix.bytes, linear_packed_bytes(recorder, product, transposed)),
@@ -86,8 +85,7 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
     SPLAT_TRY(linear_forward(recorder, product, x, packed, packed, products));
     params::Conv2dParams params = conv2d_params(desc);
     params.has_residual = residual.block != nullptr ? 1 : 0;
-    return rearrange(recorder, "conv2d_forward", "conv2d_taps_forward_sum",
-                     "conv2d_taps_forward_sum_cpu", params,
+    return rearrange(recorder, "conv2d_forward", "conv2d_taps_forward_sum", params,
                      ceil_div(desc.out_channels, 4) * conv2d_pixels(desc),
                      {vk::read(products), vk::read(bias),
                       vk::read(params.has_residual != 0 ? residual : products), vk::write(y)});
@@ -96,8 +94,7 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
 Status taps_spread(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& grad_y,
                    const BufferView& workspace) {
     return rearrange(recorder, "conv2d_backward_begin", "conv2d_taps_backward_spread",
-                     "conv2d_taps_backward_spread_cpu", conv2d_params(desc),
-                     rows_of(desc) / 4 * conv2d_pixels(desc),
+                     conv2d_params(desc), rows_of(desc) / 4 * conv2d_pixels(desc),
                      {vk::read(grad_y), vk::write(workspace.part(0, taps_bytes(desc)))});
 }
 
@@ -129,8 +126,7 @@ Status taps_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, cons
     params::Conv2dParams params = conv2d_params(desc);
     params.accumulate = accumulate ? 1 : 0;
     return rearrange(recorder, "conv2d_backward_weight_reduce", "conv2d_taps_backward_weight",
-                     "conv2d_taps_backward_weight", params,
-                     std::uint64_t{9} * desc.in_channels * desc.out_channels,
+                     params, std::uint64_t{9} * desc.in_channels * desc.out_channels,
                      {vk::read(matrix), vk::read_write(grad_weight)});
 }
 

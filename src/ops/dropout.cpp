@@ -1,21 +1,21 @@
 #include "ops/dropout.h"
 
-#include "ops/launch.h"
 #include "params/dropout_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const DropoutDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const DropoutDesc& desc,
               const vk::BufferView& from, const vk::BufferView& counter, const vk::BufferView& to) {
     SPLAT_TRY(dropout_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), desc.x.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::DropoutParams{static_cast<std::uint32_t>(desc.x.quads()), desc.stream,
                                       dropout_threshold(desc.p),
                                       static_cast<float>(1 / (1 - desc.p)), groups[0]},
@@ -40,17 +40,13 @@ std::uint32_t dropout_threshold(double p) {
 
 Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk::BufferView& x,
                        const vk::BufferView& counter, const vk::BufferView& y) {
-    return record(recorder, "dropout_forward",
-                  pick(recorder.kernels(), "dropout_forward", "dropout_forward_cpu"), desc, x,
-                  counter, y);
+    return record(recorder, "dropout_forward", desc, x, counter, y);
 }
 
 Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                         const vk::BufferView& counter, const vk::BufferView& grad_y,
                         const vk::BufferView& grad_x) {
-    return record(recorder, "dropout_backward",
-                  pick(recorder.kernels(), "dropout_backward", "dropout_backward_cpu"), desc,
-                  grad_y, counter, grad_x);
+    return record(recorder, "dropout_backward", desc, grad_y, counter, grad_x);
 }
 
 }  // namespace splat::ops

@@ -2,8 +2,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
-#include "ops/launch.h"
 #include "params/fourier_embedding_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -11,14 +11,14 @@ namespace {
 Status record(vk::Recorder& recorder, const char* name, const FourierEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(fourier_embedding_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = 2.0 * desc.rows * desc.features * desc.waves;
     return recorder.dispatch({
         .op = name,
         .shader = name,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::FourierEmbeddingParams{desc.rows, desc.features, desc.waves, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,

@@ -2,18 +2,15 @@
 
 #include <cmath>
 
-#include "ops/launch.h"
 #include "params/gaussian_head_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-constexpr std::uint32_t kOffsetId = 10;
-constexpr std::uint32_t kDegreeId = 11;
-
-Status record(vk::Recorder& recorder, const char* op, const char* shader,
-              const GaussianHeadDesc& desc, const GaussianHeadCameras& cameras,
-              const vk::BufferView& net_out, std::vector<vk::Access> rest) {
+Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc& desc,
+              const GaussianHeadCameras& cameras, const vk::BufferView& net_out,
+              std::vector<vk::Access> rest) {
     SPLAT_TRY(gaussian_head_check(desc));
     const bool focal = cameras.focal.block != nullptr;
     const bool origin = cameras.origin.block != nullptr;
@@ -26,16 +23,16 @@ Status record(vk::Recorder& recorder, const char* op, const char* shader,
         vk::read(origin ? cameras.origin : cameras.quaternion),
     };
     accesses.insert(accesses.end(), rest.begin(), rest.end());
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t gaussians = std::uint64_t{desc.images} * desc.pixels;
-    const vk::Groups groups = groups_for(recorder.device(), gaussians, size);
+    const vk::Groups groups = vk::groups_for(recorder.device(), gaussians, size);
     const double count = static_cast<double>(gaussians);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size},
-                      {kOffsetId, desc.offset ? 1U : 0U},
-                      {kDegreeId, desc.sh_degree}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size},
+                      {params::kGaussianHeadOffsetId, desc.offset ? 1U : 0U},
+                      {params::kGaussianHeadDegreeId, desc.sh_degree}},
         .push =
             params::GaussianHeadParams{desc.images, desc.pixels, desc.znear, desc.zfar - desc.znear,
                                        desc.isotropic ? 1U : 0U, desc.activate ? 1U : 0U,
@@ -78,9 +75,7 @@ Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& des
                              const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                              const GaussianHeadTensors& gaussians) {
     return record(
-        recorder, "gaussian_head_forward",
-        pick(recorder.kernels(), "gaussian_head_forward", "gaussian_head_forward_cpu"), desc,
-        cameras, net_out,
+        recorder, "gaussian_head_forward", desc, cameras, net_out,
         {vk::write(gaussians.means), vk::write(gaussians.opacities), vk::write(gaussians.scales),
          vk::write(gaussians.rotations), vk::write(gaussians.sh)});
 }
@@ -89,9 +84,7 @@ Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& de
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                               const GaussianHeadTensors& grads,
                               const vk::BufferView& grad_net_out) {
-    return record(recorder, "gaussian_head_backward",
-                  pick(recorder.kernels(), "gaussian_head_backward", "gaussian_head_backward_cpu"),
-                  desc, cameras, net_out,
+    return record(recorder, "gaussian_head_backward", desc, cameras, net_out,
                   {vk::read(grads.means), vk::read(grads.opacities), vk::read(grads.scales),
                    vk::read(grads.rotations), vk::read(grads.sh), vk::write(grad_net_out)});
 }

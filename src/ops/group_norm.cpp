@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "ops/launch.h"
 #include "params/group_norm_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
 /// 1024 lanes loop over a group three times, each within kMaxTurns.
-constexpr std::uint64_t kMaxGroupElements = 1024 * kMaxTurns;
+constexpr std::uint64_t kMaxGroupElements = 1024 * vk::kMaxTurns;
 
 params::GroupNormParams params_of(const GroupNormDesc& desc, bool accumulate) {
     return {desc.x.n,
@@ -37,11 +37,11 @@ std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
     const std::uint64_t elements = group_elements(desc);
     switch (kernels) {
         case vk::Kernels::kCpu:
-            return workgroup_size(recorder.device(), 8, elements / 8);
+            return vk::workgroup_size(recorder.device(), 8, elements / 8);
         case vk::Kernels::kGpu:
-            return workgroup_size(recorder.device(), 256, elements / 8);
+            return vk::workgroup_size(recorder.device(), 256, elements / 8);
         default:
-            return workgroup_size(recorder.device(), 64, elements);
+            return vk::workgroup_size(recorder.device(), 64, elements);
     }
 }
 
@@ -80,15 +80,15 @@ Status group_norm_forward(vk::Recorder& recorder, const GroupNormDesc& desc,
     const double elements = static_cast<double>(desc.x.n) * desc.x.c * desc.x.p;
     return recorder.dispatch({
         .op = "group_norm_forward",
-        .shader =
-            pick(kernels, "group_norm_forward", "group_norm_forward_cpu", "group_norm_forward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
+        .shader = "group_norm_forward",
+        .constants = {{params::kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, false),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::write(y), vk::write(mean),
                      vk::write(rstd)},
         .groups = {desc.groups, desc.x.n, 1},
         .work = {.flops = (desc.silu ? 14.0 : 10.0) * elements, .bytes = 8.0 * elements},
         .may_alias = true,  // each group is read whole before it is written
+        .kernels = kernels,
     });
 }
 
@@ -104,22 +104,22 @@ Status group_norm_backward(vk::Recorder& recorder, const GroupNormDesc& desc,
     const double elements = static_cast<double>(desc.x.n) * desc.x.c * desc.x.p;
     SPLAT_TRY(recorder.dispatch({
         .op = "group_norm_backward",
-        .shader = pick(kernels, "group_norm_backward", "group_norm_backward_cpu",
-                       "group_norm_backward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
+        .shader = "group_norm_backward",
+        .constants = {{params::kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, accumulate),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::read(mean), vk::read(rstd),
                      vk::read(grad_y), vk::write(grad_x), vk::write(sums)},
         .groups = {desc.groups, desc.x.n, 1},
         .work = {.flops = (desc.silu ? 30.0 : 16.0) * elements, .bytes = 12.0 * elements},
         .may_alias = true,  // an element of grad_x is written by the invocation that read it last
+        .kernels = kernels,
     }));
     if (grad_gamma.block == nullptr) return {};
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     return recorder.dispatch({
         .op = "group_norm_backward_params",
         .shader = "group_norm_backward_params",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params_of(desc, accumulate),
         .accesses = {vk::read(sums), vk::read_write(grad_gamma), vk::read_write(grad_beta)},
         .groups = {(desc.x.c + size - 1) / size, 1, 1},

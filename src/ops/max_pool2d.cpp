@@ -1,23 +1,23 @@
 #include "ops/max_pool2d.h"
 
-#include "ops/launch.h"
 #include "params/max_pool2d_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const MaxPool2dDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const MaxPool2dDesc& desc,
               std::uint64_t invocations, std::vector<vk::Access> accesses) {
     SPLAT_TRY(max_pool2d_check(desc));
     const std::uint32_t planes = (desc.c + 3) / 4 * desc.n;
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), planes * invocations, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), planes * invocations, size);
     const double quads = static_cast<double>(planes) * desc.height * desc.width;
     const double gradient = accesses.size() > 2 ? 2 : 1;
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::MaxPool2dParams{planes, desc.height, desc.width, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -35,17 +35,14 @@ Status max_pool2d_check(const MaxPool2dDesc& desc) {
 
 Status max_pool2d_forward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                           const vk::BufferView& x, const vk::BufferView& y) {
-    return record(recorder, "max_pool2d_forward",
-                  pick(recorder.kernels(), "max_pool2d_forward", "max_pool2d_forward_cpu"), desc,
+    return record(recorder, "max_pool2d_forward", desc,
                   std::uint64_t{desc.height / 2} * (desc.width / 2), {vk::read(x), vk::write(y)});
 }
 
 Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                            const vk::BufferView& x, const vk::BufferView& grad_y,
                            const vk::BufferView& grad_x) {
-    return record(recorder, "max_pool2d_backward",
-                  pick(recorder.kernels(), "max_pool2d_backward", "max_pool2d_backward_cpu"), desc,
-                  std::uint64_t{desc.height} * desc.width,
+    return record(recorder, "max_pool2d_backward", desc, std::uint64_t{desc.height} * desc.width,
                   {vk::read(x), vk::read(grad_y), vk::write(grad_x)});
 }
 

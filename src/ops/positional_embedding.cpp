@@ -4,8 +4,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
-#include "ops/launch.h"
 #include "params/positional_embedding_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -15,14 +15,14 @@ constexpr std::uint32_t kMaxDimension = 64;
 Status record(vk::Recorder& recorder, const char* name, const PositionalEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(positional_embedding_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = static_cast<double>(desc.rows) * desc.features * desc.dimension;
     return recorder.dispatch({
         .op = name,
         .shader = name,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push =
             params::PositionalEmbeddingParams{
                 desc.rows, desc.features, desc.dimension, desc.swap_halves ? 1U : 0U,

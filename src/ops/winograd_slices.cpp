@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -54,7 +54,7 @@ WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& d
     const params::Conv2dWinogradParams params = winograd_params(desc);
     WinogradSlices slices{};
     slices.all = desc.n * params.tiles_x * params.tiles_y;
-    slices.lanes = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    slices.lanes = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     const RegisterTile tile =
         cpu ? cpu_tile(recorder.device().features, slices.all) : RegisterTile{1, 2, 1};
     slices.columns = tile.columns;
@@ -86,10 +86,6 @@ params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc) {
     params.places = winograd_places(desc);
     params.one = 1;
     return params;
-}
-
-const char* winograd_shader(const vk::Recorder& recorder, const char* gpu, const char* cpu) {
-    return recorder.kernels() == vk::Kernels::kCpu ? cpu : gpu;
 }
 
 }  // namespace splat::ops

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/pose_reduce_params.h"
 #include "params/project_params.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
@@ -32,7 +32,7 @@ params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
 }
 
 std::uint32_t group_size(const vk::Recorder& recorder) {
-    return ops::workgroup_size(recorder.device(), kGroup);
+    return vk::workgroup_size(recorder.device(), kGroup);
 }
 
 /// One dispatch: the Gaussians from `first` on, one invocation for each (in one view).
@@ -50,7 +50,7 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
     const std::uint32_t size = slice_size(recorder.device(), desc);
     for (std::uint32_t first = 0; first < desc.gaussians; first += size) {
         const std::uint32_t count = std::min(size, desc.gaussians - first);
-        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        const vk::Groups groups = vk::groups_for(recorder.device(), count, group_size(recorder));
         Slice slice{first, count, params_of(desc, window), groups};
         slice.params.first = first;
         slice.params.count = count;
@@ -68,11 +68,11 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
     return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_forward",
-            .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
-                                "project_forward"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : std::min(desc.sh_degree, scene.sh_degree)},
-                          {kFlagsId, desc.flags()}},
+            .shader = "project_forward",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectDegreeId,
+                           desc.direct_colors ? 0 : std::min(desc.sh_degree, scene.sh_degree)},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
@@ -91,9 +91,9 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Sce
     return for_slices(recorder, desc, {}, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_normals",
-            .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
-                                "project_normals"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}, {kFlagsId, desc.flags()}},
+            .shader = "project_normals",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
@@ -118,13 +118,12 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
         part.params.accumulate = accumulate ? 1 : 0;
         return recorder.dispatch({
             .op = "project_backward",
-            .shader = ops::pick(recorder.kernels(), "project_backward", "project_backward_cpu",
-                                "project_backward"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : desc.sh_degree},
-                          {11, desc.export_gradients ? 1U : 0U},
-                          {12, desc.grad_pose ? 1U : 0U},
-                          {kFlagsId, desc.flags()}},
+            .shader = "project_backward",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectDegreeId, desc.direct_colors ? 0 : desc.sh_degree},
+                          {params::kProjectExportId, desc.export_gradients ? 1U : 0U},
+                          {params::kProjectPoseId, desc.grad_pose ? 1U : 0U},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
@@ -146,8 +145,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
     return recorder.dispatch({
         .op = "pose_reduce",
         .shader = "pose_reduce",
-        .constants = {{ops::kWorkgroupSizeId,
-                       ops::workgroup_size(recorder.device(), 64, partial_groups)}},
+        .constants = {{params::kWorkgroupSizeId,
+                       vk::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
         .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
         .groups = {desc.views, 1, 1},

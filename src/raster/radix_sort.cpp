@@ -4,8 +4,8 @@
 #include <bit>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/radix_sort_params.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
@@ -36,8 +36,8 @@ struct Sharing {
 
 Sharing sharing_of(vk::Kernels kernels) {
     if (kernels == vk::Kernels::kCpu) return {16, 128, 4096, 1U << 16};
-    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, ops::kMaxTurns};
-    return {32, 4096, 128, ops::kMaxTurns};
+    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, vk::kMaxTurns};
+    return {32, 4096, 128, vk::kMaxTurns};
 }
 
 Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
@@ -48,7 +48,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
     const std::uint32_t bits = std::max(desc.key_bits, 2U);  // bins are read in quads
     Plan plan{};
-    plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
+    plan.group = vk::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
     plan.passes = (bits + most_bits - 1) / most_bits;
     plan.ranged = !gpu && bits == 32;
     plan.digit_bits = plan.ranged ? most_bits : (bits + plan.passes - 1) / plan.passes;
@@ -78,9 +78,8 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
     SPLAT_TRY(recorder.fill(views.range, 0xFFFFFFFFU));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(recorder.kernels(), "radix_sort_range", "radix_sort_range_cpu",
-                            "radix_sort_range"),
-        .constants = {{ops::kWorkgroupSizeId, plan.group}},
+        .shader = "radix_sort_range",
+        .constants = {{params::kWorkgroupSizeId, plan.group}},
         .push = params_of(plan, desc, 0),
         .accesses = {vk::read(views.input), vk::read(views.count), vk::read_write(views.range)},
         .groups = {plan.groups, 1, 1},
@@ -102,10 +101,10 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& 
              std::uint32_t pass) {
     const vk::BufferView& entries = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
     return {.params = params_of(plan, desc, pass),
-            .constants = {{ops::kWorkgroupSizeId, plan.group},
-                          {10, plan.digit_bits},
-                          {12, desc.second ? 1U : 0U},
-                          {15, plan.ranged ? 1U : 0U}},
+            .constants = {{params::kWorkgroupSizeId, plan.group},
+                          {params::kRadixSortBitsId, plan.digit_bits},
+                          {params::kRadixSortSecondId, desc.second ? 1U : 0U},
+                          {params::kRadixSortRangedId, plan.ranged ? 1U : 0U}},
             .input = plan.ranged ? views.input : entries,
             .entries = entries,
             .entries_out = views.sides[pass % 2],
@@ -125,8 +124,7 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     if (kernels == vk::Kernels::kCpu) accesses.push_back(vk::write(views.ranks));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(kernels, "radix_sort_upsweep", "radix_sort_upsweep_cpu",
-                            "radix_sort_upsweep_gpu"),
+        .shader = "radix_sort_upsweep",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,
@@ -146,7 +144,7 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews
                     vk::write(views.places), vk::read_write(views.kept)};
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = cpu ? "radix_sort_spine_cpu" : "radix_sort_spine",
+        .shader = "radix_sort_spine",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,
@@ -171,8 +169,7 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(kernels, "radix_sort_downsweep", "radix_sort_downsweep_cpu",
-                            "radix_sort_downsweep_gpu"),
+        .shader = "radix_sort_downsweep",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,

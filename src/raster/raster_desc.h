@@ -28,9 +28,6 @@ struct Skips {
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
 
-/// Of the shaders that depend on RasterDesc::flags.
-inline constexpr std::uint32_t kFlagsId = 13;
-
 /// What to rasterize. Fixed for the life of a Rasterizer.
 struct RasterDesc {
     std::uint32_t gaussians = 0;
@@ -60,7 +57,7 @@ struct RasterDesc {
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
-    [[nodiscard]] std::uint32_t flags() const;  ///< bits of params/project_params.h, for kFlagsId
+    [[nodiscard]] std::uint32_t flags() const;  ///< kFlag... of params/project_params.h
 };
 
 /// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass

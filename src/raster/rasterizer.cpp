@@ -129,7 +129,7 @@ Status Rasterizer::grow(std::uint64_t needed) {
     return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
 }
 
-// Entries of a tile's list that the kernels can walk, see ops/launch.h; other devices have no limit.
+// Entries of a tile's list that the kernels can walk, see vk/launch.h; other devices have no limit.
 // A loop that ends counts a turn, too: plain, 66 for 64 entries, 1 for each in the backward pass, 34
 // with the kernels for GPUs; 3 and 10 for 8 entries with those for CPUs. Measured with
 // tests/raster/rasterizer_memory_test.cpp: 63551 (backward to 63000, no further), 1927; 174760, 52424.

@@ -1,6 +1,8 @@
 #ifndef SPLAT_ADAM_PARAMS_H
 #define SPLAT_ADAM_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -10,7 +12,7 @@ using uint = std::uint32_t;
 // One step; what depends on its number comes from the host, computed in float64.
 struct AdamParams {
     uint quads;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
     float beta1;
     float rest1;  // 1 - beta1
     float beta2;

@@ -1,6 +1,8 @@
 #ifndef SPLAT_DROPOUT_PARAMS_H
 #define SPLAT_DROPOUT_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -12,7 +14,7 @@ struct DropoutParams {
     uint stream;     // sets the calls of one step apart
     uint threshold;  // random words below it drop their element
     float scale;     // 1 / (1 - p)
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

@@ -1,6 +1,8 @@
 #ifndef SPLAT_GROUP_NORM_PARAMS_H
 #define SPLAT_GROUP_NORM_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {

@@ -1,6 +1,8 @@
 #ifndef SPLAT_POSE_REDUCE_PARAMS_H
 #define SPLAT_POSE_REDUCE_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {

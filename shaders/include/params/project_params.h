@@ -1,6 +1,8 @@
 #ifndef SPLAT_PROJECT_PARAMS_H
 #define SPLAT_PROJECT_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -9,6 +11,12 @@ using uint = std::uint32_t;
 #else
 #define SPLAT_FLAG const uint
 #endif
+
+// Specialisation constants.
+SPLAT_SPEC_ID kProjectDegreeId = 10u;  // of the spherical harmonics
+SPLAT_SPEC_ID kProjectExportId = 11u;  // backward: write exported
+SPLAT_SPEC_ID kProjectPoseId = 12u;    // backward: write pose
+SPLAT_SPEC_ID kProjectFlagsId = 13u;   // bits below
 
 // Bits of kFlags, a specialisation constant: lavapipe would do both sides of every choice.
 SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
@@ -34,7 +42,7 @@ struct ProjectParams {
     float far_plane;
     uint accumulate;  // backward: 1 adds to the gradients
     uint views;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #undef SPLAT_FLAG

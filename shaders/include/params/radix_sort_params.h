@@ -1,11 +1,18 @@
 #ifndef SPLAT_RADIX_SORT_PARAMS_H
 #define SPLAT_RADIX_SORT_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
 using uint = std::uint32_t;
 #endif
+
+// Specialisation constants.
+SPLAT_SPEC_ID kRadixSortBitsId = 10u;    // most bits of a digit
+SPLAT_SPEC_ID kRadixSortSecondId = 11u;  // each entry has a second value
+SPLAT_SPEC_ID kRadixSortRangedId = 12u;  // digits by the range of the keys
 
 struct RadixSortParams {
     uint capacity;  // entries that the arrays hold

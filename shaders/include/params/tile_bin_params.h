@@ -1,6 +1,8 @@
 #ifndef SPLAT_TILE_BIN_PARAMS_H
 #define SPLAT_TILE_BIN_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -9,6 +11,10 @@ using uint = std::uint32_t;
 #else
 #define SPLAT_STAT const uint
 #endif
+
+// Specialisation constants.
+SPLAT_SPEC_ID kTileBinByIndexId = 10u;  // sums by index instead of depth
+SPLAT_SPEC_ID kTileBinSlotsId = 11u;    // pairs get slots: records of the backward pass
 
 // Words of the statistics that one pass writes.
 SPLAT_STAT kStatVisible = 0u;     // entries of the depth order

@@ -25,17 +25,11 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
 /// 1 / elements.
 float loss_scale(const QuadDims& dims);
 
-struct LossKernel {
-    const char* op;
-    const char* plain;
-    const char* cpu;
-};
-
-/// Both passes of a loss that is the mean of a term of a - b.
-Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+/// Both passes of a loss that is the mean of a term of a - b, by the kernel of that stem.
+Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                           const vk::BufferView& a, const vk::BufferView& b,
                           const vk::BufferView& partial, const vk::BufferView& loss);
-Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                            const vk::BufferView& a, const vk::BufferView& b,
                            const vk::BufferView& grad_loss, const vk::BufferView& grad_a);
 

@@ -1,7 +1,7 @@
 #include "ops/losses/ssim.h"
 
-#include "ops/launch.h"
 #include "params/ssim_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -11,9 +11,7 @@ constexpr std::uint64_t kSlopes = 3;         // by the moments of a, a^2, a b
 constexpr double kTaps = 11;
 
 struct Pass {
-    const char* op;
-    const char* plain;
-    const char* cpu;
+    const char* kernel;
     std::vector<vk::Access> accesses;
     double planes;     ///< that the window goes over
     bool sum = false;  ///< a workgroup per chunk, not an invocation per quad
@@ -21,14 +19,14 @@ struct Pass {
 
 Status record(vk::Recorder& recorder, const SsimDesc& desc, Pass pass) {
     const QuadDims dims = desc.quads();
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = pass.sum ? groups_for(recorder.device(), loss_chunks(dims), 1)
-                                       : groups_for(recorder.device(), dims.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = pass.sum ? vk::groups_for(recorder.device(), loss_chunks(dims), 1)
+                                       : vk::groups_for(recorder.device(), dims.quads(), size);
     const double bytes = static_cast<double>(dims.bytes());
     return recorder.dispatch({
-        .op = pass.op,
-        .shader = pick(recorder.kernels(), pass.plain, pass.cpu),
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = pass.kernel,
+        .shader = pass.kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::SsimParams{desc.n, desc.c, desc.height, desc.width,
                                    static_cast<std::uint32_t>(dims.quads()), kLossChunk,
                                    loss_scale(dims), groups[0]},
@@ -56,16 +54,11 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& b, const vk::BufferView& rows,
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss) {
-    SPLAT_TRY(record(recorder, desc,
-                     {"ssim_forward_rows",
-                      "ssim_forward_rows",
-                      "ssim_forward_rows_cpu",
-                      {vk::read(a), vk::read(b), vk::write(rows)},
-                      kForwardPlanes}));
+    SPLAT_TRY(
+        record(recorder, desc,
+               {"ssim_forward_rows", {vk::read(a), vk::read(b), vk::write(rows)}, kForwardPlanes}));
     SPLAT_TRY(record(recorder, desc,
                      {"ssim_forward",
-                      "ssim_forward",
-                      "ssim_forward_cpu",
                       {vk::read(rows), vk::write(slopes), vk::write(partial)},
                       kForwardPlanes,
                       true}));
@@ -77,16 +70,10 @@ Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buf
                      const vk::BufferView& rows, const vk::BufferView& grad_loss,
                      const vk::BufferView& grad_a) {
     SPLAT_TRY(record(recorder, desc,
-                     {"ssim_backward_rows",
-                      "ssim_backward_rows",
-                      "ssim_backward_rows_cpu",
-                      {vk::read(slopes), vk::write(rows)},
-                      kSlopes}));
+                     {"ssim_backward_rows", {vk::read(slopes), vk::write(rows)}, kSlopes}));
     return record(
         recorder, desc,
         {"ssim_backward",
-         "ssim_backward",
-         "ssim_backward_cpu",
          {vk::read(a), vk::read(b), vk::read(rows), vk::read(grad_loss), vk::write(grad_a)},
          kSlopes});
 }
