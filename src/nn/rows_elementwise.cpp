@@ -1,8 +1,8 @@
 #include "nn/op_rows.h"
+#include "ops/activations/silu.h"
 #include "ops/add.h"
 #include "ops/film.h"
 #include "ops/resample2d.h"
-#include "ops/silu.h"
 
 namespace splat::nn {
 namespace {

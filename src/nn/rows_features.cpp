@@ -1,6 +1,6 @@
 #include "nn/op_rows.h"
+#include "ops/activations/relu.h"
 #include "ops/max_pool2d.h"
-#include "ops/relu.h"
 
 /// What networks of image features have beside convolutions.
 namespace splat::nn {

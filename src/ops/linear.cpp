@@ -25,7 +25,7 @@ struct Tile {
 constexpr std::uint32_t kMostBlocks = 4;
 constexpr std::uint32_t kColumnsId = 10;
 constexpr std::uint32_t kBlocksId = 11;
-constexpr std::uint32_t kResidualId = 12;
+constexpr std::uint32_t kAddendId = 12;
 constexpr std::uint32_t kDepthId = 13;
 
 /// Two quads deep where that unrolls to no more code than the instruction cache holds: for large tiles a fifth slower
@@ -63,7 +63,7 @@ vk::Work product_work(const LinearDesc& desc) {
 constexpr std::uint32_t kMaxFeatures = 65535;
 
 /// linear_backward_weight_fast.comp: most features per tile, both ways.
-constexpr std::uint32_t kTile = 32;
+constexpr std::uint32_t kFeatureTile = 32;
 constexpr std::uint32_t kOutQuadsId = 10;
 
 /// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
@@ -74,7 +74,7 @@ std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const std::uint64_t least = ceil_div(desc.rows, plain ? kMaxTurns : 4 * kMaxTurns);
     if (plain) return static_cast<std::uint32_t>(least);
     const std::uint64_t tiles =
-        ceil_div(desc.in_features, kTile) * ceil_div(desc.out_features, kTile);
+        ceil_div(desc.in_features, kFeatureTile) * ceil_div(desc.out_features, kFeatureTile);
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const std::uint64_t most = ceil_div(desc.rows, 256);
     const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 512, tiles), most);
@@ -106,7 +106,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
         .constants = {{kWorkgroupSizeId, size},
                       {kColumnsId, tile.columns},
                       {kBlocksId, tile.blocks},
-                      {kResidualId, has_residual ? 1U : 0U},
+                      {kAddendId, has_residual ? 1U : 0U},
                       {kDepthId, tile.depth}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
@@ -236,10 +236,12 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     vk::Groups groups = per_weight;
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
-        const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
+        const std::uint32_t in_tile =
+            kFeatureTile * (lanes / 8);  // each 8 lanes take a tile of their own
         // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes: each is
         // one more pipeline.
-        const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
+        const auto out_tiles =
+            static_cast<std::uint32_t>(ceil_div(desc.out_features, kFeatureTile));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
         constants.push_back({kOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});
         groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};

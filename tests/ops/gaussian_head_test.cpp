@@ -12,7 +12,7 @@ namespace {
 class GaussianHead : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(GaussianHead);
 
-ref::GaussianHeadInput reference_of(const OpCall& call) {
+ref::GaussianHeadInput head_reference(const OpCall& call) {
     const Shape& net_out = call.inputs[0].shape;
     ref::GaussianHeadInput in;
     in.shape.images = net_out[0];
@@ -38,7 +38,7 @@ ref::GaussianHeadOutputs<double> grads_of(const OpCall& call) {
 }
 
 void expect_head(vk::Context& context, const OpCall& call, const std::string& what) {
-    const ref::GaussianHeadInput in = reference_of(call);
+    const ref::GaussianHeadInput in = head_reference(call);
     std::vector<ref::Summed<double>> outputs;
     for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
         outputs.push_back(ref::summed(values));
@@ -162,7 +162,7 @@ TEST(GaussianHeadReference, GradcheckFloat64) {
     for (HeadCase c : head_cases()) {
         if (c.images[1] > 8) c.images = {c.images[0], 2, 3};
         const OpCall call = call_of(c, seed += 20);
-        const ref::GaussianHeadInput in = reference_of(call);
+        const ref::GaussianHeadInput in = head_reference(call);
         const ref::GaussianHeadOutputs<double> grads = grads_of(call);
         const auto forward = [&](const Arrays& inputs) {
             ref::GaussianHeadInput changed = in;

@@ -29,7 +29,7 @@ HostTensor image(const Shape& shape, std::uint64_t seed) {
     return tensor;
 }
 
-ref::SsimInput reference_of(const OpCall& call) {
+ref::SsimInput ssim_reference(const OpCall& call) {
     const Shape& a = call.inputs[0].shape;
     return {std::size_t{a[0]} * a[1], a[2], a[3], to_double(call.inputs[0].values),
             to_double(call.inputs[1].values)};
@@ -50,7 +50,7 @@ TEST_P(Ssim, MatchesFloat64) {
         const Shape shape{n, c, h, w};
         seed += 2;
         const OpCall call = ssim_call(image(shape, seed), image(shape, seed + 1), 1.5F);
-        const ref::SsimInput in = reference_of(call);
+        const ref::SsimInput in = ssim_reference(call);
         expect_matches(
             context(), call, {ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size())},
             {ref::summed(ref::ssim_backward<ref::Rounded>(in, 1.5), ref::kSsimTerms), {}},
@@ -126,7 +126,7 @@ TEST_P(Ssim, RejectsBadShapes) {
 
 TEST(SsimReference, GradcheckFloat64) {
     for (const Shape& shape : {Shape{1, 1, 2, 3}, Shape{1, 2, 9, 13}}) {
-        const ref::SsimInput in = reference_of(ssim_call(image(shape, 60), image(shape, 61), 1));
+        const ref::SsimInput in = ssim_reference(ssim_call(image(shape, 60), image(shape, 61), 1));
         expect_gradcheck({in.a},
                          [&in](const Arrays& inputs) {
                              ref::SsimInput changed = in;

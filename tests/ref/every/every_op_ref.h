@@ -2,13 +2,13 @@
 
 #include <string_view>
 
+#include "ref/activations/relu_ref.h"
+#include "ref/activations/silu_ref.h"
 #include "ref/add_ref.h"
 #include "ref/concat_ref.h"
 #include "ref/every/op_arguments_ref.h"
 #include "ref/losses/l1_ref.h"
 #include "ref/losses/l2_ref.h"
-#include "ref/relu_ref.h"
-#include "ref/silu_ref.h"
 #include "ref/split3_ref.h"
 
 /// Every operator by its name: the references of this folder, called as the op table calls the kernels,

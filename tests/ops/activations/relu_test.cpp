@@ -1,9 +1,9 @@
-#include "ops/relu.h"
+#include "ops/activations/relu.h"
 
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/relu_ref.h"
+#include "ref/activations/relu_ref.h"
 
 namespace splat::test {
 namespace {

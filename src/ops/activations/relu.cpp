@@ -1,6 +1,6 @@
-#include "ops/relu.h"
+#include "ops/activations/relu.h"
 
-#include "ops/activation.h"
+#include "ops/activations/activation.h"
 #include "ops/launch.h"
 
 namespace splat::ops {

@@ -1,6 +1,6 @@
-#include "ops/silu.h"
+#include "ops/activations/silu.h"
 
-#include "ops/activation.h"
+#include "ops/activations/activation.h"
 #include "ops/launch.h"
 
 namespace splat::ops {

@@ -1,9 +1,9 @@
-#include "ops/silu.h"
+#include "ops/activations/silu.h"
 
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/silu_ref.h"
+#include "ref/activations/silu_ref.h"
 #include "support/golden.h"
 
 namespace splat::test {

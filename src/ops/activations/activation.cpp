@@ -1,4 +1,4 @@
-#include "ops/activation.h"
+#include "ops/activations/activation.h"
 
 #include "ops/launch.h"
 #include "params/activation_params.h"

@@ -8,7 +8,7 @@ namespace splat::ops {
 ///
 /// x, y         [N,C,...] float32 as quads; y may be x
 /// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
-/// Precision    a few roundings; exactly 0 where exp(-x) overflows (tests/ops/silu_test.cpp)
+/// Precision    a few roundings; exactly 0 where exp(-x) overflows (tests/ops/activations/silu_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Elfwing et al. 2017, arXiv:1702.03118
 Status silu_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
