@@ -2,7 +2,7 @@
 #include "api/handles.h"
 #include "api/tensor_arguments.h"
 #include "core/json.h"
-#include "nn/op_table.h"
+#include "ops/op_table.h"
 
 using namespace splat;
 
@@ -47,7 +47,7 @@ Status check_distinct(const char* op, const char* field, std::span<const splat_t
     return {};
 }
 
-Status check_counts(const nn::OpRow& row, const splat_op_desc& desc) {
+Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
     if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
         return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
                      row.name, desc.input_count, row.inputs.size());
@@ -66,7 +66,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
     SPLAT_TRY(api::check_desc(desc, "splat_op_desc", sizeof(splat_op_desc), SPLAT_OP_ACCUMULATE));
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
-    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc->type));
+    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));
     std::vector<JsonScalar> attributes;
     if (desc->attributes != nullptr) {
@@ -77,14 +77,14 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     nn::OpInstance::Tensors tensors;
     tensors.accumulate = (desc->flags & SPLAT_OP_ACCUMULATE) != 0;
     for (std::size_t i = 0; i < row->inputs.size(); ++i) {
-        const nn::Port& port = row->inputs[i];
+        const ops::Port& port = row->inputs[i];
         SPLAT_TRY(list.add(desc->inputs[i], "", port.name, port.optional, tensors.inputs));
         if (desc->grad_inputs != nullptr)
             SPLAT_TRY(
                 list.add(desc->grad_inputs[i], "grad_", port.name, true, tensors.grad_inputs));
     }
     for (std::size_t i = 0; i < row->outputs.size(); ++i) {
-        const nn::Port& port = row->outputs[i];
+        const ops::Port& port = row->outputs[i];
         SPLAT_TRY(list.add(desc->outputs[i], "", port.name, false, tensors.outputs));
         if (desc->grad_outputs != nullptr)
             SPLAT_TRY(
@@ -115,11 +115,11 @@ std::string json_list(const Items& items, Text&& text) {
     return "[" + list + "]";
 }
 
-std::string describe(const nn::OpRow& row) {
-    const auto port = [](const nn::Port& p) {
+std::string describe(const ops::OpRow& row) {
+    const auto port = [](const ops::Port& p) {
         return json_quote(std::string(p.name) + (p.optional ? "?" : ""));
     };
-    const auto attribute = [](const nn::Attribute& a) {
+    const auto attribute = [](const ops::Attribute& a) {
         return format("{\"name\": %s, \"type\": %s, \"default\": %s, \"about\": %s}",
                       json_quote(a.name).c_str(), json_quote(a.type).c_str(), a.fallback,
                       json_quote(a.about).c_str());
@@ -134,7 +134,7 @@ std::string describe(const nn::OpRow& row) {
 }
 
 std::string make_list() {
-    return json_list(nn::op_table(), [](const nn::OpRow* row) { return describe(*row); });
+    return json_list(ops::op_table(), [](const ops::OpRow* row) { return describe(*row); });
 }
 
 }  // namespace

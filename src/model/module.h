@@ -9,6 +9,7 @@
 #include "core/json.h"
 #include "model/song_unet.h"
 #include "nn/executor.h"
+#include "ops/op_table.h"
 
 namespace splat::model {
 
@@ -19,7 +20,7 @@ struct ModulePort {
 };
 
 struct ModuleDesc {
-    std::string type;  ///< an operator of nn::op_table(), or kResidualBlock
+    std::string type;  ///< an operator of ops::op_table(), or kResidualBlock
     std::vector<JsonScalar> attributes;
     std::vector<ModulePort> ports;
     bool gradients = false;
@@ -77,7 +78,7 @@ class Module {
     Status build_block();
     Status check_ports(const std::vector<std::string>& known) const;
     [[nodiscard]] const ModulePort* port(const std::string& name) const;
-    void add_input(const ModulePort& port, nn::Layout layout, bool constant);
+    void add_input(const ModulePort& port, ops::Layout layout, bool constant);
     void add_output(const std::string& name, nn::ValueId value);
     [[nodiscard]] Status unknown(const std::string& name) const;
 

@@ -9,8 +9,8 @@ namespace splat::model {
 namespace {
 
 using nn::kNoValue;
-using nn::Layout;
 using nn::ValueId;
+using ops::Layout;
 
 /// Counters of dropout that lie between those of two slices: more than a network has layers.
 constexpr std::uint32_t kDropoutStreams = 1U << 16;

@@ -2,7 +2,6 @@
 
 #include "core/log.h"
 #include "nn/executor_plan.h"
-#include "nn/op_rows.h"
 #include "ops/add.h"
 #include "ops/quads.h"
 
@@ -14,34 +13,35 @@ constexpr std::size_t kNone = ExecutorPlan::kNone;
 /// Row-major to quads where the value is an activation; otherwise they are the same memory.
 Status pack(vk::Recorder& recorder, const Value& value, const vk::BufferView& port,
             const vk::BufferView& quads) {
-    return value.layout == Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
+    return value.layout == ops::Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
 }
 
 Status unpack(vk::Recorder& recorder, const Value& value, const vk::BufferView& quads,
               const vk::BufferView& port) {
-    return value.layout == Layout::kQuads ? ops::quads_unpack(recorder, quads, port) : Status();
+    return value.layout == ops::Layout::kQuads ? ops::quads_unpack(recorder, quads, port)
+                                               : Status();
 }
 
 Status record_prepare(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
     for (const auto& call : plan.forward)
         if (plan.keeps(plan.kept_forward, call))
-            SPLAT_TRY(
-                graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
-                                                      plan.forward_views(call), Pass::kForward));
+            SPLAT_TRY(graph.nodes()[call.node].row->prepare(
+                recorder, graph.nodes()[call.node].attributes, plan.forward_views(call),
+                ops::Pass::kForward));
     for (const auto& call : plan.backward)
         if (!call.replay && plan.keeps(plan.kept_backward, call))
-            SPLAT_TRY(
-                graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
-                                                      plan.backward_views(call), Pass::kBackward));
+            SPLAT_TRY(graph.nodes()[call.node].row->prepare(
+                recorder, graph.nodes()[call.node].attributes, plan.backward_views(call),
+                ops::Pass::kBackward));
     return {};
 }
 
 Status record_forward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan,
                       const ExecutorPlan::Call& call) {
     const Node& node = graph.nodes()[call.node];
-    const OpViews views = plan.forward_views(call);
+    const ops::OpViews views = plan.forward_views(call);
     if (call.prepared != kNone && !plan.keeps(plan.kept_forward, call))
-        SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kForward));
+        SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, ops::Pass::kForward));
     return node.row->forward(recorder, node.attributes, views);
 }
 
@@ -52,10 +52,10 @@ Status record_backward(vk::Recorder& recorder, const Graph& graph, const Executo
             continue;
         }
         const Node& node = graph.nodes()[call.node];
-        const OpViews views = plan.backward_views(call);
+        const ops::OpViews views = plan.backward_views(call);
         for (const std::size_t tensor : call.zeros) SPLAT_TRY(recorder.fill(plan.view(tensor), 0));
         if (call.prepared != kNone)
-            SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kBackward));
+            SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, ops::Pass::kBackward));
         SPLAT_TRY(node.row->backward(recorder, node.attributes, views));
         for (const auto& [part, sum] : call.sums) {
             vk::BufferView a = plan.view(sum);

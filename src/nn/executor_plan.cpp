@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "nn/op_rows.h"
 #include "ops/quads.h"
 
 namespace splat::nn {
@@ -33,7 +32,7 @@ void ExecutorPlan::keep(std::size_t tensor) {
 
 Result<std::uint64_t> ExecutorPlan::bytes_of(ValueId id) const {
     const Value& value = graph_.value(id);
-    if (value.layout == Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
+    if (value.layout == ops::Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
     SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(value.shape));
     return dims.bytes();
 }
@@ -116,7 +115,8 @@ std::vector<bool> ExecutorPlan::wanted_inputs(std::size_t node) const {
 bool ExecutorPlan::keeps_prepared(const Node& node) const {
     if (!desc_.keep_prepared) return false;
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
-        if (node.inputs[i] == kNoValue || node.row->inputs[i].layout != Layout::kRowMajor) continue;
+        if (node.inputs[i] == kNoValue || node.row->inputs[i].layout != ops::Layout::kRowMajor)
+            continue;
         const Value& value = graph_.value(graph_.root(node.inputs[i]));
         if (value.kind != ValueKind::kParameter || (desc_.backward && value.trainable))
             return false;
@@ -145,7 +145,7 @@ Status ExecutorPlan::plan_inputs() {
         if (value.base != kNoValue || value.kind != ValueKind::kInput) continue;
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(id));
         values_[id] = tensor(value.name, bytes, clock_);
-        if (value.layout == Layout::kQuads) {
+        if (value.layout == ops::Layout::kQuads) {
             ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
         } else {
             ports[id] = values_[id];
@@ -195,7 +195,7 @@ Status ExecutorPlan::plan_outputs() {
     for (const ValueId id : desc_.outputs) {
         const Value& value = graph_.value(id);
         touch(values_[graph_.root(id)]);
-        if (value.layout == Layout::kQuads) {
+        if (value.layout == ops::Layout::kQuads) {
             ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
         } else {
             ports[id] = values_[graph_.root(id)];
@@ -215,7 +215,7 @@ Status ExecutorPlan::plan_backward() {
                          value.name.c_str());
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
         grads_[root] = tensor(value.name, bytes, clock_);
-        if (value.layout == Layout::kQuads) {
+        if (value.layout == ops::Layout::kQuads) {
             grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
         } else {
             grad_ports[id] = grads_[root];
@@ -244,7 +244,7 @@ Status ExecutorPlan::plan_backward() {
                          "the gradient of '%s' is wanted, but no output depends on it",
                          value.name.c_str());
         touch(grads_[root]);
-        if (value.layout == Layout::kQuads) {
+        if (value.layout == ops::Layout::kQuads) {
             grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
         } else {
             grad_ports[id] = grads_[root];
@@ -281,10 +281,10 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
         }
         const std::size_t value = values_[graph_.root(n.inputs[i])];
         call.inputs.push_back(value);
-        if (value != kNone && backward_reads(*n.row, i, wanted)) touch(value);
+        if (value != kNone && ops::backward_reads(*n.row, i, wanted)) touch(value);
         if (wanted[i]) {
             SPLAT_TRY(plan_grad_input(call, i));
-            activation = activation || n.row->inputs[i].layout == Layout::kQuads;
+            activation = activation || n.row->inputs[i].layout == ops::Layout::kQuads;
         } else {
             call.grad_inputs.push_back(kNone);
         }
@@ -331,12 +331,12 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
             tensors_[grads_[root]].home = Home::kParameters;
             SPLAT_ASSERT(parameters_.of(root).grad.block != nullptr);
             tensors_[grads_[root]].view = parameters_.of(root).grad;
-        } else if (value.layout == Layout::kRowMajor) {
+        } else if (value.layout == ops::Layout::kRowMajor) {
             call.zeros.push_back(grads_[root]);  // row-major gradients are summed in place
         }
     }
     touch(grads_[root]);
-    if (first || value.layout == Layout::kRowMajor) {
+    if (first || value.layout == ops::Layout::kRowMajor) {
         call.grad_inputs.push_back(grads_[root]);
         return {};
     }
@@ -396,9 +396,9 @@ vk::BufferView ExecutorPlan::grad_view(ValueId id) const {
     return shaped(tensors_[grads_[graph_.root(id)]].view, graph_.value(id).shape);
 }
 
-OpViews ExecutorPlan::views(const Call& call) const {
+ops::OpViews ExecutorPlan::views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
-    OpViews v;
+    ops::OpViews v;
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
         const ValueId input = node.inputs[i];
         v.inputs.push_back(input == kNoValue ? vk::BufferView{}
@@ -416,18 +416,18 @@ OpViews ExecutorPlan::views(const Call& call) const {
     return v;
 }
 
-OpViews ExecutorPlan::forward_views(const Call& call) const {
-    OpViews v = views(call);
+ops::OpViews ExecutorPlan::forward_views(const Call& call) const {
+    ops::OpViews v = views(call);
     const std::size_t prepared =
         keeps(kept_forward, call) ? kept_forward[call.node] : call.prepared;
     if (prepared != kNone) v.forward_prepared = tensors_[prepared].view;
     return v;
 }
 
-OpViews ExecutorPlan::backward_views(const Call& call) const {
+ops::OpViews ExecutorPlan::backward_views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
-    OpViews v = views(call);
-    drop_unread(*node.row, wanted_inputs(call.node), v);
+    ops::OpViews v = views(call);
+    ops::drop_unread(*node.row, wanted_inputs(call.node), v);
     const std::size_t prepared =
         keeps(kept_backward, call) ? kept_backward[call.node] : call.prepared;
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;

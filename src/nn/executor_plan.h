@@ -56,8 +56,8 @@ class ExecutorPlan {
     }
 
     /// The tensors of a node's forward pass or its replay, in the shapes that the node sees.
-    [[nodiscard]] OpViews forward_views(const Call& call) const;
-    [[nodiscard]] OpViews backward_views(const Call& call) const;
+    [[nodiscard]] ops::OpViews forward_views(const Call& call) const;
+    [[nodiscard]] ops::OpViews backward_views(const Call& call) const;
 
     [[nodiscard]] vk::BufferView value_view(ValueId id) const;
     [[nodiscard]] vk::BufferView grad_view(ValueId id) const;
@@ -98,7 +98,7 @@ class ExecutorPlan {
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
     void plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most, std::size_t& kept);
-    OpViews views(const Call& call) const;
+    ops::OpViews views(const Call& call) const;
 
     const Graph& graph_;
     const Parameters& parameters_;

@@ -32,7 +32,7 @@ Status ExecutorPlan::plan_replay(std::size_t first, std::size_t last) {
         for (std::size_t i = 0; i < n.inputs.size(); ++i) {
             if (n.inputs[i] == kNoValue) continue;
             const ValueId root = graph_.root(n.inputs[i]);
-            const bool read = replayed || (runs && backward_reads(*n.row, i, wanted));
+            const bool read = replayed || (runs && ops::backward_reads(*n.row, i, wanted));
             if (read && !crosses_[root]) needed[root] = true;
         }
         again[node - first] = replayed;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nn/op_table.h"
+#include "ops/op_table.h"
 
 namespace splat::nn {
 
@@ -21,17 +21,17 @@ struct Value {
     std::string name;
     ValueKind kind = ValueKind::kActivation;
     Shape shape;
-    Layout layout = Layout::kQuads;
+    ops::Layout layout = ops::Layout::kQuads;
     bool trainable = false;   ///< parameters: gets a gradient
     ValueId base = kNoValue;  ///< the value whose memory this one shows in another shape
 };
 
 struct Node {
-    const OpRow* row = nullptr;
-    Attributes attributes;
+    const ops::OpRow* row = nullptr;
+    ops::Attributes attributes;
     std::vector<ValueId> inputs;  ///< kNoValue where an optional one is absent
     std::vector<ValueId> outputs;
-    OpPlan plan;
+    ops::OpPlan plan;
     std::uint32_t segment = 0;  ///< see Graph::begin_segment
 };
 
@@ -43,7 +43,7 @@ class Graph {
   public:
     explicit Graph(vk::Context& context) : recorder_(context) {}
 
-    ValueId input(std::string name, const Shape& shape, Layout layout = Layout::kQuads);
+    ValueId input(std::string name, const Shape& shape, ops::Layout layout = ops::Layout::kQuads);
 
     /// Row-major. The name is that of the state dict. Errors: kInvalidArgument for a second one of
     /// that name.

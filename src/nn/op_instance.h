@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "nn/op_table.h"
+#include "ops/op_table.h"
 #include "vk/context.h"
 
 namespace splat::nn {
@@ -23,7 +23,7 @@ class OpInstance {
 
     /// Errors: kShape (which tensor, its shape, the one expected), and those of the operator and
     /// the device's memory.
-    static Result<std::unique_ptr<OpInstance>> create(vk::Context& context, const OpRow& row,
+    static Result<std::unique_ptr<OpInstance>> create(vk::Context& context, const ops::OpRow& row,
                                                       std::span<const JsonScalar> attributes,
                                                       const Tensors& tensors);
 
@@ -36,16 +36,16 @@ class OpInstance {
     [[nodiscard]] const vk::BufferView& saved(std::size_t i) const { return views_.saved[i]; }
 
   private:
-    OpInstance(vk::Context& context, const OpRow& row) : context_(context), row_(row) {}
-    Status check_shapes(const OpPlan& plan, const Tensors& tensors) const;
-    Status allocate(const OpPlan& plan, const Tensors& tensors);
-    Status record(const Attributes& attributes, const Tensors& tensors);
-    Result<vk::BufferView> scratch(const Shape& shape, Layout layout);
-    Result<vk::BufferView> on_device(const vk::BufferView& tensor, Layout layout);
+    OpInstance(vk::Context& context, const ops::OpRow& row) : context_(context), row_(row) {}
+    Status check_shapes(const ops::OpPlan& plan, const Tensors& tensors) const;
+    Status allocate(const ops::OpPlan& plan, const Tensors& tensors);
+    Status record(const ops::Attributes& attributes, const Tensors& tensors);
+    Result<vk::BufferView> scratch(const Shape& shape, ops::Layout layout);
+    Result<vk::BufferView> on_device(const vk::BufferView& tensor, ops::Layout layout);
 
     vk::Context& context_;
-    const OpRow& row_;
-    OpViews views_;
+    const ops::OpRow& row_;
+    ops::OpViews views_;
     std::vector<vk::Buffer> buffers_;
     vk::CommandList forward_;
     vk::CommandList backward_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -23,5 +24,7 @@ Status add_forward(vk::Recorder& recorder, const AddDesc& desc, const vk::Buffer
 /// the forward pass.
 Status add_backward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& grad_y,
                     const vk::BufferView& grad_x);
+
+extern const OpRow kAddRow;
 
 }  // namespace splat::ops

@@ -286,4 +286,69 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc, con
                     activation(desc, gradients.k, desc.keys));
 }
 
+namespace {
+
+constexpr Port kAttentionInputs[] = {{"q"}, {"k"}, {"v"}};
+constexpr const char* kAttentionSaved[] = {"weights"};
+constexpr Attribute kAttentionAttributes[] = {
+    {"heads", "integer", "1", "heads of neighbouring channels; divides the channels"},
+};
+
+Result<AttentionDesc> attention_desc(const Attributes& attributes, const Shape& q, const Shape& k) {
+    if (q.rank() < 3)
+        return error(Code::kShape, "attention: tensor 'q' has shape %s, expected [N, C, ...]",
+                     q.text().c_str());
+    SPLAT_ASSIGN(const QuadDims of_q, quad_dims(q));
+    if (k.rank() < 3 || k[0] != q[0] || k[1] != q[1])
+        return error(Code::kShape, "attention: tensor 'k' has shape %s, expected [%u, %u, ...]",
+                     k.text().c_str(), q[0], q[1]);
+    SPLAT_ASSIGN(const QuadDims of_k, quad_dims(k));
+    const auto heads = attributes.integer("heads");
+    if (heads < 1 || heads > of_q.c)
+        return error(Code::kInvalidArgument, "attention: heads is %lld, expected 1 to %u",
+                     static_cast<long long>(heads), of_q.c);
+    return AttentionDesc{of_q.n, of_q.c, static_cast<std::uint32_t>(heads), of_q.p, of_k.p};
+}
+
+Result<OpPlan> attention_plan(const vk::Recorder& recorder, const Attributes& attributes,
+                              std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const AttentionDesc desc, attention_desc(attributes, inputs[0], inputs[1]));
+    SPLAT_TRY(expect_shape("attention", "v", inputs[2], inputs[1]));
+    SPLAT_TRY(attention_check(recorder.device(), desc));
+    return OpPlan{.outputs = {inputs[0]},
+                  .saved = {attention_weights_shape(desc)},
+                  .forward_workspace = attention_forward_bytes(desc),
+                  .backward_workspace = attention_backward_bytes(recorder, desc)};
+}
+
+Status attention_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                             const OpViews& v) {
+    SPLAT_ASSIGN(const AttentionDesc desc,
+                 attention_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return attention_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.outputs[0],
+                             v.saved[0], v.workspace);
+}
+
+Status attention_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    SPLAT_ASSIGN(const AttentionDesc desc,
+                 attention_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return attention_backward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0],
+                              v.grad_outputs[0],
+                              {v.grad_inputs[0], v.grad_inputs[1], v.grad_inputs[2]}, v.workspace);
+}
+
+}  // namespace
+
+const OpRow kAttentionRow = {
+    .name = "attention",
+    .equation = "y[c,l] = sum_j w[l,j] v[c,j], w[l,j] = softmax_j(q[c,l] k[c,j] / sqrt(C/heads))",
+    .inputs = kAttentionInputs,
+    .outputs = kOutputY,
+    .saved = kAttentionSaved,
+    .attributes = kAttentionAttributes,
+    .plan = attention_plan,
+    .forward = attention_row_forward,
+    .backward = attention_row_backward};
+
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -60,5 +61,7 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc,
                           const vk::BufferView& q, const vk::BufferView& k, const vk::BufferView& v,
                           const vk::BufferView& weights, const vk::BufferView& grad_y,
                           const AttentionGradients& gradients, const vk::BufferView& workspace);
+
+extern const OpRow kAttentionRow;
 
 }  // namespace splat::ops

@@ -71,4 +71,51 @@ Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const Buf
     return take(desc.a, desc.b, grad_b);
 }
 
+namespace {
+
+constexpr Port kConcatInputs[] = {{"a"}, {"b"}};
+
+Result<ConcatDesc> concat_desc(const Shape& a, const Shape& b) {
+    SPLAT_ASSIGN(const QuadDims of_a, quad_dims(a));
+    bool alike = a.rank() == b.rank();
+    for (std::uint32_t axis = 0; alike && axis < a.rank(); ++axis)
+        alike = axis == 1 || a[axis] == b[axis];
+    if (!alike)
+        return error(Code::kShape,
+                     "concat: tensor 'b' has shape %s, expected that of 'a', %s, but for the "
+                     "channels",
+                     b.text().c_str(), a.text().c_str());
+    return ConcatDesc{of_a.n * of_a.p, a[1], b[1]};
+}
+
+Result<OpPlan> concat_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    SPLAT_TRY(concat_desc(inputs[0], inputs[1]).status());
+    std::vector<std::int64_t> dims;
+    for (std::uint32_t axis = 0; axis < inputs[0].rank(); ++axis)
+        dims.push_back(std::int64_t{inputs[0][axis]} + (axis == 1 ? inputs[1][1] : 0));
+    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, "concat"));
+    return OpPlan{.outputs = {shape}};
+}
+
+Status concat_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ConcatDesc desc, concat_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return concat_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status concat_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ConcatDesc desc, concat_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return concat_backward(recorder, desc, v.grad_outputs[0], v.grad_inputs[0], v.grad_inputs[1]);
+}
+
+}  // namespace
+
+const OpRow kConcatRow = {.name = "concat",
+                          .equation = "y = (a, b) along the channels",
+                          .inputs = kConcatInputs,
+                          .outputs = kOutputY,
+                          .plan = concat_plan,
+                          .forward = concat_row_forward,
+                          .backward = concat_row_backward,
+                          .backward_reads = no_backward_reads};
+
 }  // namespace splat::ops

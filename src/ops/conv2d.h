@@ -1,6 +1,7 @@
 #pragma once
 
 #include "ops/linear.h"
+#include "ops/op_table.h"
 #include "vk/recorder.h"
 
 namespace splat::ops {
@@ -102,5 +103,7 @@ Status conv2d_backward_bias(vk::Recorder& recorder, const Conv2dDesc& desc,
                             bool accumulate);
 Status conv2d_backward_residual(vk::Recorder& recorder, const Conv2dDesc& desc,
                                 const vk::BufferView& grad_y, const vk::BufferView& grad_residual);
+
+extern const OpRow kConv2dRow;
 
 }  // namespace splat::ops

@@ -1,5 +1,7 @@
 #include "ops/dropout.h"
 
+#include <limits>
+
 #include "ops/launch.h"
 #include "params/dropout_params.h"
 
@@ -52,5 +54,58 @@ Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                   pick(recorder.kernels(), "dropout_backward", "dropout_backward_cpu"), desc,
                   grad_y, counter, grad_x);
 }
+
+namespace {
+
+constexpr Port kDropoutInputs[] = {{"x"}, {"counter", Layout::kRowMajor, false, true}};
+constexpr Attribute kDropoutAttributes[] = {
+    {"p", "number", "0.1", "probability of dropping an element; 0 <= p < 1"},
+    {"stream", "integer", "0", "sets the calls of one step apart"},
+};
+
+Result<DropoutDesc> dropout_desc(const Attributes& attributes, const Shape& x) {
+    DropoutDesc desc;
+    SPLAT_ASSIGN(desc.x, quad_dims(x));
+    desc.p = attributes.number("p");
+    const auto stream = attributes.integer("stream");
+    if (stream < 0 || stream > std::numeric_limits<std::uint32_t>::max())
+        return error(Code::kInvalidArgument, "dropout: stream is %lld, expected 0 to 2^32 - 1",
+                     static_cast<long long>(stream));
+    desc.stream = static_cast<std::uint32_t>(stream);
+    return desc;
+}
+
+Result<OpPlan> dropout_plan(const vk::Recorder&, const Attributes& attributes,
+                            std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, inputs[0]));
+    SPLAT_TRY(dropout_check(desc));
+    SPLAT_TRY(expect_shape("dropout", "counter", inputs[1], {4}));
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status dropout_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
+    return dropout_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status dropout_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                            const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
+    return dropout_backward(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kDropoutRow = {
+    .name = "dropout",
+    .equation = "y = x / (1 - p) where Philox(counter, stream, place) keeps it, else 0",
+    .inputs = kDropoutInputs,
+    .outputs = kOutputY,
+    .attributes = kDropoutAttributes,
+    .plan = dropout_plan,
+    .forward = dropout_row_forward,
+    .backward = dropout_row_backward,
+    .backward_reads = no_backward_reads};
 
 }  // namespace splat::ops

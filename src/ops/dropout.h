@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -35,5 +36,7 @@ Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk
 Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                         const vk::BufferView& counter, const vk::BufferView& grad_y,
                         const vk::BufferView& grad_x);
+
+extern const OpRow kDropoutRow;
 
 }  // namespace splat::ops

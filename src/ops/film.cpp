@@ -71,4 +71,54 @@ Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
     });
 }
 
+namespace {
+
+constexpr Port kFilmInputs[] = {{"x"}, {"modulation"}};
+
+Result<FilmDesc> film_desc(const Shape& x, const Shape& modulation) {
+    FilmDesc desc;
+    SPLAT_ASSIGN(desc.x, quad_dims(x));
+    const auto [n, c, p] = desc.x;
+    desc.scaled = modulation == Shape{n, 2 * c};
+    if (!desc.scaled && !(modulation == Shape{n, c}))
+        return error(Code::kShape,
+                     "film: tensor 'modulation' has shape %s, expected [%u, %u] or "
+                     "[%u, %u] for x of shape %s",
+                     modulation.text().c_str(), n, 2 * c, n, c, x.text().c_str());
+    return desc;
+}
+
+Result<OpPlan> film_plan(const vk::Recorder& recorder, const Attributes&,
+                         std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(inputs[0], inputs[1]));
+    SPLAT_TRY(film_check(recorder.device(), desc));
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status film_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return film_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status film_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(v.inputs[0].shape, v.inputs[1].shape));
+    if (present(v.grad_inputs[1]))
+        SPLAT_TRY(film_backward_modulation(recorder, desc, v.inputs[0], v.grad_outputs[0],
+                                           v.grad_inputs[1]));
+    if (!present(v.grad_inputs[0])) return {};
+    return film_backward_input(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFilmRow = {
+    .name = "film",
+    .equation = "y = gamma * x + beta, modulation [N, 2C] = (gamma, beta); [N, C]: y = x + beta",
+    .inputs = kFilmInputs,
+    .outputs = kOutputY,
+    .plan = film_plan,
+    .forward = film_row_forward,
+    .backward = film_row_backward,
+    .backward_reads = product_backward_reads};
+
 }  // namespace splat::ops

@@ -53,4 +53,52 @@ Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbedding
                   {vk::read(x), vk::read(frequencies), vk::read(grad_y), vk::write(grad_x)});
 }
 
+namespace {
+
+constexpr Port kFourierEmbeddingInputs[] = {{"x"}, {"frequencies", Layout::kRowMajor, false, true}};
+
+Result<FourierEmbeddingDesc> fourier_desc(const Shape& x, const Shape& frequencies) {
+    if (x.rank() != 2)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'x' has shape %s, expected [rows, features]",
+                     x.text().c_str());
+    if (frequencies.rank() != 1)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'frequencies' has shape %s, expected one dimension",
+                     frequencies.text().c_str());
+    return FourierEmbeddingDesc{x[0], x[1], frequencies[0]};
+}
+
+Result<OpPlan> fourier_embedding_plan(const vk::Recorder&, const Attributes&,
+                                      std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc, fourier_desc(inputs[0], inputs[1]));
+    SPLAT_TRY(fourier_embedding_check(desc));
+    return OpPlan{.outputs = {Shape{desc.rows, 2 * desc.features * desc.waves}}};
+}
+
+Status fourier_embedding_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return fourier_embedding_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status fourier_embedding_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return fourier_embedding_backward(recorder, desc, v.inputs[0], v.inputs[1], v.grad_outputs[0],
+                                      v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFourierEmbeddingRow = {
+    .name = "fourier_embedding",
+    .equation = "each feature s becomes cos(2 pi s f), then sin(2 pi s f), of all frequencies f",
+    .inputs = kFourierEmbeddingInputs,
+    .outputs = kOutputY,
+    .plan = fourier_embedding_plan,
+    .forward = fourier_embedding_row_forward,
+    .backward = fourier_embedding_row_backward};
+
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -65,5 +65,7 @@ Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& des
 Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                               const GaussianHeadTensors& grads, const vk::BufferView& grad_net_out);
+
+extern const OpRow kGaussianHeadRow;
 
 }  // namespace splat::ops

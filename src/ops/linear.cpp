@@ -288,4 +288,76 @@ Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
     });
 }
 
+namespace {
+
+constexpr Port kLinearInputs[] = {
+    {"x"}, {"weight", Layout::kRowMajor}, {"bias", Layout::kRowMajor, true}};
+
+LinearDesc linear_desc(const OpViews& v) {
+    const Shape& x = v.inputs[0].shape;
+    return {x[0], x[1], v.inputs[1].shape[0], present(v.inputs[2])};
+}
+
+Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Attributes&,
+                           std::span<const Shape> inputs) {
+    const Shape& x = inputs[0];
+    const Shape& weight = inputs[1];
+    if (x.rank() != 2)
+        return error(Code::kShape, "linear: tensor 'x' has shape %s, expected [rows, in]",
+                     x.text().c_str());
+    if (weight.rank() != 2)
+        return error(Code::kShape, "linear: tensor 'weight' has shape %s, expected [out, in]",
+                     weight.text().c_str());
+    SPLAT_TRY(expect_shape("linear", "weight", weight, {weight[0], x[1]}));
+    const bool bias = inputs[2].rank() > 0;
+    if (bias) SPLAT_TRY(expect_shape("linear", "bias", inputs[2], {weight[0]}));
+    const LinearDesc desc{x[0], x[1], weight[0], bias};
+    SPLAT_TRY(linear_check(desc));
+    return OpPlan{.outputs = {Shape{x[0], weight[0]}},
+                  .backward_workspace = linear_backward_weight_bytes(recorder, desc),
+                  .forward_prepared = linear_packed_bytes(recorder, desc, false),
+                  .backward_prepared = linear_packed_bytes(recorder, desc, true)};
+}
+
+Status linear_row_prepare(vk::Recorder& recorder, const Attributes&, const OpViews& v, Pass pass) {
+    const bool transposed = pass == Pass::kBackward;
+    return linear_pack_weight(recorder, linear_desc(v), v.inputs[1],
+                              transposed ? v.backward_prepared : v.forward_prepared, transposed);
+}
+
+Status linear_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const LinearDesc desc = linear_desc(v);
+    const vk::BufferView& weight = present(v.forward_prepared) ? v.forward_prepared : v.inputs[1];
+    return linear_forward(recorder, desc, v.inputs[0], weight,
+                          desc.bias ? v.inputs[2] : v.inputs[1], v.outputs[0]);
+}
+
+Status linear_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const LinearDesc desc = linear_desc(v);
+    const vk::BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
+    if (present(v.grad_inputs[0]))
+        SPLAT_TRY(
+            linear_backward_input(recorder, desc, weight, v.grad_outputs[0], v.grad_inputs[0]));
+    if (present(v.grad_inputs[1])) {
+        const vk::BufferView partial =
+            v.workspace.part(0, linear_backward_weight_bytes(recorder, desc));
+        SPLAT_TRY(linear_backward_weight(recorder, desc, v.inputs[0], v.grad_outputs[0],
+                                         v.grad_inputs[1], partial, v.accumulate));
+    }
+    if (!present(v.grad_inputs[2])) return {};
+    return linear_backward_bias(recorder, desc, v.grad_outputs[0], v.grad_inputs[2], v.accumulate);
+}
+
+}  // namespace
+
+const OpRow kLinearRow = {.name = "linear",
+                          .equation = "y = x weight^T + bias",
+                          .inputs = kLinearInputs,
+                          .outputs = kOutputY,
+                          .plan = linear_plan,
+                          .prepare = linear_row_prepare,
+                          .forward = linear_row_forward,
+                          .backward = linear_row_backward,
+                          .backward_reads = product_backward_reads};
+
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -75,5 +75,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
 Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
                             const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
                             bool accumulate);
+
+extern const OpRow kLinearRow;
 
 }  // namespace splat::ops

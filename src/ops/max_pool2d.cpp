@@ -49,4 +49,41 @@ Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                   {vk::read(x), vk::read(grad_y), vk::write(grad_x)});
 }
 
+namespace {
+
+Result<MaxPool2dDesc> max_pool2d_desc(const Shape& x) {
+    if (x.rank() != 4)
+        return error(Code::kShape, "max_pool2d: tensor 'x' has shape %s, expected [N, C, H, W]",
+                     x.text().c_str());
+    return MaxPool2dDesc{x[0], x[1], x[2], x[3]};
+}
+
+Result<OpPlan> max_pool2d_plan(const vk::Recorder&, const Attributes&,
+                               std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const MaxPool2dDesc desc, max_pool2d_desc(inputs[0]));
+    SPLAT_TRY(max_pool2d_check(desc));
+    return OpPlan{.outputs = {Shape{desc.n, desc.c, desc.height / 2, desc.width / 2}}};
+}
+
+Status max_pool2d_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const MaxPool2dDesc desc, max_pool2d_desc(v.inputs[0].shape));
+    return max_pool2d_forward(recorder, desc, v.inputs[0], v.outputs[0]);
+}
+
+Status max_pool2d_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const MaxPool2dDesc desc, max_pool2d_desc(v.inputs[0].shape));
+    return max_pool2d_backward(recorder, desc, v.inputs[0], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kMaxPool2dRow = {.name = "max_pool2d",
+                             .equation = "y[i,j] = max of x[2i..2i+1, 2j..2j+1]",
+                             .inputs = kInputX,
+                             .outputs = kOutputY,
+                             .plan = max_pool2d_plan,
+                             .forward = max_pool2d_row_forward,
+                             .backward = max_pool2d_row_backward};
+
 }  // namespace splat::ops

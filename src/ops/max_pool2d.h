@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -31,5 +32,7 @@ Status max_pool2d_forward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
 Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                            const vk::BufferView& x, const vk::BufferView& grad_y,
                            const vk::BufferView& grad_x);
+
+extern const OpRow kMaxPool2dRow;
 
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -31,5 +31,7 @@ Status positional_embedding_forward(vk::Recorder& recorder, const PositionalEmbe
 Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
                                      const vk::BufferView& x, const vk::BufferView& grad_y,
                                      const vk::BufferView& grad_x);
+
+extern const OpRow kPositionalEmbeddingRow;
 
 }  // namespace splat::ops

@@ -79,4 +79,68 @@ Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
                   {vk::read(grad_y), vk::read(filter), vk::write(grad_x)});
 }
 
+namespace {
+
+constexpr Port kResample2dInputs[] = {{"x"}, {"filter", Layout::kRowMajor, true, true}};
+constexpr Attribute kResample2dAttributes[] = {
+    {"up", "boolean", "false", "to twice the size; one of up and down"},
+    {"down", "boolean", "false", "to half the size"},
+};
+
+Result<Resample2dDesc> resample2d_desc(const Attributes& attributes, const Shape& x,
+                                       const Shape& filter) {
+    if (x.rank() != 4)
+        return error(Code::kShape, "resample2d: tensor 'x' has shape %s, expected [N, C, H, W]",
+                     x.text().c_str());
+    if (attributes.boolean("up") == attributes.boolean("down"))
+        return error(Code::kInvalidArgument,
+                     "resample2d: up and down are both %s, expected one of them",
+                     attributes.boolean("up") ? "true" : "false");
+    if (filter.rank() > 1)
+        return error(Code::kShape, "resample2d: tensor 'filter' has shape %s, expected [taps]",
+                     filter.text().c_str());
+    const std::uint32_t taps = filter.rank() == 1 ? filter[0] : 0;
+    return Resample2dDesc{x[0], x[1], x[2], x[3], attributes.boolean("up"), taps};
+}
+
+Result<OpPlan> resample2d_plan(const vk::Recorder&, const Attributes& attributes,
+                               std::span<const Shape> inputs) {
+    const Shape& x = inputs[0];
+    SPLAT_ASSIGN(const Resample2dDesc desc, resample2d_desc(attributes, x, inputs[1]));
+    SPLAT_TRY(resample2d_check(desc));
+    return OpPlan{.outputs = {desc.up ? Shape{x[0], x[1], 2 * x[2], 2 * x[3]}
+                                      : Shape{x[0], x[1], x[2] / 2, x[3] / 2}}};
+}
+
+Status resample2d_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    SPLAT_ASSIGN(const Resample2dDesc desc,
+                 resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return resample2d_forward(recorder, desc, v.inputs[0],
+                              present(v.inputs[1]) ? v.inputs[1] : v.inputs[0], v.outputs[0]);
+}
+
+Status resample2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                               const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const Resample2dDesc desc,
+                 resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return resample2d_backward(recorder, desc,
+                               present(v.inputs[1]) ? v.inputs[1] : v.grad_outputs[0],
+                               v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kResample2dRow = {
+    .name = "resample2d",
+    .equation = "y = x at twice or half the size, through the filter outer(f, f) / sum(f)^2",
+    .inputs = kResample2dInputs,
+    .outputs = kOutputY,
+    .attributes = kResample2dAttributes,
+    .plan = resample2d_plan,
+    .forward = resample2d_row_forward,
+    .backward = resample2d_row_backward,
+    .backward_reads = no_backward_reads};
+
 }  // namespace splat::ops

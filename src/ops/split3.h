@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -20,5 +21,7 @@ Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::Bu
 Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
                        const vk::BufferView& grad_b, const vk::BufferView& grad_c,
                        const vk::BufferView& grad_x);
+
+extern const OpRow kSplit3Row;
 
 }  // namespace splat::ops

@@ -150,7 +150,7 @@ TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
     EXPECT_ERROR(with("znear", 5), Code::kInvalidArgument, "znear is 5");
     for (std::size_t i = 1; i < 6; ++i)
         EXPECT_ERROR(status([&](OpCall& c) { c.inputs[i] = normal_tensor({9}, 1); }), Code::kShape,
-                     nn::find_op("gaussian_head").value()->inputs[i].name);
+                     ops::find_op("gaussian_head").value()->inputs[i].name);
     EXPECT_ERROR(status([](OpCall& c) {
                      c.inputs[0] = normal_tensor({24, 35}, 1);
                  }),

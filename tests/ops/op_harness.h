@@ -19,7 +19,7 @@ struct HostTensor {
     std::vector<float> values;  ///< row-major; empty: the tensor is absent
 };
 
-/// One call of an operator of nn/op_table.cpp on row-major tensors.
+/// One call of an operator of ops/op_table.cpp on row-major tensors.
 struct OpCall {
     std::string op;
     Json attributes = Json::object();

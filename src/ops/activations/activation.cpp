@@ -1,12 +1,15 @@
 #include "ops/activations/activation.h"
 
 #include "ops/launch.h"
+#include "ops/quads.h"
 #include "params/activation_params.h"
 
 namespace splat::ops {
+namespace {
 
 Status record_activation(vk::Recorder& recorder, const char* op, const char* shader,
-                         const QuadDims& dims, std::vector<vk::Access> accesses, double flops) {
+                         const Shape& shape, std::vector<vk::Access> accesses, double flops) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape));
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
     const double bytes = static_cast<double>(dims.bytes());
@@ -21,6 +24,28 @@ Status record_activation(vk::Recorder& recorder, const char* op, const char* sha
         .work = {.flops = flops * bytes / 4, .bytes = tensors * bytes},
         .may_alias = true,
     });
+}
+
+}  // namespace
+
+Result<OpPlan> activation_plan(const vk::Recorder&, const Attributes&,
+                               std::span<const Shape> inputs) {
+    SPLAT_TRY(quad_dims(inputs[0]).status());
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status activation_forward(vk::Recorder& recorder, const char* op, const char* shader,
+                          const OpViews& v, double flops) {
+    return record_activation(recorder, op, shader, v.inputs[0].shape,
+                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops);
+}
+
+Status activation_backward(vk::Recorder& recorder, const char* op, const char* shader,
+                           const OpViews& v, double flops) {
+    if (!present(v.grad_inputs[0])) return {};
+    return record_activation(
+        recorder, op, shader, v.inputs[0].shape,
+        {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])}, flops);
 }
 
 }  // namespace splat::ops

@@ -1,12 +1,18 @@
 #pragma once
 
-#include "ops/quads.h"
+#include "ops/op_table.h"
 
+/// What operators share that map each element by itself: one kernel of shaders/ops/activations per pass, y
+/// from x, and grad_x from x and grad_y.
 namespace splat::ops {
 
-/// Records a kernel of shaders/ops that maps each element by itself (silu, relu): `accesses` in the
-/// order of its bindings, `flops` per element.
-Status record_activation(vk::Recorder& recorder, const char* op, const char* shader,
-                         const QuadDims& dims, std::vector<vk::Access> accesses, double flops);
+Result<OpPlan> activation_plan(const vk::Recorder& recorder, const Attributes& attributes,
+                               std::span<const Shape> inputs);
+
+/// Record a kernel of `flops` per element. Errors: the recorder's.
+Status activation_forward(vk::Recorder& recorder, const char* op, const char* shader,
+                          const OpViews& v, double flops);
+Status activation_backward(vk::Recorder& recorder, const char* op, const char* shader,
+                           const OpViews& v, double flops);
 
 }  // namespace splat::ops

@@ -4,18 +4,27 @@
 #include "ops/launch.h"
 
 namespace splat::ops {
-Status relu_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                    const vk::BufferView& y) {
-    return record_activation(recorder, "relu_forward",
-                             pick(recorder.kernels(), "relu_forward", "relu_forward_cpu"), dims,
-                             {vk::read(x), vk::write(y)}, 1);
+namespace {
+
+Status relu_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    return activation_forward(recorder, "relu_forward",
+                              pick(recorder.kernels(), "relu_forward", "relu_forward_cpu"), v, 1);
 }
 
-Status relu_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                     const vk::BufferView& grad_y, const vk::BufferView& grad_x) {
-    return record_activation(recorder, "relu_backward",
-                             pick(recorder.kernels(), "relu_backward", "relu_backward_cpu"), dims,
-                             {vk::read(x), vk::read(grad_y), vk::write(grad_x)}, 1);
+Status relu_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    return activation_backward(recorder, "relu_backward",
+                               pick(recorder.kernels(), "relu_backward", "relu_backward_cpu"), v,
+                               1);
 }
+
+}  // namespace
+
+const OpRow kReluRow = {.name = "relu",
+                        .equation = "y = max(x, 0)",
+                        .inputs = kInputX,
+                        .outputs = kOutputY,
+                        .plan = activation_plan,
+                        .forward = relu_row_forward,
+                        .backward = relu_row_backward};
 
 }  // namespace splat::ops

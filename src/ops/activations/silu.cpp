@@ -4,18 +4,27 @@
 #include "ops/launch.h"
 
 namespace splat::ops {
-Status silu_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                    const vk::BufferView& y) {
-    return record_activation(recorder, "silu_forward",
-                             pick(recorder.kernels(), "silu_forward", "silu_forward_cpu"), dims,
-                             {vk::read(x), vk::write(y)}, 8);
+namespace {
+
+Status silu_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    return activation_forward(recorder, "silu_forward",
+                              pick(recorder.kernels(), "silu_forward", "silu_forward_cpu"), v, 8);
 }
 
-Status silu_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                     const vk::BufferView& grad_y, const vk::BufferView& grad_x) {
-    return record_activation(recorder, "silu_backward",
-                             pick(recorder.kernels(), "silu_backward", "silu_backward_cpu"), dims,
-                             {vk::read(x), vk::read(grad_y), vk::write(grad_x)}, 8);
+Status silu_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    return activation_backward(recorder, "silu_backward",
+                               pick(recorder.kernels(), "silu_backward", "silu_backward_cpu"), v,
+                               8);
 }
+
+}  // namespace
+
+const OpRow kSiluRow = {.name = "silu",
+                        .equation = "y = x * sigmoid(x)",
+                        .inputs = kInputX,
+                        .outputs = kOutputY,
+                        .plan = activation_plan,
+                        .forward = silu_row_forward,
+                        .backward = silu_row_backward};
 
 }  // namespace splat::ops

@@ -79,4 +79,46 @@ Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
     });
 }
 
+namespace {
+
+constexpr Port kFeatureDistanceInputs[] = {
+    {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kRowMajor, false, true}};
+
+Result<OpPlan> feature_distance_plan(const vk::Recorder&, const Attributes&,
+                                     std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "b", inputs[1], inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "weight", inputs[2], {dims.c}));
+    SPLAT_TRY(feature_distance_check(dims));
+    return OpPlan{.outputs = {Shape{dims.n, 1}},
+                  .forward_workspace = feature_distance_partial_bytes(dims)};
+}
+
+Status feature_distance_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return feature_distance_forward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+                                    v.workspace.part(0, feature_distance_partial_bytes(dims)),
+                                    v.outputs[0]);
+}
+
+Status feature_distance_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return feature_distance_backward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+                                     v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFeatureDistanceRow = {
+    .name = "feature_distance",
+    .equation =
+        "y[n] = mean over pixels of sum_c weight[c] (a / (|a| + eps) - b / (|b| + eps))^2, "
+        "|.| over the channels, eps = 1e-10",
+    .inputs = kFeatureDistanceInputs,
+    .outputs = kOutputY,
+    .plan = feature_distance_plan,
+    .forward = feature_distance_row_forward,
+    .backward = feature_distance_row_backward};
+
 }  // namespace splat::ops

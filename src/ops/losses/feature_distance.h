@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -35,5 +36,7 @@ Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
                                  const vk::BufferView& a, const vk::BufferView& b,
                                  const vk::BufferView& weight, const vk::BufferView& grad_y,
                                  const vk::BufferView& grad_a);
+
+extern const OpRow kFeatureDistanceRow;
 
 }  // namespace splat::ops

@@ -16,4 +16,20 @@ Status l1_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::Buffe
                                b, grad_loss, grad_a);
 }
 
+namespace {
+
+Result<OpPlan> l1_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    return loss_plan("l1", inputs);
+}
+
+}  // namespace
+
+const OpRow kL1Row = {.name = "l1",
+                      .equation = "loss = mean |a - b|",
+                      .inputs = kLossInputs,
+                      .outputs = kLossOutputs,
+                      .plan = l1_plan,
+                      .forward = loss_forward<l1_forward>,
+                      .backward = loss_backward<l1_backward>};
+
 }  // namespace splat::ops

@@ -16,4 +16,20 @@ Status l2_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::Buffe
                                b, grad_loss, grad_a);
 }
 
+namespace {
+
+Result<OpPlan> l2_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    return loss_plan("l2", inputs);
+}
+
+}  // namespace
+
+const OpRow kL2Row = {.name = "l2",
+                      .equation = "loss = mean (a - b)^2",
+                      .inputs = kLossInputs,
+                      .outputs = kLossOutputs,
+                      .plan = l2_plan,
+                      .forward = loss_forward<l2_forward>,
+                      .backward = loss_backward<l2_backward>};
+
 }  // namespace splat::ops

@@ -22,4 +22,6 @@ Status l2_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::Buffe
                    const vk::BufferView& b, const vk::BufferView& grad_loss,
                    const vk::BufferView& grad_a);
 
+extern const OpRow kL2Row;
+
 }  // namespace splat::ops

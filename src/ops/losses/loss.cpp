@@ -74,4 +74,10 @@ Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, con
     });
 }
 
+Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(inputs[0]));
+    SPLAT_TRY(expect_shape(op, "b", inputs[1], inputs[0]));
+    return OpPlan{.outputs = {Shape{1}}, .forward_workspace = loss_partial_bytes(dims)};
+}
+
 }  // namespace splat::ops

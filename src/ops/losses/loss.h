@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 /// What the losses share: sums over chunks of an image, and the mean of a term of each element.
@@ -38,5 +39,27 @@ Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, cons
 Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
                            const vk::BufferView& a, const vk::BufferView& b,
                            const vk::BufferView& grad_loss, const vk::BufferView& grad_a);
+
+/// Rows of losses: b is constant.
+inline constexpr Port kLossInputs[] = {{"a"}, {"b", Layout::kQuads, false, true}};
+inline constexpr Port kLossOutputs[] = {{"loss", Layout::kRowMajor}};
+Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs);
+
+using LossPass = Status (*)(vk::Recorder&, const QuadDims&, const vk::BufferView&,
+                            const vk::BufferView&, const vk::BufferView&, const vk::BufferView&);
+
+template <LossPass pass>
+Status loss_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return pass(recorder, dims, v.inputs[0], v.inputs[1],
+                v.workspace.part(0, loss_partial_bytes(dims)), v.outputs[0]);
+}
+
+template <LossPass pass>
+Status loss_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return pass(recorder, dims, v.inputs[0], v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #include "ops/losses/ssim.h"
 
+#include "core/checked_math.h"
 #include "ops/launch.h"
 #include "params/ssim_params.h"
 
@@ -10,7 +11,7 @@ constexpr std::uint64_t kForwardPlanes = 5;  // a, b, a^2, b^2, a b
 constexpr std::uint64_t kSlopes = 3;         // by the moments of a, a^2, a b
 constexpr double kTaps = 11;
 
-struct Pass {
+struct Stage {
     const char* op;
     const char* plain;
     const char* cpu;
@@ -19,7 +20,7 @@ struct Pass {
     bool sum = false;  ///< a workgroup per chunk, not an invocation per quad
 };
 
-Status record(vk::Recorder& recorder, const SsimDesc& desc, Pass pass) {
+Status record(vk::Recorder& recorder, const SsimDesc& desc, Stage pass) {
     const QuadDims dims = desc.quads();
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups = pass.sum ? groups_for(recorder.device(), loss_chunks(dims), 1)
@@ -90,5 +91,65 @@ Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buf
          {vk::read(a), vk::read(b), vk::read(rows), vk::read(grad_loss), vk::write(grad_a)},
          kSlopes});
 }
+
+namespace {
+
+constexpr const char* kSsimSaved[] = {"slopes"};
+
+SsimDesc ssim_desc(const Shape& a) {
+    return {a[0], a[1], a[2], a[3]};
+}
+
+/// Where the workspace goes on behind the rows.
+std::uint64_t rows_end(const vk::Recorder& recorder, const SsimDesc& desc) {
+    return round_up(ssim_forward_rows_bytes(desc), recorder.device().limits.offset_alignment);
+}
+
+Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
+                         std::span<const Shape> inputs) {
+    if (inputs[0].rank() != 4)
+        return error(Code::kShape, "ssim: tensor 'a' has shape %s, expected [N, C, H, W]",
+                     inputs[0].text().c_str());
+    SPLAT_ASSIGN(OpPlan plan, loss_plan("ssim", inputs));
+    const SsimDesc desc = ssim_desc(inputs[0]);
+    const std::uint64_t slopes = ssim_slopes_bytes(desc) / 4;
+    if (slopes > kMaxElements)
+        return error(Code::kUnsupported, "ssim: images %s are too large: %llu slopes",
+                     inputs[0].text().c_str(), static_cast<unsigned long long>(slopes));
+    plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
+    plan.forward_workspace += rows_end(recorder, desc);
+    plan.backward_workspace = ssim_backward_rows_bytes(desc);
+    return plan;
+}
+
+Status ssim_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const SsimDesc desc = ssim_desc(v.inputs[0].shape);
+    return ssim_forward(
+        recorder, desc, v.inputs[0], v.inputs[1],
+        v.workspace.part(0, ssim_forward_rows_bytes(desc)), v.saved[0],
+        v.workspace.part(rows_end(recorder, desc), loss_partial_bytes(desc.quads())), v.outputs[0]);
+}
+
+Status ssim_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    const SsimDesc desc = ssim_desc(v.inputs[0].shape);
+    return ssim_backward(recorder, desc, v.inputs[0], v.inputs[1], v.saved[0],
+                         v.workspace.part(0, ssim_backward_rows_bytes(desc)), v.grad_outputs[0],
+                         v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kSsimRow = {
+    .name = "ssim",
+    .equation =
+        "loss = mean (2 ma mb + C1) (2 cov + C2) / ((ma^2 + mb^2 + C1) (var_a + var_b + C2)), "
+        "Gaussian window 11x11 of 1.5 pixels, zero padding, C1 = 1e-4, C2 = 9e-4",
+    .inputs = kLossInputs,
+    .outputs = kLossOutputs,
+    .saved = kSsimSaved,
+    .plan = ssim_plan,
+    .forward = ssim_row_forward,
+    .backward = ssim_row_backward};
 
 }  // namespace splat::ops

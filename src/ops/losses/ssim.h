@@ -49,4 +49,6 @@ Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buf
                      const vk::BufferView& rows, const vk::BufferView& grad_loss,
                      const vk::BufferView& grad_a);
 
+extern const OpRow kSsimRow;
+
 }  // namespace splat::ops

@@ -1,10 +1,29 @@
-#include "nn/op_table.h"
+#include "ops/op_table.h"
 
 #include <string>
 
-#include "nn/op_rows.h"
+#include "ops/activations/relu.h"
+#include "ops/activations/silu.h"
+#include "ops/add.h"
+#include "ops/attention.h"
+#include "ops/concat.h"
+#include "ops/conv2d.h"
+#include "ops/dropout.h"
+#include "ops/film.h"
+#include "ops/fourier_embedding.h"
+#include "ops/gaussian_head.h"
+#include "ops/group_norm.h"
+#include "ops/linear.h"
+#include "ops/losses/feature_distance.h"
+#include "ops/losses/l1.h"
+#include "ops/losses/l2.h"
+#include "ops/losses/ssim.h"
+#include "ops/max_pool2d.h"
+#include "ops/positional_embedding.h"
+#include "ops/resample2d.h"
+#include "ops/split3.h"
 
-namespace splat::nn {
+namespace splat::ops {
 namespace {
 
 constexpr const OpRow* kOps[] = {
@@ -136,4 +155,4 @@ bool Attributes::boolean(std::string_view name) const {
     return std::get<bool>(find(name).value);
 }
 
-}  // namespace splat::nn
+}  // namespace splat::ops

@@ -7,11 +7,11 @@
 #include "core/json.h"
 #include "vk/recorder.h"
 
-namespace splat::nn {
+namespace splat::ops {
 
 /// How an operator's tensor lies on the device.
 enum class Layout : int {
-    kQuads,     ///< activation [N, C, ...] as quads, see ops/quads.h
+    kQuads,     ///< activation [N, C, ...] as quads, see quads.h
     kRowMajor,  ///< parameter or statistic, row-major and padded to whole quads
 };
 
@@ -44,8 +44,8 @@ class Attributes {
 
 /// What an operator's outputs and workspaces look like for given inputs.
 struct OpPlan {
-    std::vector<Shape> outputs;
-    std::vector<Shape> saved;              ///< computed by forward, read by backward; row-major
+    std::vector<Shape> outputs = {};
+    std::vector<Shape> saved = {};         ///< computed by forward, read by backward; row-major
     std::uint64_t forward_workspace = 0;   ///< bytes
     std::uint64_t backward_workspace = 0;  ///< bytes
     std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
@@ -79,23 +79,40 @@ struct OpViews {
 /// be nullptr.
 struct OpRow {
     const char* name;
-    const char* equation;
-    std::span<const Port> inputs;
-    std::span<const Port> outputs;
-    std::span<const char* const> saved;
-    std::span<const Attribute> attributes;
+    const char* equation = "";
+    std::span<const Port> inputs = {};
+    std::span<const Port> outputs = {};
+    std::span<const char* const> saved = {};
+    std::span<const Attribute> attributes = {};
     Result<OpPlan> (*plan)(const vk::Recorder&, const Attributes& attributes,
-                           std::span<const Shape> inputs);
+                           std::span<const Shape> inputs) = nullptr;
     Status (*prepare)(vk::Recorder&, const Attributes& attributes, const OpViews&,
                       Pass pass) = nullptr;
-    Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
-    Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&);
+    Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
+    Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
 
     /// Whether backward reads input i, an activation, when gradients of the inputs marked in `wanted` are
     /// asked for; nullptr: it may read every one. Others may have the memory of what it does not read.
     /// Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
 };
+
+/// What rows share. Ports of operators of one tensor x to y:
+inline constexpr Port kInputX[] = {{"x"}};
+inline constexpr Port kOutputY[] = {{"y"}};
+
+/// Whether an optional tensor is there, or a gradient wanted.
+inline bool present(const vk::BufferView& view) {
+    return view.block != nullptr;
+}
+
+/// OpRow::backward_reads of the product of the first two inputs: each for the gradient of the other.
+bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted);
+/// Of a fixed linear map: no activation, the gradient is that of the output, mapped back.
+bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
+
+/// Errors: kShape, naming operator and tensor, unless `got` is `expected`.
+Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected);
 
 /// The row's answer; row-major inputs, which are parameters and constants, may always be read.
 bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted);
@@ -113,4 +130,4 @@ Result<const OpRow*> find_op(std::string_view name);
 /// kInvalidArgument.
 Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonScalar> given);
 
-}  // namespace splat::nn
+}  // namespace splat::ops
