@@ -91,6 +91,11 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
     };
     for (const auto& [id, tensor] : plan->ports) made->ports_[id] = port(tensor, id);
     for (const auto& [id, tensor] : plan->grad_ports) made->grad_ports_[id] = port(tensor, id);
+    made->separate_ = desc.separate;
+    if (desc.separate)
+        for (const auto& call : plan->forward)
+            for (const vk::BufferView& saved : plan->forward_views(call).saved)
+                made->saved_.push_back(saved);
 
     SPLAT_TRY(made->record(*plan, made->prepare_, made->forward_));
     if (!desc.backward) {
@@ -173,7 +178,7 @@ Status Executor::backward() {
     if (parameters_.revision() != ran_revision_)
         return error(Code::kInvalidState,
                      "backward was called after parameters had changed: run forward again");
-    ran_ = false;
+    ran_ = separate_;
     return context_.run(backward_);
 }
 

@@ -31,6 +31,16 @@ struct ExecutorDesc {
     /// compute it once more there, from what the segments before gave: the same bits in less memory, for
     /// up to the time of another forward pass (Chen et al. 2016, arXiv:1604.06174).
     bool recompute = false;
+    /// Row-major tensors of inputs and outputs, and of their gradients, that the caller owns; others get
+    /// memory of the executor's. These must outlive it.
+    std::map<ValueId, vk::BufferView> tensors = {}, gradients = {};
+    /// Overwrite the gradients of row-major inputs in `gradients` instead of adding to them: for graphs in
+    /// which one node reads each.
+    bool overwrite = false;
+    /// Give every tensor memory of its own. What a pass leaves then stays: backward can run again after
+    /// the same forward, and saved() can be read.
+    bool separate = false;
+    const char* label = "activations";  ///< names the memory in errors
 };
 
 struct ExecutorMemory {
@@ -66,9 +76,12 @@ class Executor {
 
     Status forward();
 
-    /// Once after each forward: it overwrites what forward left for it. kInvalidState otherwise, if made
-    /// without, or if parameters have changed since; nothing is lost then.
+    /// Once after each forward (unless ExecutorDesc::separate): it overwrites what forward left for it.
+    /// kInvalidState otherwise, if made without, or if parameters have changed since; nothing is lost then.
     Status backward();
+
+    /// Tensors that the nodes have saved for the backward pass, in their order; with ExecutorDesc::separate.
+    [[nodiscard]] const std::vector<vk::BufferView>& saved() const { return saved_; }
 
     [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }
 
@@ -83,6 +96,7 @@ class Executor {
     Parameters& parameters_;
     std::map<ValueId, vk::BufferView> ports_;
     std::map<ValueId, vk::BufferView> grad_ports_;
+    std::vector<vk::BufferView> saved_;
     std::vector<vk::Buffer> buffers_;
     vk::CommandList prepare_;
     vk::CommandList forward_;
@@ -91,6 +105,7 @@ class Executor {
     std::uint64_t prepared_revision_ = 0;
     std::uint64_t ran_revision_ = 0;
     ExecutorMemory memory_;
+    bool separate_ = false;
     bool ran_ = false;
 };
 

@@ -30,6 +30,22 @@ void ExecutorPlan::keep(std::size_t tensor) {
     tensors_[tensor].life.last = kForever;
 }
 
+/// The row-major tensor that the caller sees of a value in `own`: the same unless that is in quads.
+std::size_t ExecutorPlan::port(ValueId id, std::size_t own,
+                               const std::map<ValueId, vk::BufferView>& given) {
+    const Value& value = graph_.value(id);
+    const std::size_t port =
+        value.layout == ops::Layout::kQuads
+            ? tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_)
+            : own;
+    keep(port);
+    if (const auto found = given.find(id); found != given.end()) {
+        tensors_[port].home = Home::kGiven;
+        tensors_[port].view = found->second;
+    }
+    return port;
+}
+
 Result<std::uint64_t> ExecutorPlan::bytes_of(ValueId id) const {
     const Value& value = graph_.value(id);
     if (value.layout == ops::Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
@@ -52,6 +68,7 @@ Status ExecutorPlan::make() {
     SPLAT_TRY(plan_outputs());
     if (desc_.backward) SPLAT_TRY(plan_backward());
     ++clock_;
+    for (std::size_t i = 0; desc_.separate && i < tensors_.size(); ++i) keep(i);
     for (Tensor& tensor : tensors_) tensor.life.last = std::min(tensor.life.last, clock_);
     return {};
 }
@@ -145,12 +162,7 @@ Status ExecutorPlan::plan_inputs() {
         if (value.base != kNoValue || value.kind != ValueKind::kInput) continue;
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(id));
         values_[id] = tensor(value.name, bytes, clock_);
-        if (value.layout == ops::Layout::kQuads) {
-            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            ports[id] = values_[id];
-        }
-        keep(ports[id]);
+        ports[id] = port(id, values_[id], desc_.tensors);
     }
     return {};
 }
@@ -193,14 +205,8 @@ Status ExecutorPlan::plan_results(Call& call) {
 Status ExecutorPlan::plan_outputs() {
     ++clock_;
     for (const ValueId id : desc_.outputs) {
-        const Value& value = graph_.value(id);
         touch(values_[graph_.root(id)]);
-        if (value.layout == ops::Layout::kQuads) {
-            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            ports[id] = values_[graph_.root(id)];
-        }
-        keep(ports[id]);
+        ports[id] = port(id, values_[graph_.root(id)], desc_.tensors);
     }
     return {};
 }
@@ -215,12 +221,7 @@ Status ExecutorPlan::plan_backward() {
                          value.name.c_str());
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
         grads_[root] = tensor(value.name, bytes, clock_);
-        if (value.layout == ops::Layout::kQuads) {
-            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            grad_ports[id] = grads_[root];
-        }
-        keep(grad_ports[id]);
+        grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
     const std::vector<Node>& nodes = graph_.nodes();
     for (std::size_t node = nodes.size(); node-- > 0;) {
@@ -244,12 +245,7 @@ Status ExecutorPlan::plan_backward() {
                          "the gradient of '%s' is wanted, but no output depends on it",
                          value.name.c_str());
         touch(grads_[root]);
-        if (value.layout == ops::Layout::kQuads) {
-            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            grad_ports[id] = grads_[root];
-        }
-        keep(grad_ports[id]);
+        grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
     return {};
 }
@@ -303,7 +299,8 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
 bool ExecutorPlan::pass_gradient(Call& call, std::size_t input) {
     const Node& n = graph_.nodes()[call.node];
     const ValueId root = graph_.root(n.inputs[input]);
-    if ((n.plan.passes >> input & 1) == 0 || graph_.value(root).kind == ValueKind::kParameter)
+    if (desc_.separate || (n.plan.passes >> input & 1) == 0 ||
+        graph_.value(root).kind == ValueKind::kParameter)
         return false;
     const std::size_t grad = call.grad_outputs[0];
     if (grads_[root] == kNone) {
@@ -328,10 +325,10 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     if (first) {
         grads_[root] = tensor(value.name, bytes, clock_);
         if (value.kind == ValueKind::kParameter) {
-            tensors_[grads_[root]].home = Home::kParameters;
+            tensors_[grads_[root]].home = Home::kGiven;
             SPLAT_ASSERT(parameters_.of(root).grad.block != nullptr);
             tensors_[grads_[root]].view = parameters_.of(root).grad;
-        } else if (value.layout == ops::Layout::kRowMajor) {
+        } else if (value.layout == ops::Layout::kRowMajor && !desc_.gradients.contains(root)) {
             call.zeros.push_back(grads_[root]);  // row-major gradients are summed in place
         }
     }
@@ -357,24 +354,27 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
 
 Status ExecutorPlan::place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
                            ExecutorMemory& memory) {
+    std::vector<std::size_t> members;
     std::vector<Lifetime> lifetimes;
-    for (const Tensor& tensor : tensors_)
-        lifetimes.push_back(tensor.home == home ? tensor.life : Lifetime{0, 0, 0});
-    const MemoryPlan plan =
-        plan_memory(lifetimes, context.device().info().limits.offset_alignment, kArenaBytes);
+    for (std::size_t i = 0; i < tensors_.size(); ++i) {
+        if (tensors_[i].home != home) continue;
+        members.push_back(i);
+        lifetimes.push_back(tensors_[i].life);
+    }
+    const MemoryPlan plan = plan_memory(lifetimes, context.device().info().limits.offset_alignment,
+                                        desc_.separate ? 0 : kArenaBytes);
     memory.bound += peak_bytes(lifetimes);
     const std::size_t first = buffers.size();
     for (const std::uint64_t bytes : plan.arena_bytes) {
         SPLAT_ASSIGN(
             vk::Buffer buffer,
-            context.memory().allocate(std::max<std::uint64_t>(bytes, 16), vk::MemoryKind::kDevice,
-                                      home == Home::kKept ? "prepared weights" : "activations"));
+            context.memory().allocate(bytes, vk::MemoryKind::kDevice,
+                                      home == Home::kKept ? "prepared weights" : desc_.label));
         buffers.push_back(std::move(buffer));
         memory.arenas += bytes;
     }
-    for (std::size_t i = 0; i < tensors_.size(); ++i) {
-        Tensor& tensor = tensors_[i];
-        if (tensor.home != home) continue;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        Tensor& tensor = tensors_[members[i]];
         tensor.view = buffers[first + plan.placements[i].arena].range();
         tensor.view.offset += plan.placements[i].offset;
         tensor.view.bytes = vk::quad_bytes((tensor.life.bytes + 3) / 4);
@@ -412,7 +412,7 @@ ops::OpViews ExecutorPlan::views(const Call& call) const {
     for (std::size_t i = 0; i < call.saved.size(); ++i)
         v.saved.push_back(shaped(tensors_[call.saved[i]].view, node.plan.saved[i]));
     if (call.workspace != kNone) v.workspace = tensors_[call.workspace].view;
-    v.accumulate = true;
+    v.accumulate = !desc_.overwrite;
     return v;
 }
 

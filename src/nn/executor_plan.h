@@ -32,7 +32,7 @@ class ExecutorPlan {
     };
     static constexpr std::size_t kNone = ~std::size_t{0};
 
-    enum class Home { kArenas, kKept, kParameters };
+    enum class Home { kArenas, kKept, kGiven };  // kGiven: parameters' gradients, the caller's
 
     struct Tensor {
         Lifetime life;
@@ -81,6 +81,8 @@ class ExecutorPlan {
         life.last = std::max(life.last, clock_);
     }
     void keep(std::size_t tensor);
+    std::size_t port(ValueId id, std::size_t tensor,
+                     const std::map<ValueId, vk::BufferView>& given);
     Result<std::uint64_t> bytes_of(ValueId id) const;
     Status find_wanted();
     Status find_reached();

@@ -44,6 +44,10 @@ Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
             return error(Code::kShape, "%s: tensor '%s' is %s, expected %s", op, port.name,
                          value.layout == ops::Layout::kQuads ? "an activation" : "row-major",
                          port.layout == ops::Layout::kQuads ? "an activation" : "row-major");
+        if (value.shape.rank() == 0)  // to a plan, rank 0 means absent
+            return error(Code::kShape,
+                         "%s: tensor '%s' has shape [], expected at least one dimension", op,
+                         port.name);
         shapes.push_back(value.shape);
     }
     SPLAT_ASSIGN(ops::OpPlan plan, row->plan(recorder_, complete, shapes));
