@@ -19,7 +19,7 @@ QUADS(5, origin);         // [images]
 layout(push_constant) uniform Push { GaussianHeadParams dims; };
 
 #include "launch.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 const uint kOpacity = 1 + 3 * kOffset;
 const uint kScale = kOpacity + 1;

@@ -23,7 +23,7 @@ layout(set = 0, binding = 7, std430) writeonly buffer Sums { vec2 sums[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
 #include "reduce.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 uint place(uint c, uint p) { return ((c / 4) * dims.n * dims.p + gl_WorkGroupID.y * dims.p + p) * 4 + c % 4; }
 

@@ -20,7 +20,7 @@ layout(set = 0, binding = 7, std430) writeonly buffer Sums { vec2 sums[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
 #include "reduce.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 const uint kUnroll = 2;
 

@@ -10,6 +10,7 @@ using uint = std::uint32_t;
 struct ActivationParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint form;      // which of the operator's formulas; 0 where it has one
 };
 
 #ifdef __cplusplus

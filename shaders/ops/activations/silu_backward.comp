@@ -13,7 +13,7 @@ QUADS_OUT(2, grad_x);
 layout(push_constant) uniform Push { ActivationParams params; };
 
 #include "launch.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 void main() {
     const uint i = invocation_index(params.groups_x);

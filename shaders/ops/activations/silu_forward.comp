@@ -11,7 +11,7 @@ QUADS_OUT(1, y);
 layout(push_constant) uniform Push { ActivationParams params; };
 
 #include "launch.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 void main() {
     const uint i = invocation_index(params.groups_x);

@@ -8,7 +8,8 @@ namespace splat::ops {
 namespace {
 
 Status record_activation(vk::Recorder& recorder, const char* op, const char* shader,
-                         const Shape& shape, std::vector<vk::Access> accesses, double flops) {
+                         const Shape& shape, std::vector<vk::Access> accesses, double flops,
+                         std::uint32_t form) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape));
     const std::uint32_t size = workgroup_size(recorder.device(), 64);
     const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
@@ -18,7 +19,7 @@ Status record_activation(vk::Recorder& recorder, const char* op, const char* sha
         .op = op,
         .shader = shader,
         .constants = {{kWorkgroupSizeId, size}},
-        .push = params::ActivationParams{static_cast<std::uint32_t>(dims.quads()), groups[0]},
+        .push = params::ActivationParams{static_cast<std::uint32_t>(dims.quads()), groups[0], form},
         .accesses = std::move(accesses),
         .groups = groups,
         .work = {.flops = flops * bytes / 4, .bytes = tensors * bytes},
@@ -35,17 +36,18 @@ Result<OpPlan> activation_plan(const vk::Recorder&, const Attributes&,
 }
 
 Status activation_forward(vk::Recorder& recorder, const char* op, const char* shader,
-                          const OpViews& v, double flops) {
+                          const OpViews& v, double flops, std::uint32_t form) {
     return record_activation(recorder, op, shader, v.inputs[0].shape,
-                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops);
+                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops, form);
 }
 
 Status activation_backward(vk::Recorder& recorder, const char* op, const char* shader,
-                           const OpViews& v, double flops) {
+                           const OpViews& v, double flops, std::uint32_t form) {
     if (!present(v.grad_inputs[0])) return {};
     return record_activation(
         recorder, op, shader, v.inputs[0].shape,
-        {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])}, flops);
+        {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])}, flops,
+        form);
 }
 
 }  // namespace splat::ops

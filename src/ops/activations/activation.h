@@ -9,10 +9,10 @@ namespace splat::ops {
 Result<OpPlan> activation_plan(const vk::Recorder& recorder, const Attributes& attributes,
                                std::span<const Shape> inputs);
 
-/// Record a kernel of `flops` per element. Errors: the recorder's.
+/// Record a kernel of `flops` per element, of the operator's formula `form`. Errors: the recorder's.
 Status activation_forward(vk::Recorder& recorder, const char* op, const char* shader,
-                          const OpViews& v, double flops);
+                          const OpViews& v, double flops, std::uint32_t form = 0);
 Status activation_backward(vk::Recorder& recorder, const char* op, const char* shader,
-                           const OpViews& v, double flops);
+                           const OpViews& v, double flops, std::uint32_t form = 0);
 
 }  // namespace splat::ops

@@ -220,7 +220,7 @@ struct OpCases {
     std::vector<OpCase> (*cases)(bool quick);
 };
 
-/// One row per operator of splat_op_list.
+/// One row per operator of splat_op_list that is no activation.
 constexpr OpCases kCases[] = {
     {"add", [](bool quick) { return image_cases(quick, add_case); }},
     {"attention",
@@ -266,22 +266,10 @@ constexpr OpCases kCases[] = {
      [](bool quick) -> std::vector<OpCase> {
          return {quick ? positional_case(3, 6, 10) : positional_case(64, 6, 10)};
      }},
-    {"relu",
-     [](bool quick) {
-         return image_cases(quick, [](const Dims& dims) {
-             return simple_case("relu", Json::object(), dims, dims);
-         });
-     }},
     {"resample2d",
      [](bool quick) -> std::vector<OpCase> {
          if (quick) return {resample_case({2, 6, 8, 10}, true)};
          return {resample_case({1, 256, 32, 32}, true), resample_case({1, 128, 128, 128}, false)};
-     }},
-    {"silu",
-     [](bool quick) {
-         return image_cases(quick, [](const Dims& dims) {
-             return simple_case("silu", Json::object(), dims, dims);
-         });
      }},
     {"split3",
      [](bool quick) -> std::vector<OpCase> {
@@ -292,6 +280,21 @@ constexpr OpCases kCases[] = {
          return {quick ? loss_case("ssim", 2, 9, 13) : loss_case("ssim", 4, 128, 128)};
      }},
 };
+
+/// Of an operator that maps each element of x by itself: as it is, and with each of its flags.
+std::vector<OpCase> activation_cases(const Json& op, bool quick) {
+    const std::string name = op.at("name");
+    std::vector<Json> forms = {Json::object()};
+    for (const Json& flag : quick ? Json::array() : op.at("attributes"))
+        forms.push_back({{flag.at("name").get<std::string>(), true}});
+    std::vector<OpCase> cases;
+    for (const Json& form : forms)
+        for (OpCase& op_case : image_cases(quick, [&](const Dims& dims) {
+                 return simple_case(name.c_str(), form, dims, dims);
+             }))
+            cases.push_back(std::move(op_case));
+    return cases;
+}
 
 }  // namespace
 
@@ -331,6 +334,9 @@ std::vector<std::string> bench_ops() {
 std::vector<OpCase> bench_cases(const std::string& op, bool quick) {
     for (const OpCases& row : kCases)
         if (op == row.op) return row.cases(quick);
+    for (const Json& row : Json::parse(whole_text(splat_op_list)))
+        if (row.at("name") == op && row.at("inputs") == Json{"x"} && row.at("outputs") == Json{"y"})
+            return activation_cases(row, quick);
     throw Failure(kFailed, "operator '" + op + "' has no case to measure");
 }
 
