@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "ops/activations/gelu.h"
 #include "ops/activations/relu.h"
 #include "ops/activations/silu.h"
 #include "ops/add.h"
@@ -36,6 +37,7 @@ constexpr const OpRow* kOps[] = {
     &kFilmRow,                 //
     &kFourierEmbeddingRow,     //
     &kGaussianHeadRow,         //
+    &kGeluRow,                 //
     &kGroupNormRow,            //
     &kL1Row,                   //
     &kL2Row,                   //

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "ref/activations/gelu_ref.h"
 #include "ref/activations/relu_ref.h"
 #include "ref/activations/silu_ref.h"
 #include "ref/add_ref.h"
@@ -147,6 +148,15 @@ struct GaussianHead {
     }
 };
 
+struct Gelu {
+    static Sums forward(const OpArguments& in) {
+        return {ref::gelu_forward(in.values(0), in.flag("tanh"))};
+    }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {ref::gelu_backward(in.values(0), grads[0], in.flag("tanh"))};
+    }
+};
+
 struct GroupNorm {
     static Sums forward(const OpArguments& in) {
         return {ref::group_norm_forward(group_norm(in)).y};
@@ -224,6 +234,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"film", every::Film::forward, every::Film::backward},
     {"fourier_embedding", every::FourierEmbedding::forward, every::FourierEmbedding::backward},
     {"gaussian_head", every::GaussianHead::forward, every::GaussianHead::backward},
+    {"gelu", every::Gelu::forward, every::Gelu::backward},
     {"group_norm", every::GroupNorm::forward, every::GroupNorm::backward},
     {"l1", every::L1::forward, every::L1::backward},
     {"l2", every::L2::forward, every::L2::backward},
