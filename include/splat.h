@@ -973,7 +973,7 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings
  * and low-rank adapters) with its parameters on a device. M = views * R * R Gaussians per object; N =
  * objects * views images of R x R pixels. Its calls are externally synchronised on the model.
- * Keys of a configuration: src/model/config_file.h; opt.freeze and opt.train_with_adapters, lists of
+ * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of
  * parts of parameters' names, choose what gets gradients. */
 typedef struct splat_model_s* splat_model;
 
@@ -1191,11 +1191,19 @@ SPLAT_API splat_result splat_module_destroy(splat_module module);
 
 /* ---- Training -------------------------------------------------------------------------------- */
 
+/* JSON array of all keys of a configuration, in the order of their sections: {"key", "type" ("integer",
+ * "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", or "any"
+ * where no value is looked at), "range" (in words; the words of a choice; empty: any value of the type),
+ * "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors; "ours"),
+ * "effect" (false: accepted, but without effect), "about" (one sentence)}.
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed);
+
 /* A configuration of network and training with every value, as JSON that splat_model_create and
  * splat_trainer_create take, from the text of a YAML or JSON file and changes to it.
  * text    NULL: the defaults, those of the published cars model
  * values  `count` texts "key=value", as "opt.base_lr=1e-4"; later ones win
- * Keys and their meanings: src/model/config_file.h and src/train/train_config.h.
+ * Keys and their meanings: splat_config_keys.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (a key that nobody knows, with the
  *   nearest one; a value beyond its range) */
 SPLAT_API splat_result splat_config_merge(const char* text, const char* const* values, size_t count,

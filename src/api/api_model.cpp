@@ -6,12 +6,11 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/network_arrays.h"
+#include "config/config_file.h"
 #include "core/finite.h"
 #include "core/json.h"
 #include "model/adapters.h"
-#include "model/config_file.h"
 #include "scene/activate.h"
-#include "train/train_config.h"
 
 using namespace splat;
 
@@ -19,11 +18,10 @@ namespace {
 
 using ModelPointer = std::shared_ptr<api::ModelObject>;
 
-Result<model::PredictorConfig> config_of(const char* text) {
-    if (text == nullptr) return model::PredictorConfig();
+Result<config::PredictorConfig> config_of(const char* text) {
+    if (text == nullptr) return config::PredictorConfig();
     SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
-    SPLAT_TRY(train::check_names(config));
-    return model::predictor_config(config);
+    return config::predictor_config(config);
 }
 
 std::string json_names(const std::vector<std::string>& names) {
@@ -52,7 +50,7 @@ std::string report_of(api::ModelObject& object) {
            "\"copied\": " + json_names(load.copied) + ", \"widened\": " + json_names(load.widened) +
            ", \"fresh\": " + json_names(load.fresh) +
            ", \"left_out\": " + json_names(load.left_out) +
-           "},\n \"config\": " + model::config_text(predictor.config()) + "}";
+           "},\n \"config\": " + config::config_text(predictor.config()) + "}";
 }
 
 /// A live model and its device, locked while `body` runs.
@@ -79,7 +77,7 @@ struct Poses {
 };
 
 Status run(api::ModelObject& object, const splat_model_input& input) {
-    const model::PredictorConfig& c = object.predictor->config();
+    const config::PredictorConfig& c = object.predictor->config();
     const std::size_t images = std::size_t{object.objects} * c.views;
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
     SPLAT_TRY(api::require(input.images, "splat_model_input.images"));
@@ -192,14 +190,14 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
 
 }  // namespace
 
-Result<model::Precision> api::precision_of(std::int32_t precision, const char* field) {
+Result<config::Precision> api::precision_of(std::int32_t precision, const char* field) {
     switch (precision) {
         case SPLAT_PRECISION_BALANCED:
-            return model::Precision::kBalanced;
+            return config::Precision::kBalanced;
         case SPLAT_PRECISION_STRICT:
-            return model::Precision::kStrict;
+            return config::Precision::kStrict;
         case SPLAT_PRECISION_FAST:
-            return model::Precision::kFast;
+            return config::Precision::kFast;
         default:
             return error(Code::kInvalidArgument, "%s is %d, expected 0 to %d", field, precision,
                          SPLAT_PRECISION_FAST);
@@ -224,7 +222,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         model::PredictorOptions options;
         SPLAT_ASSIGN(options.build.precision,
                      api::precision_of(desc->precision, "splat_model_desc.precision"));
-        SPLAT_ASSIGN(const model::PredictorConfig config, config_of(desc->config));
+        SPLAT_ASSIGN(const config::PredictorConfig config, config_of(desc->config));
         if (desc->objects > 4096)
             return error(Code::kInvalidArgument,
                          "splat_model_desc.objects is %u, expected at most 4096", desc->objects);

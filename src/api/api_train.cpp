@@ -4,27 +4,22 @@
 #include "api/camera_value.h"
 #include "api/handles.h"
 #include "api/network_arrays.h"
+#include "config/config_file.h"
 #include "eval/image_scores.h"
-#include "model/config_file.h"
 
 using namespace splat;
 
 namespace {
 
-struct Configurations {
-    model::PredictorConfig network;
-    train::TrainConfig training;
-};
-
-Result<Configurations> configurations_of(const char* text, std::span<const std::string> values) {
+Result<config::Settings> settings_of(const char* text, std::span<const std::string> values) {
     Config config("configuration");
     if (text != nullptr) {
         SPLAT_ASSIGN(config, read_config(text, "configuration"));
     }
-    SPLAT_ASSIGN(config, train::with_values(config, values));
-    Configurations made;
-    SPLAT_ASSIGN(made.network, model::predictor_config(config));
-    SPLAT_ASSIGN(made.training, train::train_config(config));
+    SPLAT_ASSIGN(config, config::with_values(config, values));
+    config::Settings made;
+    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.training, config::train_config(config));
     return made;
 }
 
@@ -44,8 +39,8 @@ struct Arrays {
     train::TrainBatch batch;
 };
 
-Status take(const splat_trainer_batch& from, const model::PredictorConfig& network,
-            const train::TrainConfig& training, Arrays& to) {
+Status take(const splat_trainer_batch& from, const config::PredictorConfig& network,
+            const config::TrainConfig& training, Arrays& to) {
     SPLAT_TRY(api::require(from.images, "splat_trainer_batch.images"));
     SPLAT_TRY(api::require(from.view_to_world, "splat_trainer_batch.view_to_world"));
     SPLAT_TRY(api::require(from.quaternions, "splat_trainer_batch.quaternions"));
@@ -91,6 +86,16 @@ splat_trainer_info info_of(const train::TrainStep& step) {
 
 }  // namespace
 
+splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        const std::string keys = config::keys_json();
+        given = api::give_text(keys.data(), keys.size(), buffer, capacity, needed);
+        return {};
+    });
+    return result == SPLAT_OK ? given : result;
+}
+
 splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
                                 char* buffer, size_t capacity, size_t* needed) {
     splat_result given = SPLAT_OK;
@@ -101,8 +106,8 @@ splat_result splat_config_merge(const char* text, const char* const* values, siz
             SPLAT_TRY(api::require(values[i], format("values[%zu]", i).c_str()));
             texts.emplace_back(values[i]);
         }
-        SPLAT_ASSIGN(const Configurations made, configurations_of(text, texts));
-        const std::string merged = train::merged_config_text(made.network, made.training);
+        SPLAT_ASSIGN(const config::Settings made, settings_of(text, texts));
+        const std::string merged = config::merged_config_text(made);
         given = api::give_text(merged.data(), merged.size(), buffer, capacity, needed);
         return {};
     });
@@ -115,7 +120,7 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(trainer, "trainer"));
         SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
-        SPLAT_ASSIGN(const Configurations made, configurations_of(desc->config, {}));
+        SPLAT_ASSIGN(const config::Settings made, settings_of(desc->config, {}));
         auto object = std::make_shared<api::TrainerObject>();
         object->context = owner->context;
         {
@@ -171,9 +176,8 @@ splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t ca
         const std::string text =
             "{\"step\": " + number(made.steps()) + ", \"attempts\": " + number(made.attempts()) +
             ", \"parameters\": " + number(made.predictor().parameters().elements()) +
-            ", \"trainable\": " + number(trainable) +
-            ", \"config\": " + train::merged_config_text(made.predictor().config(), made.config()) +
-            "}";
+            ", \"trainable\": " + number(trainable) + ", \"config\": " +
+            config::merged_config_text({made.predictor().config(), made.config()}) + "}";
         given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
         return {};
     });

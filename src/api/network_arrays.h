@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/predictor_config.h"
+#include "config/predictor_config.h"
 
 namespace splat::api {
 
@@ -16,7 +16,7 @@ struct NetworkArrays {
 
 /// Errors  kInvalidArgument for an array that the configuration needs and that is NULL, or that it has no
 ///         use for; kShape for another number of channels or of objects than `objects`
-Status check_network_arrays(const NetworkArrays& given, const model::PredictorConfig& config,
+Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& config,
                             std::uint32_t objects);
 
 }  // namespace splat::api

@@ -227,7 +227,9 @@ std::string scalar_text(const ConfigScalar& value) {
     return "null";
 }
 
-std::string entry_text(const ConfigEntry& entry) {
+}  // namespace
+
+std::string config_value_text(const ConfigEntry& entry) {
     if (entry.map) return "{}";
     if (!entry.list) return scalar_text(entry.values[0]);
     std::string text;
@@ -235,6 +237,8 @@ std::string entry_text(const ConfigEntry& entry) {
         text += (text.empty() ? "" : ", ") + scalar_text(value);
     return "[" + text + "]";
 }
+
+namespace {
 
 /// The members of the map whose keys start with `prefix`, which ends in a dot or is empty.
 std::string map_text(const std::vector<ConfigEntry>& entries, const std::string& prefix,
@@ -253,7 +257,7 @@ std::string map_text(const std::vector<ConfigEntry>& entries, const std::string&
             return e.key.starts_with(inside);
         });
         text += (text.empty() ? "" : ",\n") + indent + json_quote(name) + ": " +
-                (nested ? map_text(entries, inside, depth + 1) : entry_text(entry));
+                (nested ? map_text(entries, inside, depth + 1) : config_value_text(entry));
     }
     return "{\n" + text + "\n" + indent.substr(2) + "}";
 }

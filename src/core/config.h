@@ -85,6 +85,9 @@ Result<Config> read_json_config(std::string_view text, const std::string& what);
 /// Either: JSON if the first letter is a brace.
 Result<Config> read_config(std::string_view text, const std::string& what);
 
+/// The value of one entry as JSON; numbers in the fewest digits that give them back, six at least.
+std::string config_value_text(const ConfigEntry& entry);
+
 /// The same table as a JSON object, its maps nested again; read_json_config() reads it back. Lists of
 /// lists and maps become maps whose names are indices.
 std::string config_json(const Config& config);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "model/predictor_config.h"
+#include "config/predictor_config.h"
 #include "nn/parameters.h"
 
 namespace splat::model {
@@ -25,7 +25,7 @@ struct Init {
 
 /// The start of one parameter. Every parameter has a stream of random numbers of its own, from the
 /// seed and its name, so that a layer more or less changes no other.
-std::vector<float> initial_values(const PredictorConfig& config, const Init& init,
+std::vector<float> initial_values(const config::PredictorConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed);
 
 }  // namespace splat::model

@@ -3,14 +3,17 @@
 #include <map>
 #include <string>
 
+#include "config/predictor_config.h"
 #include "model/init.h"
-#include "model/predictor_config.h"
 #include "nn/graph.h"
 
 namespace splat::model {
 
-/// Which kernels convolutions may use; errors and times of each: BENCHMARKS.md.
-enum class Precision : int { kStrict, kBalanced, kFast };
+using config::Embedding;
+using config::Film;
+using config::LoraConfig;
+using config::Precision;
+using config::PredictorConfig;
 
 /// What building a network needs beside its configuration.
 struct BuildOptions {

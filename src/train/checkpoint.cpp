@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "config/config_file.h"
 #include "core/json.h"
 #include "io/compress.h"
 #include "train/trainer.h"
@@ -43,7 +44,7 @@ Result<io::WeightsFile> Trainer::checkpoint() {
                      {"step", std::to_string(optimiser_->steps())},
                      {"attempts", std::to_string(attempts_)},
                      {"crc32", std::to_string(checksum(file.tensors))},
-                     {"config", merged_config_text(predictor_->config(), config_)}};
+                     {"config", config::merged_config_text({predictor_->config(), config_})}};
     return file;
 }
 

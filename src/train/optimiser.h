@@ -1,8 +1,8 @@
 #pragma once
 
+#include "config/train_config.h"
 #include "io/tensor_file.h"
 #include "nn/parameters.h"
-#include "train/train_config.h"
 
 namespace splat::train {
 
@@ -16,7 +16,7 @@ class Optimiser {
     /// The parameters must outlive it. Moments are zero, the average is not there until the first
     /// update of its schedule.
     static Result<Optimiser> create(vk::Context& context, nn::Parameters& parameters,
-                                    const TrainConfig& config);
+                                    const config::TrainConfig& config);
 
     /// NaN and infinite numbers among the gradients.
     Result<std::uint64_t> count_not_finite();
@@ -50,7 +50,7 @@ class Optimiser {
         vk::Buffer State::*buffer;
     };
     [[nodiscard]] std::vector<Kind> kinds() const;
-    Optimiser(vk::Context& context, nn::Parameters& parameters, const TrainConfig& config)
+    Optimiser(vk::Context& context, nn::Parameters& parameters, const config::TrainConfig& config)
         : context_(&context), parameters_(&parameters), config_(config) {}
     Status allocate();
     Status record();
@@ -60,7 +60,7 @@ class Optimiser {
 
     vk::Context* context_;
     nn::Parameters* parameters_;
-    TrainConfig config_;
+    config::TrainConfig config_;
     std::vector<State> states_;
     vk::CommandList adam_, ema_, stats_;
     std::uint64_t steps_ = 0;

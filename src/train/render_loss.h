@@ -2,16 +2,16 @@
 
 #include <span>
 
+#include "config/train_config.h"
 #include "model/lpips_net.h"
 #include "nn/executor.h"
-#include "train/train_config.h"
 
 namespace splat::train {
 
 struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
-    PixelLoss pixel_loss = PixelLoss::kL2;
+    config::PixelLoss pixel_loss = config::PixelLoss::kL2;
     double ssim_weight = 0;
     /// Weights of LPIPS, see model::LpipsNet; only read by create(). Empty: it has no part.
     std::span<const io::NamedTensors* const> lpips;

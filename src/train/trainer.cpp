@@ -56,7 +56,7 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::PredictorConfig& network,
-                                                 const TrainConfig& config) {
+                                                 const config::TrainConfig& config) {
     std::unique_ptr<Trainer> self(new Trainer(context, config));
     SPLAT_TRY(self->build(network));
     return self;

@@ -46,12 +46,12 @@ class Trainer {
   public:
     static Result<std::unique_ptr<Trainer>> create(vk::Context& context,
                                                    const model::PredictorConfig& network,
-                                                   const TrainConfig& config);
+                                                   const config::TrainConfig& config);
 
     Status step(const TrainBatch& batch, TrainStep& result);
 
     [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
-    [[nodiscard]] const TrainConfig& config() const { return config_; }
+    [[nodiscard]] const config::TrainConfig& config() const { return config_; }
     [[nodiscard]] std::uint64_t steps() const { return optimiser_->steps(); }
 
     /// Calls of step() that ran to their end, those that were skipped included.
@@ -69,7 +69,8 @@ class Trainer {
     Status resume(const io::WeightsFile& file);
 
   private:
-    Trainer(vk::Context& context, const TrainConfig& config) : context_(context), config_(config) {}
+    Trainer(vk::Context& context, const config::TrainConfig& config)
+        : context_(context), config_(config) {}
     Status build(const model::PredictorConfig& network);
     Status check(const TrainBatch& batch) const;
     Status pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
@@ -78,7 +79,7 @@ class Trainer {
     Status hold_scales();
 
     vk::Context& context_;
-    TrainConfig config_;
+    config::TrainConfig config_;
     std::unique_ptr<model::Predictor> predictor_;
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;

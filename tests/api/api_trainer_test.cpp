@@ -1,11 +1,14 @@
 // Training through the C API.
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "api/api_calls.h"
 
 namespace splat::test {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr std::size_t kSide = 16;
 
@@ -104,6 +107,25 @@ TEST_F(ApiTrainer, MergesConfigurations) {
     EXPECT_NE(text.find("\"base_dim\": 8"), std::string::npos) << text;
     EXPECT_REFUSED(splat_config_merge("opt: {base_rate: 1}", nullptr, 0, nullptr, 0, nullptr),
                    SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
+}
+
+TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
+    const Json keys = Json::parse(whole_text(splat_config_keys));
+    ASSERT_GT(keys.size(), 90U);
+    for (const Json& key : keys) {
+        const std::string name = key.at("key");
+        EXPECT_FALSE(key.at("about").get<std::string>().empty()) << name;
+        EXPECT_TRUE(key.at("range").is_string() && key.at("effect").is_boolean()) << name;
+        const std::string type = key.at("type");
+        const Json& value = key.at("default");
+        EXPECT_TRUE(value.is_null()     ? !key.at("effect").get<bool>()
+                    : type == "integer" ? value.is_number_integer()
+                    : type == "number"  ? value.is_number()
+                    : type == "boolean" ? value.is_boolean()
+                    : type[0] == 'l'    ? value.is_array()
+                                        : value.is_string())
+            << key;
+    }
 }
 
 TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {

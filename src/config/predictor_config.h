@@ -6,9 +6,12 @@
 
 #include "core/status.h"
 
-namespace splat::model {
+namespace splat::config {
 
-/// What modulates the blocks of the network, see song_unet.h.
+/// Which kernels convolutions may use; errors and times of each: BENCHMARKS.md.
+enum class Precision : int { kStrict, kBalanced, kFast };
+
+/// What modulates the blocks of the network, see model/song_unet.h.
 enum class Embedding : int { kNone, kPose, kIndex, kCustom };
 
 /// How an embedding enters a block.
@@ -16,6 +19,9 @@ enum class Film : int {
     kReference,  ///< as published weights need it: shift only, norm and activation run twice
     kAffine,     ///< gamma * norm(x) + beta, equation 1 of the report
 };
+
+/// The rank of adapters that the published code always takes.
+inline constexpr std::uint32_t kPublishedRank = 4;
 
 /// Low-rank adapters, see Hu et al. 2021, arXiv:2106.09685.
 struct LoraConfig {
@@ -38,7 +44,7 @@ struct HeadInit {
 };
 
 /// Everything that the network's shape and the geometry of its Gaussians depend on. The defaults are
-/// those of the cars model; names follow its configuration files.
+/// those of the cars model. config_keys.cpp says which key is which field.
 struct PredictorConfig {
     std::uint32_t resolution = 128;  ///< pixels, both ways; divisible by 2^(levels - 1)
     bool depth = false;              ///< a channel of depth follows RGB
@@ -101,7 +107,8 @@ struct PredictorConfig {
     }
 };
 
-/// Errors: kInvalidArgument, naming the field, what it is and what is expected.
+/// The ranges of config_keys.h, and the rules that take several keys.
+/// Errors: kInvalidArgument, naming the key, what it is and what is expected.
 Status check(const PredictorConfig& config);
 
-}  // namespace splat::model
+}  // namespace splat::config

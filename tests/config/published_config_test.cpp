@@ -2,9 +2,9 @@
 // as Hydra merges them.
 #include <gtest/gtest.h>
 
-#include "model/config_file.h"
+#include "config/config_file.h"
+#include "config/train_config.h"
 #include "support/expect_status.h"
-#include "train/train_config.h"
 
 namespace splat::test {
 namespace {
@@ -32,19 +32,14 @@ std::string defaults(bool fov) {
            (fov ? ", fov: 51.98948897809546}\n" : "}\n");
 }
 
-struct Both {
-    model::PredictorConfig network;
-    train::TrainConfig training;
-};
-
-Result<Both> merge(const std::string& base, const std::string& over) {
+Result<config::Settings> merge(const std::string& base, const std::string& over) {
     SPLAT_ASSIGN(Config config, read_yaml_config(base, "merged.yaml"));
     SPLAT_ASSIGN(const Config changes, read_yaml_config(over, "data set"));
     for (const ConfigEntry& entry : changes.entries())
         if (!entry.map) config.set(entry);
-    Both made;
-    SPLAT_ASSIGN(made.network, model::predictor_config(config));
-    SPLAT_ASSIGN(made.training, train::train_config(config));
+    config::Settings made;
+    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.training, config::train_config(config));
     return made;
 }
 
@@ -81,7 +76,7 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
         for (const bool fov : {true, false}) {
             const auto made = merge(defaults(fov), c.over);
             ASSERT_OK(made.status());
-            const model::PredictorConfig& n = made.value().network;
+            const config::PredictorConfig& n = made.value().network;
             EXPECT_EQ(n.znear, static_cast<float>(c.znear)) << c.over;
             EXPECT_EQ(n.zfar, static_cast<float>(c.zfar)) << c.over;
             EXPECT_EQ(n.fov_degrees, static_cast<float>(c.fov)) << c.over;
@@ -89,7 +84,7 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
             EXPECT_EQ(n.attention_resolutions, std::vector<std::uint32_t>{c.attention}) << c.over;
             EXPECT_EQ(n.input_channels(), c.channels) << c.over;
             EXPECT_EQ(n.output_channels(), 24U) << "out_channels says nothing";
-            EXPECT_EQ(n.embedding, model::Embedding::kNone);
+            EXPECT_EQ(n.embedding, config::Embedding::kNone);
             EXPECT_EQ(made.value().training.batch_size, c.batch) << c.over;
             EXPECT_FALSE(made.value().training.scale_terms) << c.over;
             EXPECT_TRUE(made.value().training.white_background) << c.over;
@@ -104,7 +99,7 @@ TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
         for (const bool fov : {true, false}) {
             const auto made = merge(defaults(fov), data);
             ASSERT_OK(made.status());
-            const model::PredictorConfig& n = made.value().network;
+            const config::PredictorConfig& n = made.value().network;
             EXPECT_EQ(n.fov_degrees, 0.0F);
             EXPECT_TRUE(n.origin_distance);
             EXPECT_EQ(n.znear, -2.0F);
@@ -112,7 +107,7 @@ TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
             EXPECT_TRUE(made.value().training.scale_terms);
             EXPECT_FALSE(made.value().training.white_background);
             // What is written of it is read as the same.
-            const auto again = merge(train::merged_config_text(n, made.value().training), "{}");
+            const auto again = merge(config::merged_config_text(made.value()), "{}");
             ASSERT_OK(again.status());
             EXPECT_EQ(again.value().network.fov_degrees, 0.0F);
             EXPECT_TRUE(again.value().training.scale_terms);
