@@ -72,7 +72,7 @@ function(HelpNamesEveryCommand)
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
-                           "data;check" "data;show" compare
+                           "data;check" "data;show" compare "config;list" "config;show"
                            train eval predict report)
     vkrun(0 ${command} --help)
     expect("${out}" "Exit status" "Examples" "--json")
@@ -84,7 +84,8 @@ endfunction()
 function(UsageErrorsExitWithTwo)
   vkrun(2)
   expect("${err}" "a command is missing" 
-         "devices, doctor, render, inspect, convert, weights, predict, train, eval, report, data, compare, bench")
+         "devices, doctor, render, inspect, convert, weights, predict, train, config, eval, report, data, compare"
+         ", bench\n")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)
@@ -865,6 +866,58 @@ function(TrainSaysWhatIsWrong)
   vkrun(7 train --data ${TEMP}/data --out ${TEMP}/diverged ${small_training} --set opt.base_lr=1000
         --set opt.iterations=100 --set logging.val_log=0)
   expect("${err}" "are not finite: lower opt.base_lr")
+endfunction()
+
+function(ConfigurationsAreListedAndShown)
+  vkrun(0 config list)
+  expect("${out}" "\nopt.base_lr +number +5e-05 +0 to 1000 +published\n +Learning rate"
+         "\nopt.loss +choice +l2 +l2, l1 +published\n" "\nmodel.out_channels [^\n]*\n[^\n]*without effect"
+         "\nlogging.val_log " "\ngeneral.random_seed ")
+  vkrun(0 config list opt.ema)
+  expect("${out}" "opt.ema.use " "opt.ema.update_after_step ")
+  if(out MATCHES "opt.base_lr")
+    message(FATAL_ERROR "more than the prefix asks for:\n${out}")
+  endif()
+  vkrun(0 config list opt.batch_size --json)
+  expect_json("${out}" opt.batch_size 0 key)
+  expect_json("${out}" 8 0 default)
+  expect_json("${out}" "1 to 4096" 0 range)
+  vkrun(0 config show opt.eps)
+  expect("${out}" "^opt.eps\n" "type +number\n" "default +1e-15\n" "origin +ours\n")
+  file(WRITE ${TEMP}/small.yaml "model: {base_dim: 32}\nopt: {base_lr: 1e-3}\ngeneral: {device: 0}\n")
+  vkrun(0 config show ${TEMP}/small.yaml --set opt.base_lr=3e-4)
+  expect("${out}" "\nmodel.base_dim +32 +file\n" "\nopt.base_lr +0.0003 +set\n" "\nopt.eps +1e-15 +default\n"
+         "\ngeneral.device +-\n")
+  vkrun(0 config show --set data.category=hydrants --json)
+  expect_json("${out}" data.fov 1 key)
+  expect_json("${out}" 0 1 value)
+  expect_json("${out}" set 1 source)
+endfunction()
+
+function(ConfigSaysWhatIsWrong)
+  vkrun(2 config)
+  expect("${err}" "a command is missing; there are: list, show")
+  vkrun(2 config lits)
+  expect("${err}" "unknown command or argument 'lits'; did you mean 'list'")
+  vkrun(2 config list opt.base_rl)
+  expect("${err}" "there is no key 'opt.base_rl'; did you mean 'opt.base_lr'")
+  vkrun(2 config list modle)
+  expect("${err}" "there is no section 'modle'; did you mean 'model'")
+  vkrun(2 config list hydra)
+  expect("${err}" "no key starts with 'hydra'")
+  vkrun(2 config show opt.base_rl)
+  expect("${err}" "there is no key 'opt.base_rl'; did you mean 'opt.base_lr'")
+  vkrun(2 config show opt)
+  expect("${err}" "'opt' is a section; see 'vkrun config list opt'")
+  vkrun(2 config show --set opt.base_rl=1)
+  expect("${err}" "there is no key 'opt.base_rl'; did you mean 'opt.base_lr'")
+  vkrun(2 config show --set opt.batch_size=0)
+  expect("${err}" "'opt.batch_size' is 0, expected 1 to 4096")
+  vkrun(2 config show ${TEMP}/nowhere.yaml)
+  expect("${err}" "cannot read the configuration '[^\n]*nowhere.yaml'")
+  file(WRITE ${TEMP}/broken.yaml "opt: {base_lr: 1\n")
+  vkrun(2 config show ${TEMP}/broken.yaml)
+  expect("${err}" "broken.yaml: ")
 endfunction()
 
 # Weights with adapters predict what merged ones do, and give them back when unmerged.

@@ -41,6 +41,7 @@ void add_bench_model(CLI::App& bench, int& exit_code);   ///< below `bench`
 void add_bench_raster(CLI::App& bench, int& exit_code);  ///< below `bench`
 void add_bench_start(CLI::App& bench, int& exit_code);   ///< below `bench`
 void add_data(CLI::App& app, int& exit_code);
+void add_config(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);

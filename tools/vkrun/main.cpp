@@ -138,6 +138,7 @@ int run_main(int argc, char** argv) {
     add_weights(app, exit_code);
     add_predict(app, exit_code);
     add_train(app, exit_code);
+    add_config(app, exit_code);
     add_eval(app, exit_code);
     add_report(app, exit_code);
     add_data(app, exit_code);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kTrainFooter =
     R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it the published cars model is
-trained. 'vkrun train --show' prints every key with its value.
+trained. 'vkrun config list' explains every key, 'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/ and, at the end,
