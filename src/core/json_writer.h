@@ -56,7 +56,7 @@ class JsonWriter {
         return key(name).value(content);
     }
 
-    /// The next member or element starts on a line of its own, after `indent` blanks.
+    /// The next member, element or closing bracket starts on a line of its own, after `indent` blanks.
     JsonWriter& newline(int indent = 0);
 
     /// The whole text; every object and array must be closed.

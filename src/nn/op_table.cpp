@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/json_writer.h"
 #include "nn/op_rows.h"
 
 namespace splat::nn {
@@ -87,9 +88,10 @@ std::string text_of(const JsonScalar& scalar) {
 Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonScalar> given) {
     std::vector<JsonScalar> complete;
     for (const Attribute& attribute : row.attributes) {
+        JsonWriter json;
+        json.begin_object().key(attribute.name).raw(attribute.fallback).end();
         SPLAT_ASSIGN(std::vector<JsonScalar> fallback,
-                     parse_flat_json(format("{\"%s\": %s}", attribute.name, attribute.fallback),
-                                     "attribute default"));
+                     parse_flat_json(json.text(), "attribute default"));
         complete.push_back(std::move(fallback[0]));
     }
     for (const JsonScalar& scalar : given) {
