@@ -31,7 +31,10 @@ constexpr std::uint32_t kCameraStream = 1;  ///< and the following, one for each
 
 std::string text_of(const double* values, std::size_t count) {
     std::string text;
-    for (std::size_t i = 0; i < count; ++i) text += (i == 0 ? "" : " ") + format("%.9g", values[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i > 0) text += ' ';
+        text += format("%.9g", values[i]);
+    }
     return text + "\n";
 }
 

@@ -93,6 +93,7 @@ Buffer image_header(const Image& image) {
 
 Buffer frame_control(const Image& image, std::uint32_t sequence, std::uint32_t milliseconds) {
     Buffer data;
+    data.reserve(26);  // all of it
     for (const std::uint32_t value : {sequence, image.width, image.height, 0U, 0U})
         put_big(data, value);
     put_big(data, static_cast<std::uint16_t>(milliseconds));
