@@ -61,14 +61,10 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
 
 splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                   size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Datasets::find(dataset, "dataset"));
-        given =
-            api::give_text(object->report.data(), object->report.size(), buffer, capacity, needed);
-        return {};
+        return give(object->report);
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
@@ -91,19 +87,15 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
 
 splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
                                  size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
         SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+        return give(text);
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_dataset_destroy(splat_dataset dataset) {
-    return api::guarded(
-        [&]() -> Status { return api::Datasets::remove(dataset, "dataset").status(); });
+    return api::destroy<api::Datasets>(dataset, "dataset");
 }
 
 splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {

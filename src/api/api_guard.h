@@ -1,6 +1,7 @@
 #pragma once
 
 #include <new>
+#include <string_view>
 
 #include "core/status.h"
 #include "splat.h"
@@ -78,7 +79,21 @@ void give(const Info& filled, Info* info) {
 }
 
 /// Copy text with its NUL; SPLAT_INCOMPLETE if it was cut.
-splat_result give_text(const char* text, std::size_t length, char* buffer, std::size_t capacity,
+splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
                        std::size_t* needed);
+
+/// Run the body of an entry point that fills a caller's text buffer: `body(give)` calls `give(text)`.
+template <class Body>
+splat_result guarded_text(char* buffer, std::size_t capacity, std::size_t* needed,
+                          Body&& body) noexcept {
+    splat_result given = SPLAT_OK;
+    const splat_result result = guarded([&]() -> Status {
+        return body([&](std::string_view text) -> Status {
+            given = give_text(text, buffer, capacity, needed);
+            return {};
+        });
+    });
+    return result != SPLAT_OK ? result : given;
+}
 
 }  // namespace splat::api

@@ -7,7 +7,7 @@
 #include "api/handles.h"
 #include "api/network_arrays.h"
 #include "core/finite.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "model/adapters.h"
 #include "model/config_file.h"
 #include "scene/activate.h"
@@ -26,12 +26,6 @@ Result<model::PredictorConfig> config_of(const char* text) {
     return model::predictor_config(config);
 }
 
-std::string json_names(const std::vector<std::string>& names) {
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + json_quote(name);
-    return "[" + list + "]";
-}
-
 std::string report_of(api::ModelObject& object) {
     const model::Predictor& predictor = *object.predictor;
     std::uint64_t trainable = 0;
@@ -39,30 +33,23 @@ std::string report_of(api::ModelObject& object) {
         if (parameter.trainable) trainable += parameter.shape.elements();
     const nn::ExecutorMemory& memory = predictor.executor().memory();
     const model::LoadReport& load = object.load;
-    const auto flag = [](bool value) { return value ? "true" : "false"; };
-    return format(
-               "{\"parameters\": %llu, \"trainable\": %llu, \"slices\": %u, "
-               "\"bytes\": {\"activations\": %llu, \"prepared\": %llu},\n \"load\": "
-               "{\"rays_differ\": %s, \"rays_taken\": %s, ",
-               static_cast<unsigned long long>(object.predictor->parameters().elements()),
-               static_cast<unsigned long long>(trainable), predictor.slices(),
-               static_cast<unsigned long long>(memory.arenas - memory.prepared),
-               static_cast<unsigned long long>(memory.prepared), flag(load.rays_differ),
-               flag(load.rays_taken)) +
-           "\"copied\": " + json_names(load.copied) + ", \"widened\": " + json_names(load.widened) +
-           ", \"fresh\": " + json_names(load.fresh) +
-           ", \"left_out\": " + json_names(load.left_out) +
-           "},\n \"config\": " + model::config_text(predictor.config()) + "}";
+    JsonWriter json;
+    json.begin_object().member("parameters", object.predictor->parameters().elements());
+    json.member("trainable", trainable).member("slices", predictor.slices());
+    json.key("bytes").begin_object().member("activations", memory.arenas - memory.prepared);
+    json.member("prepared", memory.prepared).end();
+    json.newline(1).key("load").begin_object().member("rays_differ", load.rays_differ);
+    json.member("rays_taken", load.rays_taken).key("copied").list(load.copied);
+    json.key("widened").list(load.widened).key("fresh").list(load.fresh);
+    json.key("left_out").list(load.left_out).end();
+    json.newline(1).key("config").raw(model::config_text(predictor.config())).end();
+    return json.text();
 }
 
 /// A live model and its device, locked while `body` runs.
 template <class Body>
 splat_result locked(splat_model model, Body&& body) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ModelPointer object, api::Models::find(model, "model"));
-        const std::lock_guard lock(object->context->mutex);
-        return body(*object);
-    });
+    return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
 /// Identity poses where the caller gives none.
@@ -234,8 +221,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         options.keep_prepared = (desc->flags & SPLAT_MODEL_LOW_MEMORY) == 0;
         options.recompute = (desc->flags & SPLAT_MODEL_RECOMPUTE) != 0;
         options.input_gradient = (desc->flags & SPLAT_MODEL_INPUT_GRADIENTS) != 0;
-        auto object = std::make_shared<api::ModelObject>();
-        object->context = owner->context;
+        auto object = std::make_shared<api::ModelObject>(owner->context);
         object->objects = options.objects;
         {
             const std::lock_guard lock(object->context->mutex);
@@ -305,13 +291,10 @@ splat_result splat_model_export(splat_model model, uint32_t what, splat_weights*
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = locked(model, [&](api::ModelObject& object) -> Status {
-        const std::string text = report_of(object);
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
+        return api::use<api::Models>(
+            model, "model", [&](api::ModelObject& object) { return give(report_of(object)); });
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
@@ -419,8 +402,5 @@ splat_result splat_model_zero_gradients(splat_model model) {
 }
 
 splat_result splat_model_destroy(splat_model model) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::remove(model, "model"));
-        return {};
-    });
+    return api::destroy<api::Models>(model, "model");
 }

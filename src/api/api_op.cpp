@@ -1,7 +1,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/tensor_arguments.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "nn/op_table.h"
 
 using namespace splat;
@@ -90,8 +90,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
             SPLAT_TRY(
                 list.add(desc->grad_outputs[i], "grad_", port.name, false, tensors.grad_outputs));
     }
-    auto object = std::make_shared<api::OpObject>();
-    object->context = owner->context;
+    auto object = std::make_shared<api::OpObject>(owner->context);
     object->tensors = std::move(list.tensors);
     const std::lock_guard lock(object->context->mutex);
     SPLAT_ASSIGN(object->op, nn::OpInstance::create(*object->context, *row, attributes, tensors));
@@ -107,46 +106,40 @@ splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
     });
 }
 
-/// ["a", "b"]
-template <class Items, class Text>
-std::string json_list(const Items& items, Text&& text) {
-    std::string list;
-    for (const auto& item : items) list += (list.empty() ? "" : ", ") + text(item);
-    return "[" + list + "]";
+void add_ports(JsonWriter& json, const char* key, std::span<const nn::Port> ports) {
+    json.key(key).begin_array();
+    for (const nn::Port& port : ports)
+        json.value(std::string(port.name) + (port.optional ? "?" : ""));
+    json.end();
 }
 
-std::string describe(const nn::OpRow& row) {
-    const auto port = [](const nn::Port& p) {
-        return json_quote(std::string(p.name) + (p.optional ? "?" : ""));
-    };
-    const auto attribute = [](const nn::Attribute& a) {
-        return format("{\"name\": %s, \"type\": %s, \"default\": %s, \"about\": %s}",
-                      json_quote(a.name).c_str(), json_quote(a.type).c_str(), a.fallback,
-                      json_quote(a.about).c_str());
-    };
-    return format(
-        "\n {\"name\": %s, \"equation\": %s,\n  \"inputs\": %s, \"outputs\": %s, \"saved\": %s,\n"
-        "  \"attributes\": %s}",
-        json_quote(row.name).c_str(), json_quote(row.equation).c_str(),
-        json_list(row.inputs, port).c_str(), json_list(row.outputs, port).c_str(),
-        json_list(row.saved, [](const char* name) { return json_quote(name); }).c_str(),
-        json_list(row.attributes, attribute).c_str());
+void describe(JsonWriter& json, const nn::OpRow& row) {
+    json.newline(1).begin_object().member("name", row.name).member("equation", row.equation);
+    json.newline(2);
+    add_ports(json, "inputs", row.inputs);
+    add_ports(json, "outputs", row.outputs);
+    json.key("saved").list(row.saved);
+    json.newline(2).key("attributes").begin_array();
+    for (const nn::Attribute& a : row.attributes) {
+        json.begin_object().member("name", a.name).member("type", a.type);
+        json.key("default").raw(a.fallback).member("about", a.about).end();
+    }
+    json.end().end();
 }
 
 std::string make_list() {
-    return json_list(nn::op_table(), [](const nn::OpRow* row) { return describe(*row); });
+    JsonWriter json;
+    json.begin_array();
+    for (const nn::OpRow* row : nn::op_table()) describe(json, *row);
+    json.end();
+    return json.text();
 }
 
 }  // namespace
 
 splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
-        const std::string list = make_list();
-        given = api::give_text(list.c_str(), list.size(), buffer, capacity, needed);
-        return {};
-    });
-    return result != SPLAT_OK ? result : given;
+    return api::guarded_text(buffer, capacity, needed,
+                             [&](auto give) -> Status { return give(make_list()); });
 }
 
 splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
@@ -167,8 +160,5 @@ splat_result splat_op_backward(splat_op op) {
 }
 
 splat_result splat_op_destroy(splat_op op) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Ops::remove(op, "op"));
-        return {};
-    });
+    return api::destroy<api::Ops>(op, "op");
 }

@@ -9,7 +9,7 @@ namespace {
 /// The tensors of a splat_gradients_desc.
 struct GradientTensors {
     vk::BufferView rgb, alpha, depth;
-    raster::AttributeViews attributes;
+    raster::GaussianAttributes attributes;
     vk::BufferView means2d, means2d_abs, pose;
 };
 
@@ -45,7 +45,7 @@ Status check_tensors(api::TensorArguments& list, const raster::RasterDesc& desc,
     SPLAT_TRY(list.read(from.grad_rgb, "grad_rgb", {v, h, w, 3}, to.rgb));
     SPLAT_TRY(list.read(from.grad_alpha, "grad_alpha", {v, h, w}, to.alpha));
     SPLAT_TRY(list.read(from.grad_depth, "grad_depth", {v, h, w}, to.depth));
-    raster::AttributeViews& a = to.attributes;
+    raster::GaussianAttributes& a = to.attributes;
     SPLAT_TRY(list.write(from.grad_means, "grad_means", {n, 3}, a.means));
     SPLAT_TRY(list.write(from.grad_scales, "grad_scales", {n, 3}, a.scales));
     SPLAT_TRY(list.write(from.grad_rotations, "grad_rotations", {n, 4}, a.rotations));
@@ -86,8 +86,8 @@ Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, boo
     const raster::RasterDesc& desc = object.rasterizer->desc();
     const raster::Workspace& space = object.rasterizer->workspace();
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::unpack_attributes(recorder, desc, object.gradients.input(),
-                                        tensors.attributes, accumulate));
+    SPLAT_TRY(raster::unpack_gradients(recorder, desc, object.grad_gaussians.gradients(),
+                                       tensors.attributes, accumulate));
     if (present(tensors.means2d))
         SPLAT_TRY(ops::strided_copy(recorder, {desc.items(), 2, {12, 0}, {2, 0}, accumulate},
                                     space.exported.range(), tensors.means2d));
@@ -120,8 +120,9 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
             return error(Code::kInvalidState,
                          "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
         SPLAT_TRY(pack(*object, tensors));
-        SPLAT_TRY(object->rasterizer->backward(
-            object->grad_image.range(), object->grad_depth.range(), object->gradients.input()));
+        SPLAT_TRY(object->rasterizer->backward(object->grad_image.range(),
+                                               object->grad_depth.range(),
+                                               object->grad_gaussians.gradients()));
         return unpack(*object, tensors, (gradients->flags & SPLAT_GRADIENTS_ACCUMULATE) != 0);
     });
 }

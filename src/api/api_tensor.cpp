@@ -22,8 +22,7 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
     if (desc->rank > SPLAT_MAX_RANK)
         return error(Code::kInvalidArgument, "splat_tensor_desc.rank is %u, expected at most %d",
                      desc->rank, SPLAT_MAX_RANK);
-    auto tensor = std::make_shared<api::TensorObject>();
-    tensor->context = owner->context;
+    auto tensor = std::make_shared<api::TensorObject>(owner->context);
     tensor->name = desc->name != nullptr ? desc->name : "unnamed";
     tensor->dtype = desc->dtype == 0 ? SPLAT_DTYPE_F32 : desc->dtype;
     SPLAT_ASSIGN(const Shape shape,
@@ -240,8 +239,5 @@ splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) 
 }
 
 splat_result splat_tensor_destroy(splat_tensor tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::remove(tensor, "tensor"));
-        return {};
-    });
+    return api::destroy<api::Tensors>(tensor, "tensor");
 }

@@ -1,6 +1,5 @@
 #include "api/handles.h"
 
-#include <mutex>
 #include <unordered_map>
 
 namespace splat::api {
@@ -65,52 +64,6 @@ Status check(const Registry& all, std::uintptr_t key, const char* argument) {
 }
 
 }  // namespace
-
-TensorObject::~TensorObject() {
-    const std::lock_guard lock(context->mutex);
-    buffer = vk::Buffer();
-}
-
-OpObject::~OpObject() {
-    const std::lock_guard lock(context->mutex);
-    op.reset();
-}
-
-ModelObject::~ModelObject() {
-    const std::lock_guard lock(context->mutex);
-    predictor.reset();
-}
-
-ModuleObject::~ModuleObject() {
-    const std::lock_guard lock(context->mutex);
-    module.reset();
-}
-
-TrainerObject::~TrainerObject() {
-    const std::lock_guard lock(context->mutex);
-    trainer.reset();
-}
-
-LpipsObject::~LpipsObject() {
-    const std::lock_guard lock(context->mutex);
-    net.reset();
-}
-
-PackedScene::~PackedScene() {
-    if (context == nullptr) return;
-    const std::lock_guard lock(context->mutex);
-    arrays = {};
-}
-
-RasterizerObject::~RasterizerObject() {
-    if (context == nullptr) return;
-    const std::lock_guard lock(context->mutex);
-    rasterizer.reset();
-    inputs = {};
-    gradients = {};
-    grad_image = {};
-    grad_depth = {};
-}
 
 template <class Object, class Handle>
 Handle Handles<Object, Handle>::add(std::shared_ptr<Object> object) {

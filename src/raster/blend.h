@@ -10,7 +10,7 @@ struct BlendViews {
     vk::BufferView normals;  ///< [V*N] quads of project_normals; one quad if not desc.normals
     vk::BufferView slots;    ///< [pairs] uint32: its record; backward only
     vk::BufferView ranges;   ///< [tiles] 2 uint32
-    vk::BufferView order;    ///< [tiles] uint32 of tile_ranges; any quad if tile_order_used is false
+    vk::BufferView order;  ///< [tiles] uint32 of tile_ranges; any quad if tile_order_used is false
     vk::BufferView background;  ///< one quad: RGB
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
     vk::BufferView state;       ///< [V,H,W] 2 float32: transmittance, entries before the stop

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raster/rasterizer.h"
+#include "raster/pack.h"
 #include "raster_constants.h"
 
 namespace splat::raster {

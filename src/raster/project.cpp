@@ -63,7 +63,8 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
 }  // namespace
 
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const SceneViews& scene, const ItemViews& items) {
+                       const PackedGaussians& scene, const vk::BufferView& cameras,
+                       const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
     return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
@@ -76,7 +77,7 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(scene.cameras), vk::write(items.splats), vk::write(items.counts),
+                         vk::read(cameras), vk::write(items.splats), vk::write(items.counts),
                          vk::write(items.keys), vk::write(items.radii),
                          vk::write(items.footprints)},
             .groups = {part.groups[0], part.groups[1], desc.views},
@@ -86,8 +87,9 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
     });
 }
 
-Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                       const ItemViews& items, const vk::BufferView& normals) {
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
+                       const vk::BufferView& cameras, const ItemViews& items,
+                       const vk::BufferView& normals) {
     return for_slices(recorder, desc, {}, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_normals",
@@ -96,7 +98,7 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Sce
             .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}, {kFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
-                         vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
+                         vk::read(cameras), vk::read(items.counts), vk::write(normals)},
             .groups = {part.groups[0], part.groups[1], desc.views},
             .work = {.flops = 80.0 * part.count * desc.views,
                      .bytes = 68.0 * part.count * desc.views},
@@ -109,9 +111,10 @@ std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc&
     return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;
 }
 
-Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                        const ItemViews& items, const vk::BufferView& begins,
-                        const RecordViews& records, const GradientViews& gradients,
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
+                        const PackedGaussians& scene, const vk::BufferView& cameras,
+                        const ItemViews& items, const RecordViews& records,
+                        const PackedGradients& gradients, const ProjectionGradients& projection,
                         bool accumulate) {
     const std::uint32_t quads = desc.color_quads();
     SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
@@ -128,12 +131,12 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(scene.cameras), vk::read(items.splats), vk::read(items.counts),
-                         vk::read(begins), vk::read(records.a), vk::read(records.b),
+                         vk::read(cameras), vk::read(items.splats), vk::read(items.counts),
+                         vk::read(records.begins), vk::read(records.a), vk::read(records.b),
                          vk::read(records.c),
                          vk::read_write(slice(gradients.gaussians, part.first, part.count, 3)),
                          vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
-                         vk::read_write(gradients.exported), vk::write(gradients.pose_partial)},
+                         vk::read_write(projection.exported), vk::write(projection.pose_partial)},
             .groups = part.groups,
             .work = {.flops = kBackwardFlops * part.count * desc.views,
                      .bytes = 16.0 * (12 + 2 * quads) * part.count * desc.views},
@@ -149,7 +152,7 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
         .constants = {{ops::kWorkgroupSizeId,
                        ops::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
-        .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
+        .accesses = {vk::read(projection.pose_partial), vk::read_write(projection.pose)},
         .groups = {desc.views, 1, 1},
         .work = {.flops = 12.0 * partial_groups * desc.views,
                  .bytes = 48.0 * partial_groups * desc.views},

@@ -10,6 +10,9 @@
 namespace splat::raster {
 namespace {
 
+/// Counters of the longest digit where totals are kept.
+constexpr std::uint32_t kRadixBins = 256;
+
 /// Shape of the sort on a device. A lane has a counter for each value of a digit; on GPUs they are
 /// per subgroup and fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to
 /// 9 bits: depths within a factor of 65536, whose bits differ in 27, take three passes (8 bits: within one
@@ -73,8 +76,35 @@ params::RadixSortParams params_of(const Plan& plan, const RadixSortDesc& desc, s
     return params;
 }
 
+/// All that kernels are bound to.
+struct Arrays : RadixSortViews {
+    vk::BufferView table, places, ranks, totals, range;
+};
+
+Arrays arrays_of(const RadixSortDesc& desc, const RadixSortViews& views,
+                 const RadixSortWorkspace& space) {
+    Arrays arrays{views,
+                  space.table.range(),
+                  space.places.range(),
+                  space.ranks.range(),
+                  space.totals.range(),
+                  space.range.range()};
+    if (!desc.second) arrays.seconds = {space.unused[0].range(), space.unused[1].range()};
+    return arrays;
+}
+
+std::uint64_t table_bytes(const vk::Recorder& recorder, RadixSortDesc desc) {
+    // Fewer bits may mean longer digits: those of 10 are two of 5, those of 9 one of 9.
+    std::uint64_t most = 0;
+    for (; desc.key_bits >= 1; --desc.key_bits) {
+        const Plan plan = plan_for(recorder, desc);
+        most = std::max(most, std::uint64_t{4} * plan.lanes << plan.digit_bits);
+    }
+    return most;
+}
+
 Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
-                 const RadixSortViews& views) {
+                 const Arrays& views) {
     SPLAT_TRY(recorder.fill(views.range, 0xFFFFFFFFU));
     return recorder.dispatch({
         .op = "radix_sort",
@@ -98,8 +128,7 @@ struct Pass {
     double table = 0;  ///< bytes
 };
 
-Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& views,
-             std::uint32_t pass) {
+Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const Arrays& views, std::uint32_t pass) {
     const vk::BufferView& entries = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
     return {.params = params_of(plan, desc, pass),
             .constants = {{ops::kWorkgroupSizeId, plan.group},
@@ -115,7 +144,7 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& 
             .table = double{4} * (plan.lanes << plan.digit_bits)};
 }
 
-Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
+Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
                     const Pass& pass) {
     const vk::Kernels kernels = recorder.kernels();
     std::vector<vk::Access> accesses = {vk::read(pass.input), vk::read(pass.entries),
@@ -135,8 +164,7 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     });
 }
 
-Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
-                  const Pass& pass) {
+Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read_write(views.table), vk::write(views.totals),
                                         vk::read(views.count), vk::read(views.kept),
@@ -155,8 +183,8 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews
     });
 }
 
-Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
-                    const Pass& pass, bool second) {
+Status move_entries(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass,
+                    bool second) {
     const vk::Kernels kernels = recorder.kernels();
     const bool cpu = kernels == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read(pass.input),
@@ -183,32 +211,49 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
 
 }  // namespace
 
-std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
-    const Plan plan = plan_for(recorder, desc);
-    return std::uint64_t{4} * plan.lanes << plan.digit_bits;
+std::uint64_t RadixSortWorkspace::bytes() const {
+    return table.bytes() + places.bytes() + ranks.bytes() + totals.bytes() + range.bytes() +
+           unused[0].bytes() + unused[1].bytes();
 }
 
-std::uint64_t radix_sort_rank_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const RadixSortDesc& desc) {
+    const vk::Recorder recorder(context);
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint64_t table = table_bytes(recorder, desc);
     // 16 bits each, written for four entries at a time.
-    return recorder.kernels() == vk::Kernels::kCpu ? ceil_div(std::uint64_t{desc.capacity}, 4) * 8
-                                                   : 16;
+    const std::uint64_t ranks = ceil_div(std::uint64_t{desc.capacity}, 4) * 8;
+    RadixSortWorkspace space;
+    const auto allocate = [&](vk::Buffer& buffer, const char* name, std::uint64_t bytes) -> Status {
+        SPLAT_ASSIGN(buffer, context.memory().allocate(std::max<std::uint64_t>(bytes, 16),
+                                                       vk::MemoryKind::kDevice, name));
+        return {};
+    };
+    SPLAT_TRY(allocate(space.table, "sort table", table));
+    SPLAT_TRY(allocate(space.places, "sort places", cpu ? table : 0));
+    SPLAT_TRY(allocate(space.ranks, "sort ranks", cpu ? ranks : 0));
+    SPLAT_TRY(allocate(space.totals, "sort totals", 4 * kRadixBins));
+    SPLAT_TRY(allocate(space.range, "sort range", 0));
+    for (vk::Buffer& unused : space.unused) SPLAT_TRY(allocate(unused, "unused", 0));
+    return space;
 }
 
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     return (plan_for(recorder, desc).passes + 1) % 2;
 }
 
-Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
+Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views,
+                  const RadixSortWorkspace& space) {
     SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
+    const Arrays arrays = arrays_of(desc, views, space);
     const Plan plan = plan_for(recorder, desc);
     // The first pass that works is known on the device alone, and with it the second values' side.
     SPLAT_ASSERT(!plan.ranged || !desc.second);
-    if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, views));
+    if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, arrays));
     for (std::uint32_t index = 0; index < plan.passes; ++index) {
-        const Pass pass = pass_of(plan, desc, views, index);
-        SPLAT_TRY(count_digits(recorder, plan, views, pass));
-        SPLAT_TRY(sum_counts(recorder, plan, views, pass));
-        SPLAT_TRY(move_entries(recorder, plan, views, pass, desc.second));
+        const Pass pass = pass_of(plan, desc, arrays, index);
+        SPLAT_TRY(count_digits(recorder, plan, arrays, pass));
+        SPLAT_TRY(sum_counts(recorder, plan, arrays, pass));
+        SPLAT_TRY(move_entries(recorder, plan, arrays, pass, desc.second));
     }
     return {};
 }

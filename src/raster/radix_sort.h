@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "vk/recorder.h"
+#include "vk/context.h"
 
 namespace splat::raster {
 
@@ -19,26 +19,30 @@ struct RadixSortDesc {
 /// kernels.
 inline constexpr std::uint32_t kMaxSorted = 1U << 27;
 
-/// Counters of the longest digit where `totals` are kept.
-inline constexpr std::uint32_t kRadixBins = 256;
-
 struct RadixSortViews {
     vk::BufferView input;                   ///< [capacity,2] uint32: key, value
     std::array<vk::BufferView, 2> sides;    ///< [capacity,2] uint32: passes write them in turns,
                                             ///< sides[1] may be the input if key_bits < 32
-    std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32, or 2 views of 16 bytes: those
-                                            ///< of `sides`; seconds[1] is the input
-    vk::BufferView table;                   ///< radix_sort_table_bytes, workspace
-    vk::BufferView places;                  ///< as `table`; this and the next for kernels for CPU
-    vk::BufferView ranks;                   ///< devices alone: radix_sort_rank_bytes
-    vk::BufferView totals;                  ///< kRadixBins uint32; for the others
-    vk::BufferView range;                   ///< 2 uint32, workspace: least key, least ~key
+    std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32, unread without desc.second:
+                                            ///< those of `sides`; seconds[1] is the input
     vk::BufferView count;                   ///< uint32: number of entries
     vk::BufferView kept;                    ///< uint32, out: entries that stayed
 };
 
-std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
-std::uint64_t radix_sort_rank_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc);
+/// Device memory that a sort needs beside its entries. Sorts may share it, one after the other.
+struct RadixSortWorkspace {
+    vk::Buffer table;      ///< counters of each lane, a digit's values each
+    vk::Buffer places;     ///< where each counter's entries begin; kernels for CPU devices alone
+    vk::Buffer ranks;      ///< 16 bits for each entry; kernels for CPU devices alone
+    vk::Buffer totals;     ///< counters of the longest digit; the other kernels
+    vk::Buffer range;      ///< 2 uint32: least key, least ~key
+    vk::Buffer unused[2];  ///< bound where there are no second values
+
+    [[nodiscard]] std::uint64_t bytes() const;
+};
+
+/// For sorts with desc.capacity and keys of at most desc.key_bits. Errors: those of Memory::allocate.
+Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const RadixSortDesc& desc);
 
 /// Which of the sides, and of the second values, holds the result.
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc);
@@ -51,6 +55,7 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 /// Determinism  bit-exact for any thread count; no atomics but minima of integers, no waiting on
 ///              another workgroup
 /// Source       least significant digit first; a histogram per lane makes it stable
-Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views);
+Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views,
+                  const RadixSortWorkspace& space);
 
 }  // namespace splat::raster

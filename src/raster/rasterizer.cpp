@@ -12,14 +12,14 @@ namespace {
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
-bool same(const SceneInput& a, const SceneInput& b) {
+bool same(const PackedGaussians& a, const PackedGaussians& b) {
     return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors) &&
            a.sh_degree == b.sh_degree;
 }
 
 }  // namespace
 
-bool Rasterizer::names(const SceneInput& scene) const {
+bool Rasterizer::names(const PackedGaussians& scene) const {
     return same(scene, scene_);
 }
 
@@ -141,7 +141,7 @@ std::uint64_t Rasterizer::list_limit() const {
     return desc_.backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
 }
 
-Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
+Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& views) {
     SPLAT_ASSERT(views.values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
     const bool moved = views.values != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
@@ -173,7 +173,7 @@ Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
 }
 
 Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                            const SceneInput& gradients) {
+                            const PackedGradients& gradients) {
     if (!desc_.backward)
         return error(Code::kInvalidArgument,
                      "rasterizer: made without backward; set it when creating");

@@ -2,10 +2,8 @@
 
 #include <array>
 #include <memory>
-#include <span>
 
 #include "raster/workspace.h"
-#include "scene/camera.h"
 
 namespace splat::raster {
 
@@ -22,25 +20,6 @@ struct RasterStats {
     std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 and more: the pair arrays had to grow
 };
 
-/// Where the scene is, packed (SceneViews without cameras). `version` changes with the contents; 0
-/// means not known. Bands above `sh_degree` are zeros, which need not be read.
-struct SceneInput {
-    vk::BufferView gaussians;
-    vk::BufferView colors;
-    std::uint64_t version = 0;
-    std::uint32_t sh_degree = scene::kMaxShDegree;
-};
-
-/// Cameras and background as the kernels read them: [V,kCameraQuads] quads, one quad.
-struct PackedViews {
-    std::vector<float> values;
-};
-
-/// Errors: kInvalidArgument for another number of cameras than desc.views, and for a camera that is
-/// singular, not finite or of another size.
-Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
-                               const std::array<float, 3>& background);
-
 /// The stages of 3D Gaussian splatting in order, with their memory: project, sort by depth, tile_bin,
 /// sort by tile, tile_ranges, blend; and back.
 ///
@@ -55,21 +34,20 @@ class Rasterizer {
     ///
     /// Errors: kUnsupported if a tile's list is longer than the device's loops can be; those of
     /// create. One before the device works leaves the call before as it was.
-    Status forward(const SceneInput& scene, const PackedViews& views);
+    Status forward(const PackedGaussians& scene, const PackedViews& views);
 
-    /// Gradient of the latest forward call. `gradients` is like SceneInput; pose and exported
-    /// gradients stay in the workspace.
+    /// Gradient of the latest forward call. Pose and exported gradients stay in the workspace.
     ///
     /// grad_image   [V,H,W] quads: by RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                    const SceneInput& gradients);
+                    const PackedGradients& gradients);
 
     /// Whether the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
     /// Whether recorded lists may name these arrays; they name those of one scene.
-    [[nodiscard]] bool names(const SceneInput& scene) const;
+    [[nodiscard]] bool names(const PackedGaussians& scene) const;
 
     /// The scene's arrays are about to be written: from now on nothing is drawn.
     void invalidate() { valid_ = false; }
@@ -83,12 +61,13 @@ class Rasterizer {
     Status check_device() const;
     Status allocate_first_pairs();
     Status upload(std::vector<float> values);
-    Status record_forward(const SceneInput& scene);
-    Status record_forward_pass(vk::Recorder& recorder, const SceneViews& scene,
+    Status record_forward(const PackedGaussians& scene);
+    Status record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
                                const Window& window);
-    Status record_normals(vk::Recorder& recorder, const SceneViews& scene, const Window& window);
+    Status record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
+                          const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                           const SceneInput& gradients);
+                           const PackedGradients& gradients);
     Status run_forward(std::uint64_t& needed);
     Status grow(std::uint64_t needed);
     [[nodiscard]] TileRanges tile_views() const;
@@ -100,7 +79,7 @@ class Rasterizer {
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;
-    SceneInput scene_;
+    PackedGaussians scene_;
     std::vector<float> uploaded_;           ///< cameras and background as on the device
     bool valid_ = false;                    ///< the workspace holds a finished forward call
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded

@@ -26,13 +26,13 @@ class Workspace {
     std::uint32_t capacity = 0;
 
     vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
-    vk::Buffer item_keys, item_order[2], item_table, item_places, item_ranks;
-    vk::Buffer totals, key_range, item_count, sorted, unused[2], sums, stats, pair_count,
-        kept_pairs;
+    vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
         pose;
+    RadixSortWorkspace item_sort;
     struct Pairs {
-        vk::Buffer entries[2], slots[2], table, places, ranks;
+        vk::Buffer entries[2], slots[2];
+        RadixSortWorkspace sort;
         vk::Buffer record_a, record_b, record_c;
     };
     Pairs pairs;
@@ -45,7 +45,8 @@ class Workspace {
                 .footprints = footprints.range()};
     }
     [[nodiscard]] RecordViews records() const {
-        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range()};
+        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range(),
+                slot_begins.range()};
     }
 
   private:

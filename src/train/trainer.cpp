@@ -31,8 +31,8 @@ vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std:
     return part;
 }
 
-raster::AttributeViews attributes_of(const model::Predictor::Outputs& outputs,
-                                     std::uint32_t objects, std::uint32_t i) {
+raster::GaussianAttributes attributes_of(const model::Predictor::Outputs& outputs,
+                                         std::uint32_t objects, std::uint32_t i) {
     const std::uint32_t n = outputs.means.shape[1];
     const auto part = [&](const vk::BufferView& view, const Shape& shape) {
         return object_of(view, objects, i, shape);
@@ -119,12 +119,12 @@ Status Trainer::build(const model::PredictorConfig& network) {
         vk::Recorder pack(context_);
         SPLAT_TRY(raster::pack_attributes(
             pack, desc, attributes_of(predictor_->outputs(), config_.micro_batch, i),
-            scene_.input()));
+            scene_.scene()));
         SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
         pack_.push_back(std::move(packed));
         vk::Recorder unpack(context_);
-        SPLAT_TRY(raster::unpack_attributes(
-            unpack, desc, grad_scene_.input(),
+        SPLAT_TRY(raster::unpack_gradients(
+            unpack, desc, grad_scene_.gradients(),
             attributes_of(predictor_->output_gradients(), config_.micro_batch, i), false));
         SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
         unpack_.push_back(std::move(unpacked));
@@ -207,14 +207,15 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
         raster::pack_views(rasterizer_->desc(),
                            part_of(batch.cameras, config_.batch_size, object, 1), background));
     SPLAT_TRY(context_.run(pack_[slot]));
-    SPLAT_TRY(rasterizer_->forward(scene_.input(), views));
+    SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
     const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
     SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
                          terms));
-    SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.input()));
+    SPLAT_TRY(
+        rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.gradients()));
     SPLAT_TRY(context_.run(unpack_[slot]));
     const auto share = static_cast<double>(weight);
     result.loss.total += share * terms.total;

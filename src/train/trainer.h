@@ -5,7 +5,7 @@
 #include "io/weights_file.h"
 #include "model/predictor.h"
 #include "model/weights.h"
-#include "raster/pack.h"
+#include "raster/rasterizer.h"
 #include "train/optimiser.h"
 #include "train/render_loss.h"
 
@@ -83,7 +83,7 @@ class Trainer {
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
-    raster::PackedArrays scene_, grad_scene_;
+    raster::PackedBuffers scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
     std::uint64_t attempts_ = 0;

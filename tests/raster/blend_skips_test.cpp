@@ -79,7 +79,7 @@ class BlendSkips : public KernelsTest {
         EXPECT_OK(raster::blend_forward(recorder, desc, {0, 1}, views, n));
         EXPECT_OK(raster::blend_backward(
             recorder, desc, {0, 1}, views, grad_image.range(), zeros.range(),
-            {records[0].range(), records[1].range(), records[2].range()}, n));
+            {records[0].range(), records[1].range(), records[2].range(), {}}, n));
         auto commands = recorder.finish();
         EXPECT_OK(commands.status());
         if (!commands.ok()) return {};

@@ -87,27 +87,18 @@ class RadixSort : public KernelsTest {
         if (second && !words.empty()) {
             EXPECT_OK(context().write(seconds[1].range(), complements.data(), words.size() * 2));
         }
-        const vk::Buffer table =
-            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
-        const vk::Buffer places =
-            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
-        const vk::Buffer ranks =
-            device_buffer(context(), raster::radix_sort_rank_bytes(recorder, desc) / 4);
-        const vk::Buffer totals = device_buffer(context(), raster::kRadixBins);
-        const vk::Buffer range = device_buffer(context(), 2);
+        const auto space = raster::allocate_radix_sort(context(), desc);
+        EXPECT_OK(space.status());
+        if (!space.ok()) return {};
         const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
         const vk::Buffer kept = device_buffer(context(), 1);
         EXPECT_OK(raster::radix_sort(recorder, desc,
                                      {from.range(),
                                       {sides[0].range(), sides[1].range()},
                                       {seconds[0].range(), seconds[1].range()},
-                                      table.range(),
-                                      places.range(),
-                                      ranks.range(),
-                                      totals.range(),
-                                      range.range(),
                                       count.range(),
-                                      kept.range()}));
+                                      kept.range()},
+                                     space.value()));
         const std::uint32_t side = raster::radix_sort_side(recorder, desc);
         auto list = recorder.finish();
         EXPECT_OK(list.status());

@@ -17,13 +17,13 @@ class RasterSession {
     /// Whether it could be made; nothing else may be called if not.
     [[nodiscard]] const Status& status() const { return status_; }
     [[nodiscard]] raster::Rasterizer& rasterizer() { return *rasterizer_; }
-    [[nodiscard]] PackedScene& scene() { return scene_; }
+    [[nodiscard]] raster::PackedBuffers& scene() { return packed_.scene; }
 
     /// With the cameras given, or that of the case in every view.
     Status forward(std::uint64_t version = 0);
     Status forward(std::span<const scene::Camera> cameras, std::uint64_t version = 0);
     /// Another scene of the same size.
-    Status draw(const raster::SceneInput& scene, std::span<const scene::Camera> cameras);
+    Status draw(const raster::PackedGaussians& scene, std::span<const scene::Camera> cameras);
 
     /// From weights on the image [V,H,W,4], and on the depth [V,H,W] or none.
     Status backward(const std::vector<float>& grad_image,
@@ -41,7 +41,7 @@ class RasterSession {
     vk::Context& context_;
     std::size_t count_;
     std::vector<scene::Camera> cameras_;
-    PackedScene scene_;
+    PackedCase packed_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     Status status_;
 };

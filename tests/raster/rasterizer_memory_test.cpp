@@ -135,7 +135,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     for (const bool enough : {true, false}) {
         const auto device = limited(enough ? 0 : (before + after) / 2);
         ASSERT_NE(device, nullptr);
-        const auto other = PackedScene::create(*device, narrow, desc);
+        const auto other = PackedCase::create(*device, narrow, desc);
         ASSERT_OK(other.status());
         RasterSession session(*device, scene, desc);
         ASSERT_OK(session.status());
@@ -152,7 +152,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
                          Code::kInvalidArgument, "needs a forward call");
         }
         const scene::Camera camera = camera_of(scene);
-        ASSERT_OK(session.draw(other.value().input(), {&camera, 1}));
+        ASSERT_OK(session.draw(other.value().scene.scene(), {&camera, 1}));
         EXPECT_EQ(session.image(), expected) << enough;
     }
 }

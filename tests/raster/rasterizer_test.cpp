@@ -195,10 +195,10 @@ TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     EXPECT_ERROR(session.forward({&camera, 1}, 8), Code::kInvalidArgument, "focal");
     camera = camera_of(scene);
     EXPECT_TRUE(marked.drawn_by(forward(8)));
-    auto other = PackedScene::create(context(), random_scene(kSmall, 4), small_desc());
+    auto other = PackedCase::create(context(), random_scene(kSmall, 4), small_desc());
     ASSERT_OK(other.status());
     EXPECT_TRUE(marked.drawn_by([&] {
-        return session.draw(other.value().input(8), {&camera, 1});
+        return session.draw(other.value().scene.scene(8), {&camera, 1});
     })) << "another scene of the same version";
 }
 
