@@ -140,7 +140,7 @@ splat_result splat_device_destroy(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
         if (object == nullptr) return {};
-        // Now rather than with the last child: a finaliser may never run.
+        // Not left to the last child: a finaliser of another language may never run.
         const std::lock_guard lock(object->context->mutex);
         object->context->pipelines().save();
         return {};

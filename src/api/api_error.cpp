@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* kOutOfMemory = "host memory ran out; free some and repeat the call";
 
-/// The thread's last error. Text that finds no memory is replaced by the constant above.
+/// The last error of a thread. If there is no memory for its text, kOutOfMemory stands in.
 struct LastError {
     std::string text;
     bool out_of_memory = false;

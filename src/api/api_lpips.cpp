@@ -43,7 +43,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
             SPLAT_TRY(object->context->device().alive());
             for (const io::NamedTensors* given : tensors) SPLAT_TRY(given->unchanged());
             SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *lpips = api::Lpipses::add(std::move(object));
         return {};
     });

@@ -109,7 +109,7 @@ constexpr std::pair<model::Predictor::Input, const char*> kInputs[] = {
     {model::Predictor::Input::kEmbedding, "grad:embedding"},
     {model::Predictor::Input::kTokens, "grad:tokens"}};
 
-/// A result, a parameter or its gradient.
+/// Find a result, a parameter or a gradient by its name.
 Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& name) {
     const auto outputs = object.predictor->outputs();
     const std::pair<const char*, vk::BufferView> results[] = {
@@ -126,9 +126,9 @@ Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& na
         object.predictor->parameters().find(gradient ? name.substr(5) : name);
     if (parameter == nullptr)
         return error(Code::kInvalidArgument,
-                     "'%s' is no result (means, opacities, scales, rotations, sh, raw), no "
-                     "parameter of the model, and no gradient: grad: before a parameter's name, "
-                     "images, embedding or tokens",
+                     "'%s' is not a result (means, opacities, scales, rotations, sh, raw), a "
+                     "parameter, or a gradient ('grad:' and a parameter's name, images, "
+                     "embedding or tokens)",
                      name.c_str());
     if (!gradient) return parameter->value;
     if (parameter->grad.block == nullptr)
@@ -143,7 +143,7 @@ Status read_view(api::ModelObject& object, const vk::BufferView& view, std::vect
     return object.context->read(view, values.data(), values.size() * sizeof(float));
 }
 
-/// Object `i` of outputs that hold several.
+/// The values of object `i`.
 std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, std::uint32_t i) {
     const auto count = static_cast<std::ptrdiff_t>(all.size() / objects);
     return {all.begin() + i * count, all.begin() + (i + 1) * count};
@@ -168,7 +168,7 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
     made.sh = part(sh, object.objects, index);
     // Scenes hold logarithms and logits, as files of Gaussians do.
     made.log_scales = part(scales, object.objects, index);
-    // exp() of the network's output may be 0 in float32: a flat Gaussian, which still is drawn.
+    // exp() of the network's output may be 0 in float32. Such a flat Gaussian is still drawn.
     constexpr float kLeastScale = std::numeric_limits<float>::min();
     for (float& scale : made.log_scales) scale = std::log(std::max(scale, kLeastScale));
     made.opacity_logits = part(opacities, object.objects, index);
@@ -227,7 +227,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(object->predictor,
                          model::Predictor::create(*object->context, config, options));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *model = api::Models::add(std::move(object));
         return {};
     });

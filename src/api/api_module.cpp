@@ -96,7 +96,7 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *module = api::Modules::add(std::move(object));
         return {};
     });

@@ -37,7 +37,7 @@ class TensorList {
     const vk::Context& context_;
 };
 
-/// No two results of one pass in one place. `tensors` may hold NULLs.
+/// Refuse a tensor that is given for two results. NULLs are skipped.
 Status check_distinct(const char* op, const char* field, std::span<const splat_tensor> tensors) {
     for (std::size_t i = 0; i < tensors.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)

@@ -71,7 +71,7 @@ Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
     return desc;
 }
 
-/// Memory of the gradients, now: so that a backward call does not fail for want of it.
+/// Allocate the gradients at creation, so that a backward call cannot run out of memory for them.
 Status allocate_gradients(api::RasterizerObject& object, const raster::RasterDesc& desc) {
     vk::Context& context = *object.context;
     SPLAT_ASSIGN(object.grad_gaussians, raster::allocate_packed(context, desc));
@@ -98,11 +98,11 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     return object;
 }
 
-/// What both ways to draw are given, checked.
+/// Check and pack the cameras and the background of a forward call.
 Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
                                         std::uint32_t count, const float* background) {
     SPLAT_TRY(api::require(cameras, "cameras"));
-    if (count != desc.views)  // before any is read: `cameras` may hold fewer
+    if (count != desc.views)  // before reading: `cameras` may hold fewer
         return error(Code::kInvalidArgument,
                      "count is %u, but the rasterizer was made for %u views", count, desc.views);
     std::vector<scene::Camera> views;
@@ -118,8 +118,8 @@ Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const sp
     return raster::pack_views(desc, views, color);
 }
 
-/// The scene on the rasterizer's device, packed for its degree; uploaded if it is not there yet. The
-/// scene's mutex is held by the caller.
+/// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
+/// caller holds the scene's mutex.
 Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterizerObject& object) {
     static std::atomic<std::uint64_t> versions{0};
     const raster::RasterDesc& desc = object.rasterizer->desc();
@@ -146,7 +146,7 @@ Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterizerObject
     return copy;
 }
 
-/// Check the tensors, and take them into `to`.
+/// Check the tensors and put their views into `to`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
                        const splat_gaussians_desc& from, raster::GaussianAttributes& to) {
     const std::int64_t n = desc.gaussians;
@@ -172,8 +172,8 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
     return arguments.read(from.sh, "sh", {n, k, 3}, to.colors);
 }
 
-/// Keeps the scene that the rasterizer's command lists name when a call ends: the one drawn, or the one
-/// before if the call failed before it recorded.
+/// Keeps the scene that the rasterizer's command lists name when a call ends: the one drawn, or the
+/// one before if the call failed before it recorded.
 struct NamedSceneKeeper {
     api::RasterizerObject& object;
     CopyPointer& drawn;
@@ -216,7 +216,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
         SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(object->rasterizer->desc(), cameras, count, background));
-        CopyPointer copy;  // destroyed without the mutex, which its destructor locks
+        CopyPointer copy;  // destroyed after the mutex is released: its destructor locks it
         {
             const std::lock_guard lock(from->mutex);
             SPLAT_ASSIGN(copy, copy_of(*from, *object));

@@ -18,7 +18,7 @@ Status check_made_for(bool made, const char* name, const char* flag) {
     return error(Code::kInvalidState, "%s needs a rasterizer made %s", name, flag);
 }
 
-/// Errors: kInvalidState, for a tensor that this rasterizer has no use for.
+/// Errors: kInvalidState for a tensor that this rasterizer was not made for.
 Status check_purpose(const raster::RasterDesc& desc, const splat_gradients_desc& from) {
     SPLAT_TRY(check_made_for(desc.backward, "backward", "with SPLAT_RASTERIZER_BACKWARD"));
     SPLAT_TRY(check_made_for(desc.grad_depth || from.grad_depth == nullptr, "grad_depth",
@@ -61,7 +61,7 @@ bool present(const vk::BufferView& view) {
     return view.buffer != VK_NULL_HANDLE;
 }
 
-/// The gradients by the outputs into the layout of the kernels.
+/// Copy the gradients by the outputs into the kernels' layout.
 Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     const std::uint64_t pixels = object.rasterizer->desc().pixels();
     const vk::BufferView& image = object.grad_image.range();
@@ -81,7 +81,7 @@ Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     return object.context->run(list);
 }
 
-/// The gradients by the inputs from the layout of the kernels.
+/// Copy the gradients by the inputs out of the kernels' layout.
 Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, bool accumulate) {
     const raster::RasterDesc& desc = object.rasterizer->desc();
     const raster::Workspace& space = object.rasterizer->workspace();

@@ -48,7 +48,7 @@ splat_scene add_scene(scene::Gaussians gaussians) {
     return api::Scenes::add(std::move(object));
 }
 
-/// Replace the Gaussians of a scene by those that `make` gives of them, or leave it as it was.
+/// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
 template <class Make>
 splat_result replace(splat_scene scene, Make&& make) {
     return api::guarded([&]() -> Status {
@@ -66,7 +66,7 @@ Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
                  elements * sizeof(float));
 }
 
-/// An attribute that a call reads or writes. Errors: what is NULL, no attribute, or too small.
+/// The attribute that a call names. Errors: NULL arguments, an unknown name, too few bytes.
 Result<const api::SceneAttribute*> attribute_of(const api::SceneObject& object, const char* name,
                                                 const float* values, std::size_t bytes) {
     SPLAT_TRY(api::require(name, "name"));
@@ -97,7 +97,7 @@ splat_scene_info info_of(const scene::Statistics& s) {
     return info;
 }
 
-/// The Gaussians of live scenes; each is locked while it is copied.
+/// Copies of the Gaussians of live scenes. Each scene is locked while it is copied.
 Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::uint32_t count) {
     std::vector<scene::Gaussians> copies;
     std::uint64_t total = 0;

@@ -67,8 +67,8 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
-    // A mapped tensor is copied in one step that cannot fail half-way; a staged one goes through a
-    // copy of our own first.
+    // From host-visible memory one copy, which cannot fail half-way; staged reads go to a copy
+    // first.
     if (layout.contiguous && vk::Memory::host(tensor.view) != nullptr)
         return context.read(tensor.view, data, tensor.bytes());
     std::vector<std::byte> contiguous(tensor.bytes());

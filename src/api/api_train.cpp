@@ -35,7 +35,7 @@ splat_result locked(splat_trainer trainer, Body&& body) {
     return api::guarded([&] { return api::use<api::Trainers>(trainer, "trainer", body); });
 }
 
-/// The caller's arrays with the lengths that the configuration says.
+/// The caller's arrays, with the lengths that the configuration implies.
 struct Arrays {
     std::vector<scene::Camera> cameras;
     train::TrainBatch batch;
@@ -128,14 +128,14 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
             SPLAT_TRY(object->context->device().alive());
             SPLAT_ASSIGN(object->trainer,
                          train::Trainer::create(*object->context, made.network, made.training));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *trainer = api::Trainers::add(std::move(object));
         return {};
     });
 }
 
 splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
-    return api::guarded([&]() -> Status {  // not locked: add() may destroy what it cannot take
+    return api::guarded([&]() -> Status {  // not locked: if add() throws, the model is destroyed
         SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
         SPLAT_TRY(api::require(model, "model"));
         auto made = std::make_shared<api::ModelObject>(object->context);

@@ -25,7 +25,7 @@ Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights we
 
 namespace {
 
-/// The tensor of live weights; `object` keeps it.
+/// A tensor of live weights. `object` keeps it alive.
 Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t index,
                                          std::shared_ptr<api::WeightsObject>& object) {
     SPLAT_ASSIGN(object, api::Weights::find(weights, "weights"));
@@ -147,7 +147,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         SPLAT_ASSIGN(made->file.tensors,
                      model::merge_adapters(from->file.tensors, given->file.tensors, alpha,
                                            (flags & SPLAT_FOLD_OUT) ? -1 : 1));
-        SPLAT_TRY(from->file.tensors.unchanged());  // while they were folded
+        SPLAT_TRY(from->file.tensors.unchanged());  // files may have changed during the fold
         SPLAT_TRY(given->file.tensors.unchanged());
         for (const auto& entry : from->file.metadata)  // the result has no adapters
             if (entry.first != "lora_alpha" && entry.first != "lora_rank")

@@ -37,11 +37,11 @@ struct Entry {
 
 struct Registry {
     std::mutex mutex;
-    std::uintptr_t next = 0x1000;  // above the zero page, so that small integers are never handles
+    std::uintptr_t next = 0x1000;  // small integers are never handles
     std::unordered_map<std::uintptr_t, Entry> entries;
 };
 
-/// Never destroyed: handles may be given up while the process exits.
+/// Never destroyed: the process may destroy handles while it exits.
 Registry& registry() {
     static Registry* const instance = new Registry;
     return *instance;
@@ -55,7 +55,7 @@ Status check(const Registry& all, std::uintptr_t key, const char* argument) {
     const auto found = all.entries.find(key);
     if (found == all.entries.end())
         return error(Code::kInvalidHandle,
-                     "%s is no live handle (destroyed, or never one), expected a %s", argument,
+                     "%s is not a live handle (destroyed, or never one), expected a %s", argument,
                      kind);
     if (found->second.kind != kind)
         return error(Code::kInvalidHandle, "%s is a %s, expected a %s", argument,

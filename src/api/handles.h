@@ -19,13 +19,14 @@
 
 namespace splat::api {
 
-/// Base of the objects of a device. Keeps the device open until their other members are gone.
+/// Base of the objects of a device. Keeps the device open until their other members are destroyed.
 struct OfDevice {
     explicit OfDevice(std::shared_ptr<vk::Context> owner) : context(std::move(owner)) {}
     std::shared_ptr<vk::Context> context;
 };
 
-/// A part of such an object. It is destroyed under the context's mutex, so nothing in it may lock that.
+/// A member of such an object, destroyed under the context's mutex. Nothing in it may lock that
+/// mutex.
 template <class Part>
 class OnDevice : public Part {
   public:
@@ -61,11 +62,12 @@ struct TensorObject : OfDevice {
 /// What stands behind splat_op.
 struct OpObject : OfDevice {
     using OfDevice::OfDevice;
-    std::vector<std::shared_ptr<TensorObject>> tensors;  ///< destroyed after `op`, which names them
+    std::vector<std::shared_ptr<TensorObject>> tensors;  ///< destroyed after `op`
     OnDevice<std::unique_ptr<nn::OpInstance>> op{*this};
 };
 
-/// A copy of a scene on a device, activated and packed with the bands up to a degree. Never changes.
+/// A copy of a scene on a device, activated and packed with the bands up to a degree. Never
+/// changes.
 struct SceneCopy : OfDevice {
     using OfDevice::OfDevice;
     std::uint32_t sh_degree = 0;
@@ -115,7 +117,7 @@ struct ModelObject : OfDevice {
     OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
     model::LoadReport load;                                        ///< of the latest load
     bool ran = false;
-    bool went_back = false;  ///< gradients of inputs are there
+    bool went_back = false;  ///< input gradients are valid
 };
 
 /// What stands behind splat_module.
@@ -140,15 +142,15 @@ struct LpipsObject : OfDevice {
     OnDevice<std::unique_ptr<model::LpipsNet>> net{*this};
 };
 
-/// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
-/// recognised, not followed.
+/// Live handles. A handle is a number that is used once, so a stale or foreign one is recognised
+/// and never followed.
 ///
 /// Errors: kInvalidHandle, naming `argument`; kOutOfHostMemory by exception.
 template <class Object, class Handle>
 struct Handles {
     static Handle add(std::shared_ptr<Object> object);
     static Result<std::shared_ptr<Object>> find(Handle handle, const char* argument);
-    /// Also takes NULL, which gives an empty pointer.
+    /// Accepts NULL, for which the pointer is empty.
     static Result<std::shared_ptr<Object>> remove(Handle handle, const char* argument);
 };
 
@@ -176,7 +178,7 @@ extern template struct Handles<ModuleObject, splat_module>;
 extern template struct Handles<TrainerObject, splat_trainer>;
 extern template struct Handles<LpipsObject, splat_lpips>;
 
-/// Call `body(object)` with the object of a live handle, its device locked.
+/// Lock the device of a live handle's object and call `body(object)`.
 template <class Kind, class Handle, class Body>
 Status use(Handle handle, const char* argument, Body&& body) {
     SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
@@ -184,13 +186,14 @@ Status use(Handle handle, const char* argument, Body&& body) {
     return body(*object);
 }
 
-/// Give up a handle; what all splat_*_destroy do. The object lives on while others need it.
+/// Remove a handle: the body of splat_*_destroy. The object lives on while others need it.
 template <class Kind, class Handle>
 splat_result destroy(Handle handle, const char* argument) {
     return guarded([&] { return Kind::remove(handle, argument).status(); });
 }
 
-/// Live weights whose values are to be used now. Errors: as Handles::find(), NamedTensors::unchanged().
+/// Live weights, whose file must not have changed. Errors: Handles::find(),
+/// NamedTensors::unchanged().
 Result<std::shared_ptr<WeightsObject>> weights_to_use(splat_weights weights, const char* argument);
 
 }  // namespace splat::api

@@ -3,7 +3,7 @@
 namespace splat::api {
 namespace {
 
-/// `use` says what the configuration has that makes the array wanted, or why it is not.
+/// `use` names the setting for which the array is needed, or not used.
 Status check_array(const char* type, const char* name, const float* values, std::uint32_t wanted,
                    const std::string& use) {
     if ((values != nullptr) == (wanted > 0)) return {};

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::uint32_t kTilePixels = kTileSize * kTileSize;
 
-/// A step through `total` rows of tiles that visits each once, about 0.618 of them long, so that every
-/// contiguous run of them is spread evenly.
+/// A step of about 0.618 * total that visits each of `total` rows of tiles once. Any run of
+/// consecutive steps then spreads evenly over the rows.
 std::uint32_t spread_of(std::uint64_t total) {
     auto step = static_cast<std::uint64_t>(0.6180339887 * static_cast<double>(total));
     while (step > 1 && std::gcd(step, total) != 1) --step;
@@ -34,7 +34,7 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
     params.spread = tile_order_used(recorder, desc, window)
                         ? 0
                         : spread_of(std::uint64_t{window.rows()} * desc.views);
-    // 3dgs stops when T would be < the limit, gsplat when it would be <=.
+    // 3dgs stops before T < the limit, gsplat before T <= the limit.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
                             : std::nextafter(kTransmittanceMin, 1.0F);

@@ -11,13 +11,13 @@ namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kGaussianFloats = 12;
-constexpr std::size_t kPiece = 65536;  ///< Gaussians that are packed at a time
+constexpr std::size_t kPiece = 65536;  ///< Gaussians packed at a time
 
 std::uint32_t color_floats(const RasterDesc& desc) {
     return desc.direct_colors ? 3 : 3 * scene::sh_coefficients(desc.sh_degree);
 }
 
-/// An attribute: which view, how many floats, and where they are packed.
+/// One attribute: its array, its floats per Gaussian, and their place in the packed layout.
 struct Row {
     const vk::BufferView* view;
     std::uint32_t channels;

@@ -11,8 +11,8 @@
 
 namespace splat::raster {
 
-/// The attributes of Gaussians as arrays of their own, row-major float32; or gradients by them. A
-/// view without a buffer is absent.
+/// Attributes of Gaussians, or gradients by them, in one row-major float32 array each. A view
+/// without a buffer is absent.
 struct GaussianAttributes {
     vk::BufferView means;      ///< [N,3]
     vk::BufferView scales;     ///< [N,3]
@@ -21,22 +21,22 @@ struct GaussianAttributes {
     vk::BufferView colors;     ///< [N,(degree+1)^2,3], or [N,3] for direct colours
 };
 
-/// A scene in the layout of the kernels, activated.
+/// An activated scene in the layout that the kernels read.
 struct PackedGaussians {
     vk::BufferView gaussians;   ///< [N,3] quads: mean xyz, opacity; scale xyz, 0; rotation wxyz
     vk::BufferView colors;      ///< [N,color_quads] quads
     std::uint64_t version = 0;  ///< changes with the contents; 0: not known
-    std::uint32_t sh_degree =
-        scene::kMaxShDegree;  ///< bands above it are zeros, which need not be read
+    /// Bands above this degree hold zeros, so the kernels skip them.
+    std::uint32_t sh_degree = scene::kMaxShDegree;
 };
 
-/// Gradients by a scene, in the same layout.
+/// Gradients by a scene, in the layout of PackedGaussians.
 struct PackedGradients {
     vk::BufferView gaussians;
     vk::BufferView colors;
 };
 
-/// Device memory of one of them.
+/// Device memory of a packed scene or of its gradients.
 struct PackedBuffers {
     vk::Buffer gaussians;
     vk::Buffer colors;
@@ -49,23 +49,23 @@ struct PackedBuffers {
     [[nodiscard]] PackedGradients gradients() const { return {gaussians.range(), colors.range()}; }
 };
 
-/// For desc.gaussians Gaussians, zeros. Errors: those of Memory::allocate.
+/// Memory for desc.gaussians Gaussians, filled with zeros. Errors: those of Memory::allocate.
 Result<PackedBuffers> allocate_packed(vk::Context& context, const RasterDesc& desc);
 
-/// Activate a scene of host memory and copy it to `to`. Degrees above desc.sh_degree are left out; those
-/// that the scene lacks become zeros. Works in pieces, which bounds the host memory it takes.
+/// Activate a scene in host memory and copy it to `to`. Bands above desc.sh_degree are left out,
+/// bands that the scene lacks become zeros. Works in pieces to bound the host memory.
 ///
 /// Errors       those of Context::write; the scene has desc.gaussians Gaussians
 /// Precision    as scene::activate()
 Status upload_scene(vk::Context& context, const RasterDesc& desc, const scene::Gaussians& scene,
                     const PackedBuffers& to);
 
-/// Copy the attributes that are present into the packed layout. Errors: the recorder's.
+/// Copy the attributes that are present to their places in `to`. Errors: the recorder's.
 Status pack_attributes(vk::Recorder& recorder, const RasterDesc& desc,
                        const GaussianAttributes& from, const PackedGaussians& to);
 
-/// Copy gradients out of the packed layout to the arrays that are present; add them if `accumulate`.
-/// Errors: the recorder's.
+/// Copy packed gradients to the arrays that are present, or add them if `accumulate`. Errors: the
+/// recorder's.
 Status unpack_gradients(vk::Recorder& recorder, const RasterDesc& desc, const PackedGradients& from,
                         const GaussianAttributes& to, bool accumulate);
 
@@ -78,13 +78,13 @@ struct PackedViews {
     std::vector<float> values;
 };
 
-/// Errors: kInvalidArgument for another number of cameras than desc.views, and for a camera that is
-/// singular, not finite or of another size.
+/// Pack the cameras of one call. Errors: kInvalidArgument if their number is not desc.views, or if
+/// a camera is singular, not finite, or of another size than desc.
 Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
                                const std::array<float, 3>& background);
 
-/// conics [items,3] (a, b, c of exp(-(a x^2 + c y^2)/2 - b x y), 0 for what is culled) from the
-/// splats [items,3] quads and radii [items,2] that the projection left.
+/// Conics [items,3] from the splats [items,3] quads and the radii [items,2] of the projection: a,
+/// b, c of exp(-(a x^2 + c y^2)/2 - b x y), or zeros where the item is culled.
 std::vector<float> conics_of(std::span<const float> splats, std::span<const float> radii);
 
 }  // namespace splat::raster

@@ -10,7 +10,7 @@
 namespace splat::raster {
 namespace {
 
-/// Flops of one projection and its gradient; only the length of submits depends on them.
+/// Flops of one projection and of its gradient. They only decide the length of submits.
 constexpr double kForwardFlops = 400;
 constexpr double kBackwardFlops = 1200;
 
@@ -35,7 +35,7 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
     return ops::workgroup_size(recorder.device(), kGroup);
 }
 
-/// One dispatch: the Gaussians from `first` on, one invocation for each (in one view).
+/// One dispatch, for `count` Gaussians from `first`: one invocation per Gaussian and view.
 struct Slice {
     std::uint32_t first;
     std::uint32_t count;

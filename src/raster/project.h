@@ -5,7 +5,7 @@
 
 namespace splat::raster {
 
-/// Per item (view * N + Gaussian), written by the projection.
+/// What the projection writes for each item (view * N + Gaussian).
 struct ItemViews {
     vk::BufferView splats;      ///< [V*N,3] quads: see shaders/raster/project_forward.comp
     vk::BufferView counts;      ///< [V*N] uint32: tiles
@@ -14,30 +14,31 @@ struct ItemViews {
     vk::BufferView footprints;  ///< [V*N,2] uint32: tiles, packed; see tile_footprint.glsl
 };
 
-/// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the
-/// colours of those dense enough to be seen. Only counts, keys and footprints depend on the window.
+/// Project and cull Gaussians, count their tiles in the window, and evaluate the colours of those
+/// that a pixel may see. Only counts, keys and footprints depend on the window.
 ///
 /// cameras      [V,kCameraQuads] quads
 /// Errors       the recorder's
-/// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)
+/// Precision    conics 4e-6 relative for needles of any ratio
+///              (tests/raster/rasterizer_scenes_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                        const PackedGaussians& scene, const vk::BufferView& cameras,
                        const ItemViews& items);
 
-/// normals [V*N] quads: of each Gaussian that reaches a tile, in coordinates of the camera.
+/// Compute the normal of each Gaussian that reaches a tile, in camera coordinates, as [V*N] quads.
 Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
                        const vk::BufferView& cameras, const ItemViews& items,
                        const vk::BufferView& normals);
 
-/// What the blending's backward pass leaves: one record per pair.
+/// Records of the blending's backward pass, one per pair.
 struct RecordViews {
     vk::BufferView a, b, c;  ///< [pairs] quads each
     vk::BufferView begins;   ///< [V*N] uint32: an item's first record, slot_begins of tile_bin
 };
 
-/// Gradients by what the projection takes and makes, beside those by the scene.
+/// Gradients by the projected Gaussians and by the cameras.
 struct ProjectionGradients {
     vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
     vk::BufferView pose_partial;  ///< pose_partial_bytes
@@ -46,8 +47,8 @@ struct ProjectionGradients {
 
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc);
 
-/// Gradients by the Gaussians, their colours and the cameras, from the records; added to what is
-/// there when `accumulate`.
+/// Sum the records into gradients by the Gaussians, their colours and the cameras. With
+/// `accumulate`, add them to the values already there.
 ///
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count: records are summed in their order

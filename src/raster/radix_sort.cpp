@@ -10,29 +10,29 @@
 namespace splat::raster {
 namespace {
 
-/// Counters of the longest digit where totals are kept.
+/// Values of the longest digit with kernels that keep totals.
 constexpr std::uint32_t kRadixBins = 256;
 
-/// Shape of the sort on a device. A lane has a counter for each value of a digit; on GPUs they are
-/// per subgroup and fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to
-/// 9 bits: depths within a factor of 65536, whose bits differ in 27, take three passes (8 bits: within one
-/// of 4), and 512 tiles take one. A lane's chunk is longer than its 512 counters, or they would take most
-/// of the time.
+/// Shape of the sort on a device. Each lane has one counter per value of a digit; on GPUs each
+/// subgroup has, in 32 KiB of shared memory. On CPU devices a workgroup is one subgroup and digits
+/// have up to 9 bits: depths within a factor of 65536 differ in 27 bits and take three passes (with
+/// 8 bits only a factor of 4 would), and 512 tiles take one. Chunks are longer than 512, or the
+/// counters would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
     std::uint32_t passes;
-    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs where entries are moved
-    std::uint32_t least;  ///< of them for few entries
-    std::uint32_t chunk;  ///< entries for each of them
+    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs when entries are moved
+    std::uint32_t least;  ///< lanes that take part however few entries there are
+    std::uint32_t chunk;  ///< entries per lane
     std::uint32_t groups;
-    bool ranged;  ///< keys of all bits: digits of the bits by which they differ
+    bool ranged;  ///< sort by the bits in which the keys differ; keys of 32 bits
 };
 
-/// How a set of kernels shares entries: lanes (or workgroups) for few and for many of them, entries
-/// that each further one is for, and the most that one can have: the turns of its loop, the 16 bits of
-/// a rank. On CPU devices one workgroup sums the counts, longer for more chunks; 8 chunks are one workgroup
-/// of counting, so 128 give work to 16 threads.
+/// How kernels share entries among lanes (or workgroups): the least and the most lanes, the entries
+/// per lane in between, and the most that one lane can take (turns of its loop, 16 bits of a rank).
+/// On CPU devices one workgroup sums the counts of all chunks, so fewer are faster; 128 chunks keep
+/// 16 threads busy, as a workgroup counts 8.
 struct Sharing {
     std::uint32_t least, most, chunk, longest;
 };
@@ -76,7 +76,7 @@ params::RadixSortParams params_of(const Plan& plan, const RadixSortDesc& desc, s
     return params;
 }
 
-/// All that kernels are bound to.
+/// Every view that the kernels bind.
 struct Arrays : RadixSortViews {
     vk::BufferView table, places, ranks, totals, range;
 };
@@ -94,7 +94,7 @@ Arrays arrays_of(const RadixSortDesc& desc, const RadixSortViews& views,
 }
 
 std::uint64_t table_bytes(const vk::Recorder& recorder, RadixSortDesc desc) {
-    // Fewer bits may mean longer digits: those of 10 are two of 5, those of 9 one of 9.
+    // Keys of fewer bits may have longer digits: 10 bits are two digits of 5, 9 bits are one of 9.
     std::uint64_t most = 0;
     for (; desc.key_bits >= 1; --desc.key_bits) {
         const Plan plan = plan_for(recorder, desc);
@@ -118,8 +118,8 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
     });
 }
 
-/// One digit. Which pass is the first is known on the device if digits are by the range of the keys, so
-/// that the kernels see the input, too.
+/// One pass, by one digit. If digits follow the range of the keys, only the device knows which pass
+/// is the first, so every pass also binds the input.
 struct Pass {
     params::RadixSortParams params;
     std::vector<vk::SpecConstant> constants;
@@ -246,7 +246,7 @@ Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const Radix
     SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
     const Arrays arrays = arrays_of(desc, views, space);
     const Plan plan = plan_for(recorder, desc);
-    // The first pass that works is known on the device alone, and with it the second values' side.
+    // Only the device knows the first pass of a ranged sort, and so the side of the second values.
     SPLAT_ASSERT(!plan.ranged || !desc.second);
     if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, arrays));
     for (std::uint32_t index = 0; index < plan.passes; ++index) {

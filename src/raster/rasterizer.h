@@ -9,8 +9,8 @@ namespace splat::raster {
 
 /// What the latest forward call did.
 struct RasterStats {
-    std::uint64_t visible = 0;      ///< (Gaussian, view) sorted: that reached a tile or, without
-                                    ///< skips.cull, are not culled; in the pass with most
+    std::uint64_t visible = 0;      ///< (Gaussian, view) sorted, in the pass with most: those that
+                                    ///< reach a tile or, without skips.cull, those not culled
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
     std::uint64_t empty_tiles = 0;  ///< of all views
@@ -20,23 +20,25 @@ struct RasterStats {
     std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 and more: the pair arrays had to grow
 };
 
-/// The stages of 3D Gaussian splatting in order, with their memory: project, sort by depth, tile_bin,
-/// sort by tile, tile_ranges, blend; and back.
+/// Runs the stages of 3D Gaussian splatting and owns their memory. Forward: project, sort by depth,
+/// tile_bin, sort by tile, tile_ranges, blend.
 ///
-/// One submit per call as long as all pairs fit. If they do not, nothing is drawn; the arrays grow,
-/// or, where a binding is full, the image is drawn in groups of tile rows, with the same result.
+/// A call is one submit while all pairs fit. If they do not, the arrays grow and the call runs
+/// again; where a binding is full, the image is drawn in groups of tile rows. The result is the
+/// same.
 class Rasterizer {
   public:
     /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
     static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
-    /// `views` is of pack_views with this rasterizer's desc.
+    /// Draw `scene`. `views` comes from pack_views with this rasterizer's desc.
     ///
-    /// Errors: kUnsupported if a tile's list is longer than the device's loops can be; those of
-    /// create. One before the device works leaves the call before as it was.
+    /// Errors: kUnsupported if a tile's list is longer than the device's loops; those of create. If
+    /// the call fails before the device starts, the results of the previous call stay valid.
     Status forward(const PackedGaussians& scene, const PackedViews& views);
 
-    /// Gradient of the latest forward call. Pose and exported gradients stay in the workspace.
+    /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
+    /// gradients.
     ///
     /// grad_image   [V,H,W] quads: by RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
@@ -46,10 +48,10 @@ class Rasterizer {
     /// Whether the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
-    /// Whether recorded lists may name these arrays; they name those of one scene.
+    /// Whether recorded command lists may name these arrays. They name those of one scene.
     [[nodiscard]] bool names(const PackedGaussians& scene) const;
 
-    /// The scene's arrays are about to be written: from now on nothing is drawn.
+    /// Call before the scene's arrays are written: the results no longer count as drawn.
     void invalidate() { valid_ = false; }
 
     [[nodiscard]] const RasterDesc& desc() const { return desc_; }

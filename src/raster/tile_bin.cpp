@@ -14,10 +14,11 @@ namespace {
 constexpr std::uint32_t kBinGroup = 64;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
-/// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
-/// 65535 turns in all (src/ops/launch.h). Sums of chunks are read 16 in a turn, and there are at most 32768 (a power of
-/// two below 65536 workgroups); 8 entries take one turn, one for each tile of the largest of their packed footprints,
-/// of 6 by 15 tiles (shaders/include/tile_footprint.glsl), and one more if there are larger ones in the chunk.
+/// Most entries of a chunk on CPU devices, where a workgroup of 8 lanes walks it and lavapipe ends
+/// its loops after 65535 turns in all. Reading the sums takes one turn per 16 chunks, of which
+/// there are at most 32768 (a power of two below 65536 workgroups). 8 entries take one turn, one
+/// more per tile of their largest packed footprint (6 by 15 tiles,
+/// shaders/include/tile_footprint.glsl), and one more if the chunk has larger ones.
 constexpr std::uint64_t kMaxChunks = 32768;
 constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (2 + 6 * 15) * 8;
 static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);
@@ -41,8 +42,8 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     return params;
 }
 
-/// Large footprints that one invocation may have to do. On CPU devices, where groups that do nothing
-/// cost most, up to 16, as long as they walk no more tiles in all than one may.
+/// Large footprints per invocation. CPU devices take up to 128, since an idle group is expensive
+/// there, but no more than kMaxWindowTiles allows if each covers the whole window.
 std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
                           const Window& window) {
     if (recorder.kernels() != vk::Kernels::kCpu) return 1;
@@ -50,8 +51,9 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
     return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 128);
 }
 
-/// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index. On
-/// CPU devices those by depth are left as sums of each chunk alone, and `emit` decides.
+/// Exclusive sums of the tile counts, in order of depth or of index. The sum by depth also decides
+/// whether this pass draws. On CPU devices only the sums of the chunks are made by depth, and
+/// `emit` decides.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
     const vk::Kernels kernels = recorder.kernels();
@@ -96,7 +98,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     });
 }
 
-/// The pairs of all footprints that are packed.
+/// Write the pairs of all packed footprints.
 Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParams params,
             const TileBinViews& views) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
@@ -131,8 +133,8 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 }  // namespace
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
-    // Chunks of 64 or more, few enough lanes that one invocation can scan their sums; on CPU devices, where each is a
-    // workgroup, of 256 or more.
+    // Chunks have 64 entries or more, so that one invocation can scan their sums; on CPU devices,
+    // where each is a workgroup, 256 or more.
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
@@ -151,7 +153,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
     params.capacity = bin.capacity;
     const auto items = static_cast<double>(desc.items());
     if (desc.backward) SPLAT_TRY(scan_counts(recorder, params, views, true));
-    SPLAT_TRY(scan_counts(recorder, params, views, false));  // its sums are still needed
+    SPLAT_TRY(scan_counts(recorder, params, views, false));  // last: `emit` needs these sums
     SPLAT_TRY(emit(recorder, desc, params, views));
     const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
     const std::uint64_t share = large_share(recorder, desc, bin.window);

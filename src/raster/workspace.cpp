@@ -13,7 +13,7 @@ struct Wanted {
     std::uint64_t bytes;
 };
 
-/// Allocate the buffers of `list`. Returns: their bytes.
+/// Allocate the buffers of `list`. Returns the sum of their bytes.
 Result<std::uint64_t> allocate(vk::Context& context, const std::vector<Wanted>& list) {
     std::uint64_t sum = 0;
     for (const Wanted& wanted : list) {
@@ -89,7 +89,7 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
                                     {&fresh.record_a, "gradient records", record},
                                     {&fresh.record_b, "gradient records", record},
                                     {&fresh.record_c, "gradient records", record}}));
-    // A window of fewer tiles has keys of fewer bits.
+    // Keys of a smaller window have fewer bits.
     SPLAT_ASSIGN(fresh.sort,
                  allocate_radix_sort(context, {.capacity = wanted,
                                                .key_bits = tile_key_bits(desc, {0, desc.tiles_y()}),
