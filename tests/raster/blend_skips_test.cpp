@@ -1,5 +1,5 @@
-// List entries that the blending kernels leave out: their colours are not numbers, so that a kernel
-// that blends them, even with weight 0, shows it.
+// List entries that the blending kernels skip. Their colours are NaN, so that blending them shows
+// even with weight 0.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -94,7 +94,7 @@ class BlendSkips : public KernelsTest {
 };
 SPLAT_INSTANTIATE_KERNELS(BlendSkips);
 
-/// Three of the first eight stop every pixel; the rest is left out, but by the plain kernels.
+/// Three of the first eight stop every pixel. All kernels but the plain ones skip the rest.
 TEST_P(BlendSkips, EndsWhereEveryPixelHasStopped) {
     std::vector<Entry> entries(8, {8, 1, 1e-3F, 0.5F});
     entries.resize(200, {8, 0.5F, 1e-3F, kNotANumber});

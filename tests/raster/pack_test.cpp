@@ -31,7 +31,7 @@ scene::Gaussians random_gaussians(std::size_t count, std::uint32_t degree) {
     return g;
 }
 
-/// A scene packed by the host, and the same arrays packed by the device, give the same bits.
+/// Host and device pack a scene to the same bits.
 TEST(Pack, DeviceAndHostAgree) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);

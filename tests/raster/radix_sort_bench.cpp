@@ -1,6 +1,6 @@
-// radix_sort_bench [pairs] [rounds]: times the sort of pairs of a random 32-bit key and its position,
-// in turns with a least-significant-digit radix sort on one thread of the host. Prints the minimum and
-// the median of both in ms, and the shaders' shares.
+// radix_sort_bench [pairs] [rounds]: times the sort of pairs of a random 32-bit key and its
+// position, in turns with a least-significant-digit radix sort on one host thread. Prints the
+// minimum and the median of both in ms, and the times of the shaders.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -20,7 +20,7 @@ struct Pair {
     bool operator==(const Pair&) const = default;
 };
 
-/// Four passes of 8 bits, as one would write it for the host.
+/// Four passes of 8 bits, in plain host code.
 void host_sort(const std::vector<Pair>& input, std::vector<Pair>& pairs, std::vector<Pair>& other) {
     pairs = input;
     for (int shift = 0; shift < 32; shift += 8) {

@@ -38,7 +38,7 @@ std::vector<float> packed_gaussians(const RasterCase& from) {
     return packed;
 }
 
-/// The conic from the factor that the kernels keep: |L^T q|^2 is in log2 units.
+/// Computes the conic from the factor that the kernels keep. |L^T q|^2 is in log2 units.
 void add_splat(const float* splat, bool valid, RasterOutputs& out) {
     const double log2_to_sigma = valid ? 2 * std::numbers::ln2 : 0;
     const double l11 = static_cast<double>(splat[4]);
@@ -73,7 +73,7 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.depth_expected.push_back(static_cast<double>(extra[4 * p + 1]));
         run.outputs.n_contrib.push_back(static_cast<std::int64_t>(extra[4 * p + 2]));
     }
-    bool without_color = false;  // too faint to be seen, but not culled: 3dgs
+    bool without_color = false;  // 3dgs: too faint to be seen, but not culled
     for (std::size_t i = 0; i < items; ++i) {
         add_splat(&splats[12 * i], radii[2 * i] > 0, run.outputs);
         run.outputs.radii.push_back(static_cast<std::int64_t>(radii[2 * i]));
@@ -81,12 +81,12 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.valid.push_back(radii[2 * i] > 0 ? 1 : 0);
         without_color |= radii[2 * i] > 0 && splats[12 * i + 2] < raster::kAlphaMin;
     }
-    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as it should be
+    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as expected
     return {};
 }
 
-/// The 12 free entries of a pose, and the left perturbation V' = (I + [w]x, rho) V: rho = dL/dt, w =
-/// sum over the columns of column x gradient.
+/// The 12 free entries of a pose, and the left perturbation V' = (I + [w]x, rho) V: rho = dL/dt, w
+/// = sum over the columns of column x gradient.
 void add_pose(const std::vector<float>& pose, const scene::Camera& camera, RasterGradients& out) {
     std::array<double, 12> g{};
     for (std::size_t i = 0; i < 12; ++i) g[i] = static_cast<double>(pose[i]);

@@ -148,7 +148,8 @@ class Scenario : ScenarioCalls {
         return done;
     }
 
-    /// Texts that the library makes up anew; cut, so that they say SPLAT_INCOMPLETE.
+    /// Texts that the library builds on each call. The buffer is short, so they return
+    /// SPLAT_INCOMPLETE.
     bool tell() {
         Output<char> letter;
         Output<std::size_t> needed;
