@@ -1,6 +1,6 @@
 #version 460
-// As blend_backward.comp for GPUs: sums by subgroup, then over the subgroups in their order, with one
-// barrier per list entry; the walk begins at the last entry that any pixel blended.
+// As blend_backward.comp for GPUs: it sums each subgroup, then the subgroups in order, with one barrier
+// per list entry. The walk begins at the last entry that any pixel blended.
 // Work per workgroup and invocation, bindings and specialisation as there; 12 = walk the whole list, also
 // what no pixel reached. Subgroups of at least 8.
 #extension GL_GOOGLE_include_directive : require
@@ -90,7 +90,7 @@ void main() {
         }
         barrier();
         if (lane < 3) {
-            // Kahan's compensation: a plain sum of 32 loses what the gates of the gradient allow.
+            // Kahan's compensation: a plain sum of 32 exceeds the tolerance of the gradients.
             precise vec4 sum = vec4(0), lost = vec4(0);
             for (uint s = 0; s < gl_NumSubgroups; ++s) {
                 precise vec4 term = sums[side][lane][s] - lost;

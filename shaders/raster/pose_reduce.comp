@@ -1,6 +1,6 @@
 #version 460
-// dL/d[R|t] of each view: the workgroups' sums of project_backward.comp added in a fixed order.
-// One workgroup does one view. Bindings: partial [groups][V][3] vec4; pose [V][3] vec4.
+// dL/d[R|t] of each view: adds the workgroups' sums of project_backward.comp in a fixed order.
+// One workgroup computes one view. Bindings: partial [groups][V][3] vec4; pose [V][3] vec4.
 #extension GL_GOOGLE_include_directive : require
 #include "params/pose_reduce_params.h"
 

@@ -1,7 +1,7 @@
 #version 460
 // Normal of every Gaussian in every view: the axis of its smallest scale (the first of equals), in
-// coordinates of the camera, on the camera's side. One invocation computes one item (gl_WorkGroupID.z is
-// the view); what reaches no tile gets 0.
+// camera coordinates, facing the camera. One invocation computes one item (gl_WorkGroupID.z is the
+// view). Items that reach no tile get 0.
 // Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
 // Specialisation: 13 = kFlags.
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,7 @@
 #version 460
-// Moves every entry to its place: the entries of smaller digits, then those of the same digit in
-// lanes before, then those before it in its own lane. Chunks as in radix_sort_upsweep.comp.
-// Keys 0xFFFFFFFF are left out by the first pass; the number of entries that stay goes to `kept`.
+// Moves every entry to its place: after the entries of smaller digits, those of its digit in earlier
+// lanes, and those of its digit before it in its own lane. Chunks as in radix_sort_upsweep.comp.
+// The first pass leaves out keys 0xFFFFFFFF and writes the number of remaining entries to `kept`.
 // Bindings: inputs, entries, input_count, kept, table, totals, seconds; entries_out, seconds_out; range.
 // Specialisation: 10 = most bits of a digit, 12 = each entry has a second value, 15 = digits by the range
 // of the keys.

@@ -1,7 +1,7 @@
 #version 460
-// As radix_sort_downsweep.comp for GPUs: the workgroup walks its chunk in steps of its size. Within a
-// step an entry's rank among those of its digit is the number before it in its subgroup, found with a
-// ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in the subgroups before it.
+// As radix_sort_downsweep.comp for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
+// rank within a step is the number of entries of its digit before it: in its subgroup, found with one
+// ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in earlier subgroups.
 // Bindings (but range) and specialisation 10, 12 as there. Any subgroup size; a workgroup of whole subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -30,7 +30,7 @@ const uint kMaxSubgroups = 16;  // of a workgroup of 128; subgroups smaller than
 shared uint places[kBins];      // next place of each digit
 shared uint ranks[kMaxSubgroups * kBins];
 
-// The places of each digit's first entry in this chunk.
+// Where each digit's first entry of this chunk goes.
 void first_places() {
     const uint l = gl_LocalInvocationID.x;
     for (uint bin = l; bin < kBins; bin += gl_WorkGroupSize.x) ranks[bin] = totals[bin];

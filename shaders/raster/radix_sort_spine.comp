@@ -1,6 +1,6 @@
 #version 460
 // Exclusive sums over the lanes of the table of radix_sort_upsweep.comp, for each bin, and the bins'
-// totals. One invocation does one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
+// totals. One invocation computes one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
 // kept, range. Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

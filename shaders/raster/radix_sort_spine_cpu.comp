@@ -1,7 +1,7 @@
 #version 460
-// As radix_sort_spine.comp for devices whose shaders run on a CPU, and the places of the digits, too:
-// places [lanes][bins] where a lane's first entry of each digit goes. One workgroup of 8 lanes, four bins each;
-// needs a workgroup of one subgroup.
+// As radix_sort_spine.comp for devices whose shaders run on a CPU. It also writes places [lanes][bins]: where
+// a lane's first entry of each digit goes. One workgroup of 8 lanes, which must be one subgroup; each lane
+// takes four bins at a time.
 // Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: 10 = most bits of a digit,
 // 15 = digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require

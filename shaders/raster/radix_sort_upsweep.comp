@@ -1,7 +1,7 @@
 #version 460
-// Counts digits for one pass of a stable least-significant-digit radix sort: every lane owns a
-// contiguous chunk of the entries and counters of its own, so that there are no atomics, and stability
-// comes for free. They are private: lavapipe takes three times as long for shared memory.
+// Counts digits for one pass of a stable least-significant-digit radix sort. Every lane owns a
+// contiguous chunk of the entries and its own counters, which needs no atomics and keeps the sort stable.
+// The counters are private: lavapipe takes three times as long with shared memory.
 // table [lanes][bins].
 // Bindings: inputs, entries [capacity] uvec2 (key, value; read 2 at a time; inputs in the first pass),
 // input_count, kept; table; range of radix_sort_range.comp.

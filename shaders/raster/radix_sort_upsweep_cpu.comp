@@ -1,8 +1,9 @@
 #version 460
-// As radix_sort_upsweep.comp for devices whose shaders run on a CPU: it also writes each entry's rank among
-// those of its digit in its chunk. With them entries can be moved in any order
+// As radix_sort_upsweep.comp for devices whose shaders run on a CPU. It also writes each entry's rank among
+// the entries of its digit in its chunk, so that entries can be moved in any order
 // (radix_sort_downsweep_cpu.comp).
-// ranks [capacity / 2, rounded up to even] uint: of two entries, 16 bits each. Bindings and specialisation as there.
+// ranks [capacity / 2, rounded up to even] uint: of two entries, 16 bits each. Bindings and specialisation as
+// there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -25,7 +26,7 @@ layout(push_constant) uniform Push { RadixSortParams params; };
 
 uint counters[1u << kBits];
 
-// Counts the entries of `quads`. `from_input` is constant: a choice in the loop would read both arrays.
+// Counts the entries of `quads`. `from_input` is constant: a branch in the loop would read both arrays.
 void count_entries(const bool from_input, uvec2 quads, uint count, Digit digit) {
     uint i = quads.x;
     if (i < quads.y) do {

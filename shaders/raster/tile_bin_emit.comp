@@ -1,7 +1,7 @@
 #version 460
-// One pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort by
-// tile alone gives lists in depth order. One invocation does one entry of the order. Footprints that
-// are not packed are left to tile_bin_emit_large.comp; the order of its list does not matter.
+// Writes one pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort
+// by tile gives lists in depth order. One invocation computes one entry of the order. Footprints that are
+// not packed go to a list, in any order, for tile_bin_emit_large.comp.
 // Bindings: order uvec2 (depth, item), begins [sorted], slot_begins [V*N], sorted, pair_count,
 // footprints; pairs uvec2 (tile, item), slots [pairs] record of the backward pass, large [sorted] entries
 // of the order, stats. Specialisation: 10 = slots wanted.
@@ -44,7 +44,7 @@ void main() {
     if (count == 0) return;
     TileWalk walk = first_tile(packed);
     uint pair = 0, taken;
-    do {  // what a turn without a tile stores, the next one stores over
+    do {  // the next turn overwrites what a turn without a tile stores
         ST2(pairs, begin + pair, uvec2(take_tile(walk, taken), item));
         if (kSlots) slots[begin + pair] = slot + pair;
         pair += taken;

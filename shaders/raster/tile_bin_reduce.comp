@@ -1,7 +1,6 @@
 #version 460
-// Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
-// pass 2^32 - 1 stay there. The counts by depth are kept for tile_bin_offsets.comp, as they come from all
-// over the memory.
+// Sums the tile counts over contiguous chunks of the depth order, one lane each. Sums saturate at
+// 2^32 - 1. The counts by depth are kept for tile_bin_offsets.comp, as they are scattered in memory.
 // Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes], ordered [V*N].
 // Specialisation: 10 = by index instead of depth; nothing is kept.
 #extension GL_GOOGLE_include_directive : require

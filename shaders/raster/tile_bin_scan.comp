@@ -1,7 +1,7 @@
 #version 460
-// Exclusive sum of the lanes' sums, and with it the number of pairs: what this pass does next is
-// decided here, on the device (on CPU devices by tile_bin_emit_cpu.comp). More pairs than fit: none is
-// made, and the host reads how many there are. One workgroup of one invocation.
+// Exclusive sum of the lanes' sums, and with it the number of pairs. It decides here, on the device,
+// whether the pass draws (on CPU devices tile_bin_emit_cpu.comp does). If more pairs are needed than fit,
+// none is made, and the host reads their number. One workgroup of one invocation.
 // Bindings: sums [lanes] in place, sorted (entries of the depth order), stats
 // (include/params/tile_bin_params.h), pairs (their number, for the sort).
 // Specialisation: 10 = nothing but the sums.

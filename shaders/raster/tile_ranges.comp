@@ -1,6 +1,6 @@
 #version 460
-// Where each tile's list lies among the sorted pairs, by binary search: [first, last). One invocation
-// does one tile. Bindings: pairs uvec2 (tile, value; sorted), sorted (their number); ranges [tiles]
+// Finds each tile's list [first, last) in the sorted pairs by binary search. One invocation computes
+// one tile. Bindings: pairs uvec2 (tile, value; sorted), sorted (their number); ranges [tiles]
 // uvec2, stats.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"

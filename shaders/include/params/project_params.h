@@ -10,7 +10,7 @@ using uint = std::uint32_t;
 #define SPLAT_FLAG const uint
 #endif
 
-// Bits of kFlags, a specialisation constant: lavapipe would do both sides of every choice.
+// Bits of kFlags, a specialisation constant, as lavapipe runs both sides of every branch.
 SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
 SPLAT_FLAG kFlagAntialias = 2u;         // opacity compensates for the dilation
 SPLAT_FLAG kFlagDirectColors = 4u;      // colours are given, not spherical harmonics
@@ -22,7 +22,7 @@ SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the 
 // An item is a Gaussian in a view: view * gaussians + Gaussian.
 struct ProjectParams {
     uint gaussians;
-    uint first;  // this dispatch does the Gaussians first to first + count - 1
+    uint first;  // this dispatch computes Gaussians first to first + count - 1
     uint count;
     uint width;   // pixels
     uint height;

@@ -10,8 +10,8 @@ using uint = std::uint32_t;
 struct RadixSortParams {
     uint capacity;  // entries that the arrays hold
     uint lanes;     // each has a histogram and sorts a contiguous chunk of the entries
-    uint least;     // lanes that take part however few entries there are
-    uint chunk;     // entries that each further lane is for
+    uint least;     // least lanes that take part
+    uint chunk;     // entries per lane, until all lanes take part
     uint pass;
     uint passes;
 };

@@ -23,7 +23,7 @@ struct TileBinParams {
     uint gaussians;  // per view
     uint items;      // gaussians * views
     uint capacity;   // pairs that the arrays hold
-    uint lanes;      // of the scan, a contiguous chunk each; tile_bin_*_cpu give a chunk to a workgroup
+    uint lanes;      // contiguous chunks of the scan, one per lane; per workgroup in tile_bin_*_cpu
     uint width;
     uint height;
     uint row_begin;
