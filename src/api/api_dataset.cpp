@@ -1,7 +1,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "data/dataset_check.h"
-#include "data/synthetic.h"
+#include "synthetic/object_writer.h"
 
 using namespace splat;
 
@@ -17,10 +17,10 @@ std::uint32_t value_or(std::uint32_t value, std::uint32_t fallback) {
     return value != 0 ? value : fallback;
 }
 
-Result<data::SyntheticDesc> synthetic_desc(const splat_synthetic_desc* desc) {
+Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
     SPLAT_TRY(api::check_desc(desc, "splat_synthetic_desc", sizeof(splat_synthetic_desc), 0));
     SPLAT_TRY(api::require(desc->path, "desc.path"));
-    data::SyntheticDesc value;
+    synthetic::WriterDesc value;
     value.path = desc->path;
     if (desc->category != nullptr) value.category = desc->category;
     value.seed = desc->seed;
@@ -108,7 +108,7 @@ splat_result splat_dataset_destroy(splat_dataset dataset) {
 
 splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const data::SyntheticDesc value, synthetic_desc(desc));
-        return data::write_synthetic(value, index);
+        SPLAT_ASSIGN(const synthetic::WriterDesc value, synthetic_desc(desc));
+        return synthetic::write_object(value, index);
     });
 }

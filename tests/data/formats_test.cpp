@@ -8,13 +8,13 @@
 #include "data/co3d.h"
 #include "data/nmr.h"
 #include "data/objaverse.h"
-#include "data/sample_folder.h"
 #include "io/file.h"
 #include "io/npy.h"
 #include "io/npz.h"
 #include "support/expect_status.h"
 #include "support/golden.h"
 #include "support/npz.h"
+#include "synthetic/sample_folder.h"
 
 namespace splat::data {
 namespace {

@@ -3,15 +3,20 @@
 #include <gtest/gtest.h>
 
 #include "data/resample.h"
-#include "data/synthetic_object.h"
 #include "support/expect_status.h"
 #include "support/golden.h"
 #include "support/npz.h"
+#include "synthetic/object.h"
 
 namespace splat::data {
 namespace {
 
+using scene::Mat3;
 using scene::Mat4;
+using scene::Vec3;
+using synthetic::about_x;
+using synthetic::about_y;
+using synthetic::about_z;
 
 constexpr Mat4 kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
@@ -65,9 +70,9 @@ TEST(RelativePose, MapsPointsBetweenTheCameras) {
 }
 
 TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
-    Random random(1, 1, 1, 1);
+    synthetic::Random random(1, 1, 1, 1);
     for (int i = 0; i < 300; ++i) {
-        // Angles near 180 degrees too, where the trace says nothing.
+        // Angles near 180 degrees too, where the trace carries no information.
         const double angle = i % 3 == 0 ? 3.14159265358979 - 1e-9 * i : random.between(-3.1, 3.1);
         const Mat3 turn = times(
             times(about_z(random.between(-3, 3)), about_y(random.between(-1.5, 1.5))), about_x(0));

@@ -71,10 +71,10 @@ TEST(Resample, TransparentColoursDoNotShine) {
     const io::Image image = image_of(2, 1, 4, {200, 10, 0, 255, 0, 250, 9, 0});
     EXPECT_EQ(resample(image, 1, 1, Filter::kBox).value().samples,
               (std::vector<std::uint16_t>{199, 9, 0, 128}))
-        << "of the opaque pixel, but for the rounding of its halves";
+        << "of the opaque pixel, up to the rounding of halves";
 }
 
-TEST(Resample, RefusesWhatIsNone) {
+TEST(Resample, RefusesInvalidImagesAndSizes) {
     io::Image deep = even(2, 2, 9);
     deep.bits = 16;
     EXPECT_ERROR(resample(deep, 1, 1, Filter::kBox).status(), Code::kInvalidArgument, "16 bits");

@@ -1,4 +1,4 @@
-#include "data/sample_folder.h"
+#include "synthetic/sample_folder.h"
 
 #include <unistd.h>
 
@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "io/file.h"
+#include "io/image.h"
 #include "support/expect_status.h"
 
 namespace splat::test {
@@ -50,8 +51,8 @@ std::string file_text(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-data::SyntheticDesc sample_cars(const fs::path& path) {
-    data::SyntheticDesc desc;
+synthetic::WriterDesc sample_cars(const fs::path& path) {
+    synthetic::WriterDesc desc;
     desc.path = path.string();
     desc.seed = 5;
     desc.resolution = 16;
@@ -63,9 +64,9 @@ data::SyntheticDesc sample_cars(const fs::path& path) {
     return desc;
 }
 
-void write_all(const data::SyntheticDesc& desc) {
+void write_all(const synthetic::WriterDesc& desc) {
     const std::uint32_t count = desc.train_objects + desc.val_objects + desc.test_objects;
-    for (std::uint32_t i = 0; i < count; ++i) ASSERT_OK(data::write_synthetic(desc, i));
+    for (std::uint32_t i = 0; i < count; ++i) ASSERT_OK(synthetic::write_object(desc, i));
 }
 
 }  // namespace splat::test

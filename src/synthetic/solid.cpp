@@ -1,4 +1,4 @@
-#include "data/solid.h"
+#include "synthetic/solid.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "core/status.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 using scene::cross;
@@ -27,14 +27,14 @@ Vec3 unit(const Vec3& a) {
     return scaled(a, 1 / scene::length(a));
 }
 
-/// Part of a ray inside what was looked at so far.
+/// The part of a ray inside the bounds clipped so far.
 struct Interval {
     double in = -kInfinity;
     double out = kInfinity;
     Vec3 normal{};
     int face = 0;
 
-    /// Meet with the half space normal . x <= offset, along the ray: a + t b <= 0.
+    /// Clip to the half space normal . x <= offset; along the ray it is a + t b <= 0.
     void clip(double a, double b, const Vec3& plane_normal, int plane_face) {
         if (b == 0) {
             if (a > 0) out = -kInfinity;
@@ -51,7 +51,7 @@ struct Interval {
     }
 };
 
-/// Meet with y^2 + z^2 <= 1 or x^2 + y^2 + z^2 <= 1 in the solid's own coordinates.
+/// Clip to y^2 + z^2 <= 1 or x^2 + y^2 + z^2 <= 1 in the solid's own coordinates.
 void clip_round(const Solid& solid, const Ray& ray, Interval& part) {
     const Vec3 o = product(solid.axes, minus(ray.origin, solid.center));
     const Vec3 d = product(solid.axes, ray.direction);
@@ -89,7 +89,7 @@ void clip_round(const Solid& solid, const Ray& ray, Interval& part) {
     part.clip(-o[0] - solid.half[0], -d[0], scaled(solid.axes[0], -1), kCapFace + 1);
 }
 
-/// Where three planes meet, if they do in one point.
+/// The point where three planes meet, if there is exactly one.
 std::optional<Vec3> meeting_point(const Plane& a, const Plane& b, const Plane& c) {
     const double volume = dot(a.normal, cross(b.normal, c.normal));
     if (std::abs(volume) < 1e-9) return std::nullopt;
@@ -280,4 +280,4 @@ void cut(Solid& solid, const Vec3& point, const Vec3& normal) {
     add_plane(solid, normal, point);
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

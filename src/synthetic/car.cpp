@@ -1,8 +1,8 @@
 // Procedural cars: body, cabin, windows, wheels, lights and trim, in five styles.
 
-#include "data/synthetic_object.h"
+#include "synthetic/object.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 constexpr Vec3 kTyre = {0.06, 0.06, 0.065};
@@ -185,4 +185,4 @@ Solids make_car(Random& random) {
     return car;
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

@@ -3,8 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "data/dataset.h"
-#include "data/synthetic.h"
+#include "synthetic/object_writer.h"
 
 namespace splat::test {
 
@@ -32,7 +31,7 @@ void put_image(const std::filesystem::path& path, std::uint32_t size, std::uint3
 std::string file_text(const std::filesystem::path& path);
 
 /// Two small training cars of 3 views, one val and one test car of 4.
-data::SyntheticDesc sample_cars(const std::filesystem::path& path);
-void write_all(const data::SyntheticDesc& desc);
+synthetic::WriterDesc sample_cars(const std::filesystem::path& path);
+void write_all(const synthetic::WriterDesc& desc);
 
 }  // namespace splat::test

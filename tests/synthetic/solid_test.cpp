@@ -1,10 +1,10 @@
-#include "data/solid.h"
+#include "synthetic/solid.h"
 
 #include <gtest/gtest.h>
 
-#include "data/synthetic_object.h"
+#include "synthetic/object.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 using scene::dot;
@@ -127,28 +127,5 @@ TEST(Solid, MovesAndTurnsWithItsHull) {
     }
 }
 
-TEST(SyntheticObject, FitsInTheBall) {
-    for (std::uint32_t i = 0; i < 60; ++i) {
-        Random random(9, 0, i, 0);
-        const Solids solids = fitted(i % 2 == 0 ? make_car(random) : make_chair(random));
-        EXPECT_GT(solids.size(), 5U);
-        double most = 0;
-        for (const Solid& solid : solids) {
-            most = std::max(most, reach(solid, {0, 0, 0}));
-            for (const double value : solid.color) {
-                EXPECT_GE(value, 0);
-                EXPECT_LE(value, 1);
-            }
-        }
-        EXPECT_NEAR(most, 0.5, 1e-9) << i;
-    }
-}
-
-TEST(SyntheticObject, ColorsAreThoseOfTheHue) {
-    EXPECT_EQ(hsv({0, 1, 1}), (Vec3{1, 0, 0}));
-    EXPECT_EQ(hsv({0.5, 1, 0.5}), (Vec3{0, 0.5, 0.5}));
-    EXPECT_EQ(hsv({0.7, 0, 0.25}), (Vec3{0.25, 0.25, 0.25}));
-}
-
 }  // namespace
-}  // namespace splat::data
+}  // namespace splat::synthetic

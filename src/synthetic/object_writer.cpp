@@ -1,19 +1,19 @@
-#include "data/synthetic.h"
+#include "synthetic/object_writer.h"
 
 #include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
-#include <cinttypes>
 #include <filesystem>
 #include <numbers>
 
-#include "data/ray_caster.h"
+#include "core/json_writer.h"
 #include "io/file.h"
 #include "scene/camera_pose.h"
+#include "synthetic/ray_caster.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,34 +44,36 @@ std::string pose_text(const scene::Camera& camera) {
     return text_of(pose, 16);
 }
 
-std::string intrinsics_text(const SyntheticDesc& desc) {
+std::string intrinsics_text(const WriterDesc& desc) {
     const double focal = kFocal * desc.resolution / kFocalSize;
     const double middle = desc.resolution / 2.0;
     const double first[] = {focal, middle, middle, 0};
     return text_of(first, 4) + "0 0 0\n1\n" + format("%u %u\n", desc.resolution, desc.resolution);
 }
 
-/// All that decides what an object looks like.
-std::string manifest_text(const SyntheticDesc& desc) {
-    return format(
-        "{\"made_by\": \"splat_synthetic_write\", \"version\": 1, \"category\": \"%s\", \"seed\": "
-        "%" PRIu64 ", \"resolution\": %u, \"train_views\": %u, \"test_views\": %u}\n",
-        desc.category.c_str(), desc.seed, desc.resolution, desc.train_views, desc.test_views);
+/// All values that decide the bytes of an object.
+std::string manifest_text(const WriterDesc& desc) {
+    JsonWriter json;
+    json.begin_object().member("made_by", "splat_synthetic_write").member("version", 1);
+    json.member("category", desc.category).member("seed", desc.seed);
+    json.member("resolution", desc.resolution).member("train_views", desc.train_views);
+    json.member("test_views", desc.test_views).end();
+    return json.text() + "\n";
 }
 
-/// The folder holds nothing made with other values.
-Status check_manifest(const SyntheticDesc& desc, const fs::path& folder) {
+/// Checks that the folder holds nothing made with other values.
+Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
     const fs::path path = folder / "synthetic.json";
-    const std::string wanted = manifest_text(desc);
+    const std::string expected = manifest_text(desc);
     std::error_code code;
-    if (!fs::exists(path, code)) return io::write_file(path.string(), io::as_bytes(wanted));
+    if (!fs::exists(path, code)) return io::write_file(path.string(), io::as_bytes(expected));
     SPLAT_ASSIGN(const io::Buffer found, io::read_file(path.string(), 1U << 16));
-    if (io::as_text(found) == wanted) return {};
-    return error(
-        Code::kInvalidArgument,
-        "'%s' holds data made with other values: %.*sand these are wanted: %stake another folder, "
-        "or the same values to add objects",
-        folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(), wanted.c_str());
+    if (io::as_text(found) == expected) return {};
+    return error(Code::kInvalidArgument,
+                 "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
+                 "or the same values to add objects",
+                 folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
+                 expected.c_str());
 }
 
 struct Place {
@@ -79,7 +81,7 @@ struct Place {
     std::uint32_t object = 0;  ///< in the split
 };
 
-Result<Place> place_of(const SyntheticDesc& desc, std::uint32_t index) {
+Result<Place> place_of(const WriterDesc& desc, std::uint32_t index) {
     std::uint32_t object = index;
     const std::uint32_t counts[] = {desc.train_objects, desc.val_objects, desc.test_objects};
     for (const Split split : {Split::kTrain, Split::kVal, Split::kTest}) {
@@ -96,14 +98,14 @@ struct Shape {
     Solids solids;
 };
 
-Shape shape_of(const SyntheticDesc& desc, const Place& place) {
+Shape shape_of(const WriterDesc& desc, const Place& place) {
     Random random(desc.seed, static_cast<std::uint32_t>(place.split), place.object, kShapeStream);
     const bool mixed_car = random.chance(0.5);
     const bool car = desc.category == "cars" || (desc.category == "mixed" && mixed_car);
     return {car ? "car" : "chair", fitted(car ? make_car(random) : make_chair(random))};
 }
 
-/// A folder that is removed at the end unless it has got its final name.
+/// A folder that is removed at the end unless it was renamed.
 struct TemporaryFolder {
     fs::path path;
     bool kept = false;
@@ -113,7 +115,7 @@ struct TemporaryFolder {
     }
 };
 
-/// What killed processes left of this object: ".<name>.<process>-<number>.tmp".
+/// Removes what killed processes left of this object: ".<name>.<process>-<number>.tmp".
 void remove_stale(const fs::path& folder, const std::string& name) {
     std::error_code code;
     const std::string prefix = "." + name + ".";
@@ -150,26 +152,25 @@ Status write_view(const fs::path& folder, const Solids& solids, const scene::Cam
                               io::as_bytes(pose_text(camera)));
 }
 
-Status write_object(const SyntheticDesc& desc, const Place& place, const Solids& solids,
-                    const fs::path& folder) {
+Status write_views(const WriterDesc& desc, const Place& place, const Solids& solids,
+                   const fs::path& folder) {
     for (const char* kind : {"rgb", "depth", "normal", "mask", "pose"})
         SPLAT_TRY(make_folder(folder / kind));
     const std::uint32_t views = place.split == Split::kTrain ? desc.train_views : desc.test_views;
     for (std::uint32_t view = 0; view < views; ++view)
-        SPLAT_TRY(write_view(folder, solids,
-                             synthetic_camera(desc, place.split, place.object, view), view));
+        SPLAT_TRY(
+            write_view(folder, solids, view_camera(desc, place.split, place.object, view), view));
     return io::write_new_file((folder / "intrinsics.txt").string(),
                               io::as_bytes(intrinsics_text(desc)));
 }
 
 /// Directions from the object to the cameras.
-Vec3 view_direction(const SyntheticDesc& desc, Split split, std::uint32_t object,
-                    std::uint32_t view) {
+Vec3 view_direction(const WriterDesc& desc, Split split, std::uint32_t object, std::uint32_t view) {
     double height = 0;
     double azimuth = 0;
     if (split == Split::kTrain) {
         Random random(desc.seed, static_cast<std::uint32_t>(split), object, kCameraStream + view);
-        height = random.between(-0.9999, 0.9999);  // away from the poles, where "up" says nothing
+        height = random.between(-0.9999, 0.9999);  // away from the poles, where "up" is undefined
         azimuth = random.between(0, 2 * std::numbers::pi);
     } else {
         const double part = (view + 0.5) / desc.test_views;
@@ -187,7 +188,7 @@ const char* split_name(Split split) {
     return kNames[static_cast<std::size_t>(split)];
 }
 
-Status check_synthetic(const SyntheticDesc& desc) {
+Status check_desc(const WriterDesc& desc) {
     if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
     if (desc.category != "cars" && desc.category != "chairs" && desc.category != "mixed")
         return error(Code::kInvalidArgument, "category is '%s', expected cars, chairs or mixed",
@@ -209,8 +210,8 @@ Status check_synthetic(const SyntheticDesc& desc) {
     return {};
 }
 
-scene::Camera synthetic_camera(const SyntheticDesc& desc, Split split, std::uint32_t object,
-                               std::uint32_t view) {
+scene::Camera view_camera(const WriterDesc& desc, Split split, std::uint32_t object,
+                          std::uint32_t view) {
     scene::Camera camera;
     camera.name = format("%06u", view);
     camera.width = camera.height = desc.resolution;
@@ -223,8 +224,8 @@ scene::Camera synthetic_camera(const SyntheticDesc& desc, Split split, std::uint
     return camera;
 }
 
-Status write_synthetic(const SyntheticDesc& desc, std::uint32_t index) {
-    SPLAT_TRY(check_synthetic(desc));
+Status write_object(const WriterDesc& desc, std::uint32_t index) {
+    SPLAT_TRY(check_desc(desc));
     SPLAT_ASSIGN(const Place place, place_of(desc, index));
     const fs::path root = fs::path(desc.path) / ("srn_" + desc.category);
     const fs::path folder = root / (desc.category + "_" + split_name(place.split));
@@ -238,12 +239,12 @@ Status write_synthetic(const SyntheticDesc& desc, std::uint32_t index) {
     static std::atomic<unsigned> counter{0};
     TemporaryFolder temporary{
         folder / format(".%s.%d-%u.tmp", name.c_str(), static_cast<int>(::getpid()), counter++)};
-    SPLAT_TRY(write_object(desc, place, shape.solids, temporary.path));
+    SPLAT_TRY(write_views(desc, place, shape.solids, temporary.path));
     fs::rename(temporary.path, folder / name, code);
     if (!code) temporary.kept = true;
-    if (!code || fs::exists(folder / name)) return {};  // another one was faster
+    if (!code || fs::exists(folder / name)) return {};  // another writer was faster
     return error(Code::kInvalidArgument, "cannot create the folder '%s': %s",
                  (folder / name).c_str(), code.message().c_str());
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "core/rng.h"
-#include "data/solid.h"
+#include "synthetic/solid.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 
-/// Numbers from a seed and the words that name an object; the same on every machine.
+/// Random numbers from a seed and the numbers of an object; the same on every machine.
 class Random {
   public:
     Random(std::uint64_t seed, std::uint32_t split, std::uint32_t object, std::uint32_t stream)
@@ -36,16 +36,16 @@ class Random {
 
 using Solids = std::vector<Solid>;
 
-/// A car that looks along +x and a chair whose sitter looks along +x, z up, in any place and size.
+/// A car, and a chair, that face +x with z up, at any place and size.
 Solids make_car(Random& random);
 Solids make_chair(Random& random);
 
-/// RGB of hue, saturation and value, all 0 to 1. One argument, because braces are evaluated in order
-/// and arguments are not.
+/// RGB of hue, saturation and value, all 0 to 1. One argument, because the elements of braces are
+/// evaluated in order and arguments are not.
 Vec3 hsv(const Vec3& color);
 
-/// The solids with the middle of their bounding box in the origin, in a ball of radius 0.5 that they
-/// touch, up to round parts that planes cut.
+/// The solids moved and scaled so that the middle of their bounding box is the origin and they just fit
+/// into a ball of radius 0.5. The bounds of round parts ignore the planes that cut them.
 Solids fitted(const Solids& solids);
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

@@ -1,13 +1,13 @@
-#include "data/ray_caster.h"
+#include "synthetic/ray_caster.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "data/synthetic.h"
 #include "scene/camera_pose.h"
+#include "synthetic/object_writer.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 scene::Camera camera_at(const Vec3& eye, std::uint32_t size) {
@@ -107,4 +107,4 @@ TEST(RayCaster, MapsAreQuantisedAsTheReferenceDoes) {
 }
 
 }  // namespace
-}  // namespace splat::data
+}  // namespace splat::synthetic

@@ -2,9 +2,9 @@
 
 #include <numbers>
 
-#include "data/synthetic_object.h"
+#include "synthetic/object.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 /// Measures in units of about the height; x to where the sitter looks, y left, z up, ground at z = 0.
@@ -187,4 +187,4 @@ Solids make_chair(Random& random) {
     return chair;
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

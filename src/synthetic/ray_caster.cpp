@@ -1,11 +1,11 @@
-#include "data/ray_caster.h"
+#include "synthetic/ray_caster.h"
 
 #include <algorithm>
 #include <limits>
 
 #include "scene/camera_pose.h"
 
-namespace splat::data {
+namespace splat::synthetic {
 namespace {
 
 using scene::dot;
@@ -19,7 +19,7 @@ constexpr Vec3 kLight = {0.48, 0.36, 0.8};
 constexpr int kRaysPerSide = 4;
 constexpr std::uint32_t kNothing = 0;
 
-/// Columns and rows that a solid may cover, the last ones included.
+/// Columns and rows that a solid may cover, both ends included.
 struct Window {
     int left = 0, right = 0, top = 0, bottom = 0;
 
@@ -65,7 +65,7 @@ class Caster {
                 product(back_, {(x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy, 1})};
     }
 
-    /// Where the solid can be seen; all of the image if it reaches behind the camera.
+    /// The window of a solid; the whole image if it reaches behind the camera.
     [[nodiscard]] Window window_of(const Solid& solid) const {
         const Window all = {0, last_column(), 0, last_row()};
         double low[] = {1e9, 1e9};
@@ -109,7 +109,7 @@ class Caster {
     [[nodiscard]] int last_column() const { return static_cast<int>(camera_.width) - 1; }
     [[nodiscard]] int last_row() const { return static_cast<int>(camera_.height) - 1; }
 
-    /// Whether the faces of the pixels around differ.
+    /// The pixels around show different faces.
     [[nodiscard]] bool on_edge(int x, int y) const {
         const std::uint32_t face = faces_[index(x, y)];
         for (int v = std::max(0, y - 1); v <= std::min(y + 1, last_row()); ++v)
@@ -214,4 +214,4 @@ io::Image mask_image(const Picture& picture) {
     return image;
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic

@@ -1,20 +1,20 @@
-#include "data/synthetic_object.h"
+#include "synthetic/object.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace splat::data {
+namespace splat::synthetic {
 
-Vec3 hsv(const Vec3& wanted) {
-    const auto [hue, saturation, value] = wanted;
-    Vec3 color{};
+Vec3 hsv(const Vec3& color) {
+    const auto [hue, saturation, value] = color;
+    Vec3 rgb{};
     for (std::size_t i = 0; i < 3; ++i) {
         const double offset[] = {5, 3, 1};
         const double k = std::fmod(offset[i] + hue * 6, 6.0);
         const double drop = std::clamp(std::min(k, 4 - k), 0.0, 1.0);
-        color[i] = value * (1 - saturation * drop);
+        rgb[i] = value * (1 - saturation * drop);
     }
-    return color;
+    return rgb;
 }
 
 Solids fitted(const Solids& solids) {
@@ -40,4 +40,4 @@ Solids fitted(const Solids& solids) {
     return result;
 }
 
-}  // namespace splat::data
+}  // namespace splat::synthetic
