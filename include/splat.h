@@ -473,6 +473,11 @@ enum {
     SPLAT_SCENE_SPZ = 4             /* quantised; versions 1 to 4 are read, 3 and 4 written */
 };
 
+/* JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
+ * "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}.
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed);
+
 /* Axes x, y, z of a file: right or left, up or down, front or back. */
 typedef int32_t splat_frame;
 enum {
@@ -493,7 +498,7 @@ typedef struct splat_scene_file_desc {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */
     const void* next;          /* NULL */
-    splat_scene_format format; /* 0 = by the first bytes, or by the extension of the path */
+    splat_scene_format format; /* 0 = by the first bytes, else by the extension of the path */
     splat_frame frame;         /* of the file; 0 = the format's usual one */
     /* 0 = as it is; 1 to 3, or SPLAT_SH_CONSTANT for 0: bands are dropped or padded with zeros */
     int32_t sh_degree;
@@ -503,7 +508,7 @@ typedef struct splat_scene_file_desc {
 
 /* Read a scene.
  * desc      may be NULL for defaults
- * data      in, `bytes` bytes of a file; .splat has no mark, so its format must be said
+ * data      in, `bytes` bytes of a file; .splat has no mark, so it needs desc.format
  * Returns SPLAT_OK, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read, is damaged, truncated, no scene or
  *                                     not of desc.format; a field of desc

@@ -49,7 +49,7 @@ void filter(int type, const Row& row, const Row& above, std::size_t pixel, Row& 
     }
 }
 
-/// The usual guess at what packs best: the least sum of absolute values.
+/// The usual heuristic for the smallest file: the least sum of absolute values.
 std::uint64_t cost(const Row& filtered) {
     std::uint64_t sum = 0;
     for (const std::uint8_t value : filtered)

@@ -36,6 +36,7 @@ void expect_the_rest_to_work() {
     EXPECT_EQ(splat_version(), SPLAT_VERSION);
     EXPECT_GT(std::strlen(splat_build_info()), 10U);
     EXPECT_FALSE(whole_text(splat_op_list).empty());
+    EXPECT_FALSE(whole_text(splat_scene_formats).empty());
 }
 
 TEST(ApiNoLoader, IsNoDeviceAndNamesThePackage) {

@@ -218,11 +218,11 @@ TEST(Pth, RefusesOtherFiles) {
     expect_pth_refused(sample_pth(PickleText().raw("}").text("a").integer(1).raw("s").done(), {}),
                        "'a' is a number, expected a tensor");
     expect_pth_refused(sample_pth(PickleText().raw("}").integer(1).integer(1).raw("s").done(), {}),
-                       "no text");
+                       "not text");
     PickleText twice;
     twice.raw("}(").text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1});
     twice.text("a").tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("u");
-    expect_pth_refused(sample_pth(twice.done(), {raw_bytes<float>({1})}), "'a' is there twice");
+    expect_pth_refused(sample_pth(twice.done(), {raw_bytes<float>({1})}), "'a' appears twice");
     PickleText missing;
     missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
     expect_pth_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");

@@ -224,7 +224,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         "Time the rasterizer on a scene, compare it with float64, and measure each skip.");
     raster->group("Commands");
     const auto options = std::make_shared<BenchRasterOptions>();
-    raster->add_option("SCENE", options->scene, ".ply, .splat or .spz")->check(CLI::ExistingFile);
+    raster->add_option("SCENE", options->scene, scene_extensions())->check(CLI::ExistingFile);
     raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
         ->check(CLI::ExistingPath);
     raster->add_flag("--ignore-distortion", options->ignore_distortion,

@@ -14,11 +14,11 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kConvertFooter =
-    R"(The extension of OUT says the format: .ply, .splat (8-bit colours without view dependence) or
-.spz (quantised). Compressed .ply is read only. A file appears whole or not at all.
+    R"(
+The extension of OUT chooses the format. A file appears whole or not at all.
 
-Frames name the axes x, y, z: right or left, up or down, front or back. Usual ones are RDF for .ply
-and .splat, RUB for .spz.
+Frames name the axes x, y, z: right or left, up or down, front or back. The table has the usual
+frame of each format.
 
 Exit status: 0 it is written, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
@@ -43,9 +43,15 @@ void check_options(const ConvertOptions& options) {
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     if (options.spz_version != 0 && extension != ".spz")
         throw Failure(kUsageError, "--spz-version is for .spz, and OUT is '" + options.out + "'");
-    if (options.sh_degree > 0 && extension == ".splat")
-        throw Failure(kUsageError, "--sh-degree is more than 0, but '" + options.out +
-                                       "' is a .splat, which holds the constant colour only");
+    for (const Json& format : scene_formats()) {
+        const int most = format.at("max_sh_degree").get<int>();
+        if (format.at("extension") == extension && options.sh_degree > most)
+            throw Failure(
+                kUsageError,
+                vkrun::format(
+                    "--sh-degree is %d, but '%s' is a %s, which holds SH degree %d at most",
+                    options.sh_degree, options.out.c_str(), extension.c_str(), most));
+    }
 }
 
 int run_convert(const ConvertOptions& options) {
@@ -87,7 +93,7 @@ void add_convert(CLI::App& app, int& exit_code) {
     command->group("Commands");
     const auto options = std::make_shared<ConvertOptions>();
     command->add_option("IN", options->in, "Scene to read")->required()->type_name("");
-    command->add_option("OUT", options->out, "Scene to write: .ply, .splat or .spz")
+    command->add_option("OUT", options->out, "Scene to write: " + scene_extensions(true))
         ->required()
         ->type_name("");
     command->add_option("--frame", options->frame, "Axes of OUT, if not the format's usual ones")
@@ -102,7 +108,7 @@ void add_convert(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(3, 4).description(""));
     command->add_flag("--overwrite", options->overwrite, "Replace OUT if it is there");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kConvertFooter);
+    command->footer(scene_formats_text() + kConvertFooter);
     command->callback([options, &exit_code] { exit_code = run_convert(*options); });
 }
 

@@ -16,8 +16,8 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kInspectFooter =
-    R"(Scenes: 3DGS .ply (plain, compressed), .splat, .spz. Cameras: a NeRF transforms.json, or the
-folder of a COLMAP model.
+    R"(
+Cameras: a NeRF transforms.json, or the folder of a COLMAP model.
 
   frame       axes of the file: right or left, up or down, front or back
   centre      median of the means; 95 % of them are within the radius around it
@@ -190,7 +190,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
     command->add_flag("--ignore-distortion", options->ignore_distortion,
                       "Take cameras with a distorting lens as pinholes");
     command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kInspectFooter);
+    command->footer("Scenes:\n" + scene_formats_text() + kInspectFooter);
     command->callback([options, &exit_code] { exit_code = run_inspect(*options); });
 }
 

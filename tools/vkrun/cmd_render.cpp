@@ -305,7 +305,7 @@ int run_render(const RenderOptions& options) {
 }
 
 void add_options(CLI::App& command, RenderOptions& options) {
-    command.add_option("SCENE", options.scene, "Scene: .ply, .splat or .spz")
+    command.add_option("SCENE", options.scene, "Scene: " + scene_extensions())
         ->required()
         ->type_name("");
     command

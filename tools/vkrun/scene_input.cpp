@@ -1,5 +1,6 @@
 #include "vkrun/scene_input.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
@@ -22,6 +23,34 @@ std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera
 }
 
 }  // namespace
+
+const Json& scene_formats() {
+    static const Json formats = Json::parse(whole_text(splat_scene_formats));
+    return formats;
+}
+
+std::string scene_extensions(bool written) {
+    std::vector<std::string> extensions;
+    for (const Json& format : scene_formats()) {
+        if (written && !format.at("written").get<bool>()) continue;
+        const auto extension = format.at("extension").get<std::string>();
+        if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
+            extensions.push_back(extension);
+    }
+    std::string list = extensions.front();
+    for (std::size_t i = 1; i < extensions.size(); ++i)
+        list += (i + 1 == extensions.size() ? " or " : ", ") + extensions[i];
+    return list;
+}
+
+std::string scene_formats_text() {
+    Table table({"format", "extension", "frame", "holds"});
+    for (const Json& format : scene_formats())
+        table.add({format.at("name"), format.at("extension"), format.at("frame"),
+                   format.at("holds").get<std::string>() +
+                       (format.at("written").get<bool>() ? "" : "; read only")});
+    return table.text();
+}
 
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc) {
     SceneFile file;

@@ -18,6 +18,15 @@ struct SceneFile {
     Json report;  ///< of splat_scene_load_report
 };
 
+/// The rows of splat_scene_formats.
+const Json& scene_formats();
+
+/// ".ply, .splat or .spz": extensions of all formats, or of those that are written.
+std::string scene_extensions(bool written = false);
+
+/// A line for each format, for help texts.
+std::string scene_formats_text();
+
 /// Throws a Failure. `desc` may be null.
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc = nullptr);
 

@@ -164,6 +164,14 @@ class Scenario : ScenarioCalls {
         EXPECT_GT(needed.value(), 100U);
         letter = Output<char>();
         needed = Output<std::size_t>();
+        if (!call(
+                "splat_scene_formats",
+                [&] { return splat_scene_formats(letter.out(), 1, needed.out()); }, untouched))
+            return false;
+        EXPECT_EQ(letter.value(), '\0');
+        EXPECT_GT(needed.value(), 100U);
+        letter = Output<char>();
+        needed = Output<std::size_t>();
         if (profiled_ &&
             !call(
                 "splat_device_profile_json",
