@@ -8,8 +8,7 @@
 #include <algorithm>
 
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
 
 namespace splat::data {
 namespace {
@@ -87,15 +86,10 @@ TEST(GoldenNetResample, GivesPillowsBytes) {
     const std::pair<const char*, Filter> filters[] = {{"bilinear", Filter::kBilinear},
                                                       {"bicubic", Filter::kBicubic},
                                                       {"lanczos", Filter::kLanczos}};
-    for (const std::string& path : test::golden_files("net", "prior")) {
-        const auto file = test::Npz::read(path);
-        ASSERT_OK(file.status());
-        const auto image = [&file](const std::string& name) {
-            const test::NpyArray* array = file.value().find(name).value();
-            const std::vector<std::int64_t> samples = array->ints().value();
-            return image_of(static_cast<std::uint32_t>(array->shape[1]),
-                            static_cast<std::uint32_t>(array->shape[0]),
-                            static_cast<std::uint32_t>(array->shape[2]),
+    test::each_golden("prior", [&](const test::Golden& golden) {
+        const auto image = [&golden](const std::string& name) {
+            const std::vector<std::int64_t> samples = golden.array(name).ints().value();
+            return image_of(golden.dim(name, 1), golden.dim(name, 0), golden.dim(name, 2),
                             {samples.begin(), samples.end()});
         };
         const io::Image source = image("dpt.rgb");
@@ -106,7 +100,7 @@ TEST(GoldenNetResample, GivesPillowsBytes) {
                 ASSERT_OK(found.status());
                 EXPECT_EQ(found.value().samples, expected.samples) << name << direction;
             }
-    }
+    });
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using model::PredictorConfig;
 
 constexpr const char* kConv0 = "base_model.model.network_with_offset.encoder.enc.8x8_block0.conv0";
 
-/// Files of adapters alone: nothing runs, so one set of kernels says it all.
+/// Files of adapters alone: nothing runs, so one set of kernels is enough.
 class Adapters : public KernelsTest {
   protected:
     std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6,

@@ -30,7 +30,7 @@ TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
     EXPECT_ERROR(read("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
 }
 
-/// What the published code builds no network for, or asserts not to be.
+/// Configurations for which the published code builds no network, or which it refuses.
 TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
     const auto status = [](const char* embedding) {
         return read(std::string("cam_embd: {dimension: 4, ") + embedding + "}\n").status();
@@ -83,7 +83,7 @@ TEST(PredictorConfigFile, RefusesAdaptersOfNoRank) {
     EXPECT_OK(read("opt: {lora_finetune: false, lora_rank: 0}\n").status());
 }
 
-/// What config_text() writes is read as the same configuration.
+/// Reading the output of config_text() gives the same configuration.
 TEST(PredictorConfigFile, GoesRound) {
     for (const char* text :
          {"{}", "opt: {freeze: ['a \"b\"', norm]}\n",

@@ -12,7 +12,7 @@ namespace {
 using nn::kNoValue;
 using nn::ValueId;
 
-/// [N, C, ...] in another shape of the same quads: pixels of all images in one row, channels stay.
+/// [N, C, ...] in another shape of the same quads: the pixels of all images are one row, channels stay.
 std::vector<double> reshaped(const std::vector<double>& from, const Shape& shape, const Shape& to) {
     const std::size_t c = shape[1];
     const std::size_t pixels = from.size() / (shape[0] * c);
@@ -32,7 +32,7 @@ double attribute(const nn::Attributes& attributes, const nn::Attribute& of) {
     return attributes.number(of.name);
 }
 
-/// What a node is called with.
+/// Inputs and attributes of a node.
 ref::OpArguments arguments(GraphReference& reference, const nn::Graph& graph,
                            const nn::Node& node) {
     ref::OpArguments in;

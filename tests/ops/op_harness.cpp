@@ -185,20 +185,6 @@ HostTensor golden_tensor(const Npz& npz, const std::string& name) {
     return {Shape::create(dims, name).value(), found.value()->f32().value()};
 }
 
-std::vector<double> golden_values(const Npz& npz, const std::string& name) {
-    const auto found = npz.find(name);
-    EXPECT_OK(found.status());
-    return found.ok() ? found.value()->f64().value() : std::vector<double>{};
-}
-
-std::vector<double> golden_integers(const Npz& npz, const std::string& name) {
-    const auto found = npz.find(name);
-    EXPECT_OK(found.status());
-    if (!found.ok()) return {};
-    const std::vector<std::int64_t> values = found.value()->ints().value();
-    return {values.begin(), values.end()};
-}
-
 void KernelsTest::SetUp() {
     const std::vector<vk::Kernels> possible = kernels_to_test();
     ASSERT_FALSE(possible.empty());

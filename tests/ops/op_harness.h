@@ -69,8 +69,6 @@ HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0
 
 /// Member `name` of a golden file; records a failure if it is not there.
 HostTensor golden_tensor(const Npz& npz, const std::string& name);
-std::vector<double> golden_values(const Npz& npz, const std::string& name);
-std::vector<double> golden_integers(const Npz& npz, const std::string& name);
 
 /// An image [C, H, W] as a batch of one.
 inline HostTensor image_batch(HostTensor image) {

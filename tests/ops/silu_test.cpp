@@ -4,7 +4,7 @@
 
 #include "ops/every/op_samples.h"
 #include "ref/silu_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 namespace splat::test {
 namespace {
@@ -41,19 +41,18 @@ TEST_P(Silu, SurvivesAnyFiniteInput) {
 
 TEST_P(Silu, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "norm")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const HostTensor x = golden_tensor(npz.value(), "silu.x");
-        const OpResult gpu = run_op(
-            context(), sample("silu", Json::object(), {x},
-                              std::vector<HostTensor>{golden_tensor(npz.value(), "silu.g")}));
+    each_golden("norm", [&](const Golden& golden) {
+        const HostTensor x = golden_tensor(golden.npz, "silu.x");
+        const OpResult gpu =
+            run_op(context(), sample("silu", Json::object(), {x},
+                                     std::vector<HostTensor>{golden_tensor(golden.npz, "silu.g")}));
         ASSERT_OK(gpu.status);
-        EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), "silu.y64"), kGoldenLayer,
-                          kGoldenLayer, {"y", reproduce(path)}));
-        EXPECT_TRUE(close(gpu.grad_inputs[0], golden_values(npz.value(), "silu.d_x64"),
-                          kGoldenLayer, kGoldenLayer, {"grad_x", reproduce(path), true}));
-    }
+        const std::string how = reproduce(golden.name);
+        EXPECT_TRUE(close(gpu.outputs[0], golden.doubles("silu.y64"), kGoldenLayer, kGoldenLayer,
+                          {"y", how}));
+        EXPECT_TRUE(close(gpu.grad_inputs[0], golden.doubles("silu.d_x64"), kGoldenLayer,
+                          kGoldenLayer, {"grad_x", how, true}));
+    });
 }
 
 TEST_P(Silu, RejectsBadShapes) {

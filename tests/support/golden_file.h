@@ -3,18 +3,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "support/expect_status.h"
+#include "support/golden.h"
 #include "support/npz.h"
 
 namespace splat::test {
 
-/// A file of golden/net with its name; what is not there is a failure of the test.
+/// A file of golden/net; a missing key fails the test.
 struct Golden {
     Npz npz;
-    std::string name;
+    std::string name;      ///< of the file, without its ending
+    bool shipped = false;  ///< tests/golden/net/<family>.npz itself
 
     [[nodiscard]] bool has(const std::string& key) const { return npz.has(key); }
     [[nodiscard]] const NpyArray& array(const std::string& key) const {
@@ -33,7 +37,46 @@ struct Golden {
         const NpyArray& from = array(key);
         return {from.shape.begin(), from.shape.end()};
     }
+    /// Channels and the like: one number of a shape. 1 behind the last axis.
+    [[nodiscard]] std::uint32_t dim(const std::string& key, std::size_t axis) const {
+        const NpyArray& from = array(key);
+        return axis < from.shape.size() ? static_cast<std::uint32_t>(from.shape[axis]) : 1U;
+    }
+    [[nodiscard]] std::string text(const std::string& key) const {
+        const NpyArray& from = array(key);
+        return {reinterpret_cast<const char*>(from.bytes.data()), from.bytes.size()};
+    }
+    /// The cases, sorted, that have `<case>.<key>`.
+    [[nodiscard]] std::vector<std::string> cases(const std::string& key) const {
+        std::vector<std::string> found;
+        for (const std::string& of : npz.names())
+            if (const std::size_t dot = of.find('.');
+                dot != std::string::npos && of.substr(dot + 1) == key)
+                found.push_back(of.substr(0, dot));
+        return found;
+    }
+    /// Every file has cases; the shipped one has exactly these. A test whose choice of cases is wrong
+    /// would pass with none.
+    void expect_cases(const std::vector<std::string>& found,
+                      const std::set<std::string>& of_shipped) const {
+        EXPECT_FALSE(found.empty()) << name << " holds no case for this test";
+        if (shipped) {
+            EXPECT_EQ(std::set<std::string>(found.begin(), found.end()), of_shipped) << name;
+        }
+    }
 };
+
+/// Calls `body` with each file of the family.
+template <class Body>
+void each_golden(const char* family, const Body& body) {
+    for (const std::string& path : golden_files("net", family)) {
+        auto npz = Npz::read(path);
+        ASSERT_OK(npz.status());
+        body(Golden{std::move(npz.value()), std::filesystem::path(path).stem().string(),
+                    is_shipped_golden(path, family)});
+        if (testing::Test::HasFatalFailure()) return;
+    }
+}
 
 /// ||got - expected|| <= figure * ||expected||.
 inline void expect_relative(const std::string& what, const std::vector<float>& got,
