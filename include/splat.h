@@ -973,7 +973,7 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings
  * and low-rank adapters) with its parameters on a device. M = views * R * R Gaussians per object; N =
  * objects * views images of R x R pixels. Its calls are externally synchronised on the model.
- * Keys of a configuration: src/model/config_file.h; opt.freeze and opt.train_with_adapters, lists of
+ * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of
  * parts of parameters' names, choose what gets gradients. */
 typedef struct splat_model_s* splat_model;
 
@@ -984,12 +984,13 @@ enum {
      * same weights takes memory to keep them prepared (0.7 GiB for the cars model), if the device has it. */
     SPLAT_MODEL_LOW_MEMORY = 1u << 2,
     /* With GRADIENTS: compute what a block of the network keeps for the backward pass once more there. The
-     * same numbers in less memory; figures in BENCHMARKS.md. */
+     * same numbers in less memory and more time. */
     SPLAT_MODEL_RECOMPUTE = 1u << 3,
     SPLAT_MODEL_INPUT_GRADIENTS = 1u << 4 /* with GRADIENTS: also those of images, embedding, tokens */
 };
 
-/* Kernels of 3x3 convolutions: their errors stand in BENCHMARKS.md. */
+/* Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares. STRICT has the smallest errors,
+ * FAST the shortest times. */
 enum { SPLAT_PRECISION_BALANCED = 0, SPLAT_PRECISION_STRICT = 1, SPLAT_PRECISION_FAST = 2 };
 
 typedef struct splat_model_desc {
@@ -1195,7 +1196,7 @@ SPLAT_API splat_result splat_module_destroy(splat_module module);
  * splat_trainer_create take, from the text of a YAML or JSON file and changes to it.
  * text    NULL: the defaults, those of the published cars model
  * values  `count` texts "key=value", as "opt.base_lr=1e-4"; later ones win
- * Keys and their meanings: src/model/config_file.h and src/train/train_config.h.
+ * Keys and their meanings: splat_config_keys.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (a key that nobody knows, with the
  *   nearest one; a value beyond its range) */
 SPLAT_API splat_result splat_config_merge(const char* text, const char* const* values, size_t count,

@@ -31,7 +31,7 @@ struct ItemViews {
 /// colours of those dense enough to be seen. Only counts, keys and footprints depend on the window.
 ///
 /// Errors       the recorder's
-/// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)
+/// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/needles_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,

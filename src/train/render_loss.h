@@ -36,7 +36,7 @@ struct LossTerms {
 /// no part in it.
 ///
 /// Errors       the recorder's; those of Context::run and of model::LpipsNet
-/// Precision    see ops/l1.h, ops/l2.h, ops/ssim.h, model/lpips_net.h
+/// Precision    see losses/l1.h, losses/l2.h and losses/ssim.h of ops, model/lpips_net.h
 /// Determinism  bit-exact for any thread count
 class RenderLoss {
   public:

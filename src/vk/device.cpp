@@ -53,7 +53,7 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
     }
 }
 
-/// Fast kernels read 8 lanes through constant shuffles (shaders/include/tile.glsl), so they need
+/// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
 /// subgroups of 8 or more.
 Kernels best_kernels(const DeviceInfo& info) {
     if (info.limits.subgroup_size < 8 || !info.features.subgroup_shuffle) return Kernels::kPlain;

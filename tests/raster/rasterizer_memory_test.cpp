@@ -336,8 +336,12 @@ void expect_same_by_blocks(vk::Context& context, std::size_t count) {
     EXPECT_GT(moved, 5) << "the list says nothing";
 }
 
-TEST_P(RasterizerMemory, WalksByBlocksAreThoseOfTiles) {
-    if (GetParam() != vk::Kernels::kCpu) GTEST_SKIP() << "the others walk tiles only";
+/// Only the kernels for CPU devices can walk blocks.
+class RasterizerMemoryCpu : public RasterizerMemory {};
+INSTANTIATE_TEST_SUITE_P(Kernels, RasterizerMemoryCpu, testing::Values(vk::Kernels::kCpu),
+                         kernels_test_name);
+
+TEST_P(RasterizerMemoryCpu, WalksByBlocksAreThoseOfTiles) {
     for (const std::size_t count : {1, 13, 500, 13991, 14000, 16000})
         expect_same_by_blocks(context(), count);
 }

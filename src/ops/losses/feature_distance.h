@@ -22,7 +22,7 @@ std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
 /// y            [N,1] as quads
 /// Errors       those of feature_distance_check; nothing is recorded on error
 /// Precision    the difference of unit vectors cancels: 2^-24 of each, times twice their difference
-///              (tests/ops/feature_distance_test.cpp)
+///              (tests/ops/losses/feature_distance_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Zhang et al. 2018, arXiv:1801.03924, equation 1, with weights outside of the square
 Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,

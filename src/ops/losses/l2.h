@@ -10,7 +10,7 @@ namespace splat::ops {
 /// partial      workspace of loss_partial_bytes
 /// loss         [1]
 /// Errors       the recorder's, beyond the device's binding limits
-/// Precision    relative 1e-6 (tests/ops/l2_test.cpp)
+/// Precision    relative 1e-6 (tests/ops/losses/l2_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition
 Status l2_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,

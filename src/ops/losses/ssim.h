@@ -33,7 +33,7 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 /// loss         [1]; 1 for equal images
 /// Errors       the recorder's, beyond the device's binding limits
 /// Precision    1e-6 for images of 0 to 1; variances are differences of moments, so flat regions lose
-///              digits (tests/ops/ssim_test.cpp)
+///              digits (tests/ops/losses/ssim_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Wang et al. 2004, doi:10.1109/TIP.2003.819861, eq. 13
 Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
@@ -41,7 +41,7 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss);
 
-/// Its gradient by a, overwritten; derived in tests/ref/ssim_ref.h.
+/// Its gradient by a, overwritten; derived in tests/ref/losses/ssim_ref.h.
 ///
 /// rows         workspace of ssim_backward_rows_bytes; the rest as in the forward pass
 Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
