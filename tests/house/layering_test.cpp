@@ -1,4 +1,4 @@
-// Which folder may include which: the table of src/README.md, read as data.
+// Includes between folders follow the table of src/README.md, which this test reads.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 /// "vk/timers.h".
 using Table = std::map<std::string, std::set<std::string>>;
 
-/// Headers of Vulkan and of libraries that only some layers may know.
+/// Headers of Vulkan and of libraries that only some layers may include.
 const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"volk.h", {"vk"}},       {"vulkan/", {"vk"}},
     {"nlohmann/", {"core"}},  {"glm/", {"scene", "model", "data", "raster", "api"}},

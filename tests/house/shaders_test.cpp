@@ -1,4 +1,4 @@
-// Rules for shaders/**: what each keeps true is said in shaders/README.md.
+// Rules for all files of shaders; shaders/README.md gives the reasons.
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ Findings check_words(const TextFile& file) {
     return findings;
 }
 
-/// The first lines, but for #version, #ifndef and blank ones, are a comment.
+/// A comment comes first, after #version, #ifndef and blank lines.
 Findings check_head(const TextFile& file) {
     std::size_t head = 0;
     bool block = false;

@@ -1,4 +1,4 @@
-// One stem, all places: every row of the op table has its shaders, host file, reference and test.
+// Every row of the op table has its shaders, host file, reference and test, all of one stem.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ Findings check_stems(const std::string& table, const std::vector<TextFile>& file
     const std::vector<std::string> names = op_names(table);
     if (names.empty()) findings.push_back("src/nn/rows_*.cpp: no row was found");
     for (const std::string& op : names) {
-        // In the folder itself or in one of a group: shaders/ops/losses/.
+        // In the folder itself or in a group such as shaders/ops/losses.
         const auto expect = [&](const std::string& folder, const std::string& name) {
             for (const std::string& path : paths)
                 if (starts_with(path, folder) && starts_with(name_of(path), name)) return;

@@ -11,8 +11,8 @@
 #include "ref/silu_ref.h"
 #include "ref/split3_ref.h"
 
-/// Every operator by its name: the references of this folder, called as the op table calls the kernels,
-/// for what runs whole networks or all operators.
+/// Every operator by its name: the references of this folder, called as the op table calls the kernels, for
+/// tests of whole networks and of all operators.
 namespace splat::ref {
 
 using Sums = std::vector<Summed<double>>;
@@ -238,7 +238,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"ssim", every::Ssim::forward, every::Ssim::backward},
 };
 
-/// nullptr if there is none of this name.
+/// nullptr for an unknown name.
 inline const EveryOp* find_op(std::string_view name) {
     for (const EveryOp& op : kEveryOp)
         if (op.name == name) return &op;
