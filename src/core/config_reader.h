@@ -7,8 +7,8 @@
 
 namespace splat {
 
-/// Reads values of a configuration into fields, which keep what they hold where a key is missing or
-/// null. The first error sticks: look at status() once, at the end.
+/// Reads values of a configuration into fields. A field keeps its value if the key is missing or null.
+/// The first error sticks: check status() once, at the end.
 class ConfigReader {
   public:
     explicit ConfigReader(const Config& config) : config_(config) {}

@@ -46,7 +46,7 @@ class PushData {
     [[nodiscard]] const std::byte* data() const { return data_.data(); }
 
     static constexpr std::uint32_t kMaxBytes =
-        128;  ///< the least maxPushConstantsSize Vulkan allows
+        128;  ///< the smallest maxPushConstantsSize that Vulkan allows
 
   private:
     std::array<std::byte, kMaxBytes> data_{};

@@ -25,7 +25,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
         const bool is_error = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
         log(is_error ? LogLevel::kError : LogLevel::kWarning,
             std::string(validation ? "[validation] " : "[vulkan] ") + data->pMessage);
-    } catch (...) {  // no memory for the text; the count stands
+    } catch (...) {  // no memory for the text; the count is kept
     }
     return VK_FALSE;
 }
@@ -128,8 +128,8 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     application.pEngineName = "libsplat";
     application.apiVersion = VK_API_VERSION_1_2;
 
-    // GPU-assisted validation reserves a descriptor set of its own, so that every set number below
-    // it stays ours.
+    // GPU-assisted validation reserves its own descriptor set, so that every set number below it
+    // stays ours.
     const VkValidationFeatureEnableEXT enables[] = {
         VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
         VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT,

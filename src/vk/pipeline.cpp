@@ -46,7 +46,7 @@ Result<Pipeline*> Pipelines::get(const char* shader, const std::vector<SpecConst
         key.constants.push_back({kPackedStoresId, device_.info().features.packed_stores ? 1U : 0U});
     if (const auto found = pipelines_.find(key); found != pipelines_.end()) return &found->second;
     const auto entry = pipelines_.emplace(std::move(key), Pipeline{}).first;
-    struct Undo {  // a half-made pipeline leaves no trace, also when memory runs out
+    struct Undo {  // frees a partly created pipeline, also when memory runs out
         Pipelines* owner;
         decltype(entry) at;
         ~Undo() {

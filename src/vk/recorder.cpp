@@ -10,8 +10,8 @@
 namespace splat::vk {
 namespace {
 
-/// Cautious rates, in operations and bytes per second: the slowest kernels of each class measured a
-/// few times this.
+/// Cautious rates, in operations and bytes per second: the slowest kernels of each class reached a few
+/// times as much.
 struct Rates {
     double flops;
     double bytes;
@@ -199,7 +199,7 @@ void Recorder::barrier() {
 }
 
 Status Recorder::add(Command command) {
-    if (commands_.empty()) barrier();  // against the list that ran before
+    if (commands_.empty()) barrier();  // against the previous list
     if (command.part == 0 && !omit_barriers && conflicts(command)) barrier();
     if (command.part == 0)
         pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());

@@ -42,7 +42,7 @@ class Recorder {
     /// Position of the latest dispatch, for CommandList::set_push.
     [[nodiscard]] std::size_t last_dispatch() const { return dispatches_ - 1; }
 
-    bool omit_barriers = false;  ///< tests: record a list that is wrong on purpose
+    bool omit_barriers = false;  ///< tests: record a wrong list
 
   private:
     Result<Command> command_for(const Dispatch& dispatch);
