@@ -1,5 +1,5 @@
-// What both passes of gaussian_head share: the first six bindings, the channels' places, a pixel's
-// values and its point in the world.
+// Shared by both passes of gaussian_head: the first six bindings, the order of channels, a pixel's values
+// and its point in the world.
 
 #ifndef SPLAT_GAUSSIAN_HEAD_GLSL
 #define SPLAT_GAUSSIAN_HEAD_GLSL
@@ -7,7 +7,7 @@
 #include "load.glsl"
 #include "params/gaussian_head_params.h"
 
-layout(constant_id = 10) const uint kOffset = 1;  // 1: three channels move the point off its ray
+layout(constant_id = 10) const uint kOffset = 1;  // 1: three channels offset the point from its ray
 layout(constant_id = 11) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
 
 QUADS(0, net_out);        // [channels/4][images * pixels]

@@ -1,5 +1,5 @@
-// silu(t) = t * s, s = sigmoid(t); its derivative s + t * s * (1 - s). Overflow of exp is harmless:
-// s becomes exactly 0.
+// silu(t) = t * s, s = sigmoid(t); its derivative s + t * s * (1 - s). Overflow of exp is harmless: s
+// becomes exactly 0.
 
 #ifndef SPLAT_SILU_GLSL
 #define SPLAT_SILU_GLSL

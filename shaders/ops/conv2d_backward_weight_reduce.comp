@@ -1,6 +1,6 @@
 #version 460
-// grad_weight[k][c][r] = scale * sum_s partial[s][r][k][c], r running over the nine taps; added to what is
-// there when accumulate is set.
+// grad_weight[k][c][r] = scale * sum_s partial[s][r][k][c], r running over the nine taps; adds to the
+// existing values when accumulate is set.
 // One invocation computes one weight.
 // Bindings: partial [slices][9][K][ceil(C/4) * 4], grad_weight [K,C,3,3] row-major.
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,5 @@
 #version 460
-// grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to what is there when kAccumulate is set.
+// grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to the existing values when kAccumulate is set.
 // One invocation computes the taps of one output channel and four input channels.
 // Bindings: product [slices][kSize^2][K][ceil(C/4)] vec4, grad_weight [K,C,3,3] row-major.
 // Specialisation: 0 workgroup size, 10 kTile, 11 kAccumulate, 12 kWhole: C is a multiple of 4 and the 36

@@ -41,7 +41,7 @@ void main() {
                 LD4(product, (((j * kSize + i) * octets + quad / 2) * dims.stride + t) * 2 + quad % 2);
         apply_at(COLUMN_OF(values, i));
     }
-    // Beyond out_channels the product is zero, what stands behind the bias may be anything.
+    // Beyond out_channels the product is zero, but the memory after the bias may hold anything.
     const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_channels));
     const vec4 shift = dims.has_bias != 0 ? mix(vec4(0), LD4(bias, quad), inside) : vec4(0);
     const uint base = ((quad * dims.n + tile.image) * dims.height + uint(tile.row)) * dims.width + uint(tile.column);

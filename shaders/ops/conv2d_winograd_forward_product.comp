@@ -34,7 +34,7 @@ void main() {
 
     float sums[kBlocks * 8 * kColumns];  // [block][channel of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
-    uint rows[kBlocks];  // blocks beyond the last one are computed from it and not stored
+    uint rows[kBlocks];  // blocks beyond the last repeat it and are not stored
     [[unroll]] for (uint b = 0; b < kBlocks; ++b)
         rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
     uint at = (place * octets * dims.stride + column) * 2;

@@ -36,7 +36,7 @@ void main() {
     const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;  // quad of the weight
 
     vec4 w[kQuads * 9];
-    uint at[kQuads];  // a run that reaches beyond the last quad repeats it
+    uint at[kQuads];  // a run beyond the last quad repeats it
     [[unroll]] for (uint q = 0; q < kQuads; ++q) {
         const uint quad = min(i / 8 % runs * kQuads + q, quads - 1);
         at[q] = (block * quads + quad) * 8 + i % 8;
@@ -55,7 +55,7 @@ void main() {
             const bool inside = m < dims.out_channels && k < dims.in_channels;
             const uint pair = dims.transposed != 0 ? k * dims.out_channels + m : m * dims.in_channels + k;
             const uint first = inside ? 9 * pair : 0;
-            float taps[12];  // from the quad on that holds the first of the nine, which then moves to the front
+            float taps[12];  // starts with the quad of the first tap, which then moves to the front
             [[unroll]] for (uint j = 0; j < 3; ++j) {
                 const vec4 four = LD4(weight, min(first / 4 + j, last));
                 [[unroll]] for (uint n = 0; n < 4; ++n) taps[4 * j + n] = four[n];

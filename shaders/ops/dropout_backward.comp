@@ -1,5 +1,5 @@
 #version 460
-// grad_x = grad_y / (1 - p) where kept, else 0; the mask comes from the counter and the element's place alone,
+// grad_x = grad_y / (1 - p) where kept, else 0; the mask depends only on the counter and the element's position,
 // so that both passes have the same. One invocation computes one quad.
 // Bindings: grad_y quads, counter (seed low, seed high, step, stream offset), grad_x quads.
 #extension GL_GOOGLE_include_directive : require

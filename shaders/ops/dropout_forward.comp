@@ -1,5 +1,5 @@
 #version 460
-// y = x / (1 - p) where kept, else 0; the mask comes from the counter and the element's place alone,
+// y = x / (1 - p) where kept, else 0; the mask depends only on the counter and the element's position,
 // so that both passes have the same. One invocation computes one quad.
 // Bindings: x quads, counter (seed low, seed high, step, stream offset), y quads.
 #extension GL_GOOGLE_include_directive : require

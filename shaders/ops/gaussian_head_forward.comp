@@ -1,5 +1,5 @@
 #version 460
-// Network output to one 3D Gaussian per pixel: channels depth, [offset 3,] opacity, scale 3, rotation 4,
+// Turn the network's output into one 3D Gaussian per pixel: channels depth, [offset 3,] opacity, scale 3, rotation 4,
 // dc 3, [rest 9].
 //   p = ray * (sigmoid(depth) * (zfar - znear) + znear + origin) + offset
 //   means = r.xyz / (r.w + 1e-10), r = [p, 1] view_to_world      opacities = sigmoid, scales = exp

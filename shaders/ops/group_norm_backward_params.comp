@@ -1,6 +1,6 @@
 #version 460
-// grad_beta[c] = sum_n sums[n,c].x, grad_gamma[c] = sum_n sums[n,c].y; both are added to what is
-// there when accumulate is set.
+// grad_beta[c] = sum_n sums[n,c].x, grad_gamma[c] = sum_n sums[n,c].y; both add to the existing
+// values when accumulate is set.
 // One invocation computes one channel. Bindings: sums [N,C] vec2, grad_gamma [C], grad_beta [C].
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"

@@ -1,5 +1,5 @@
 #version 460
-// grad_bias[o] = scale * sum_r grad_y[r][o], added to what is there when accumulate is set.
+// grad_bias[o] = scale * sum_r grad_y[r][o], added to the existing values when accumulate is set.
 // One workgroup computes one quad of outputs. Bindings: grad_y as quads [out/4][rows], grad_bias
 // [out].
 #extension GL_GOOGLE_include_directive : require

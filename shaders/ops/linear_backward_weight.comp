@@ -1,7 +1,7 @@
 #version 460
 // partial[s][o][k] = sum of grad_y[r][o] * x[r][k] over the rows r of slice s.
-// Rows are summed in blocks of 64, then the blocks: rows run to 10^5, where one running sum would cost
-// two digits. linear_backward_weight_reduce.comp sums the slices.
+// Rows are summed in blocks of 64, then the blocks: over 10^5 rows one running sum would cost two
+// digits. linear_backward_weight_reduce.comp sums the slices.
 // One invocation computes one weight of one slice.
 // Bindings: x, grad_y, partial [slices][out][ceil(in/4) * 4]; x and grad_y as quads [features/4][rows].
 #extension GL_GOOGLE_include_directive : require

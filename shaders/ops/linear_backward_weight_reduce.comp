@@ -1,5 +1,5 @@
 #version 460
-// grad_weight[o][k] = scale * sum_s partial[s][o][k], added to what is there when accumulate is set.
+// grad_weight[o][k] = scale * sum_s partial[s][o][k], added to the existing values when accumulate is set.
 // One invocation computes one weight.
 // Bindings: partial [slices][out][ceil(in/4) * 4], grad_weight [out,in] row-major.
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,5 @@
 #version 460
-// grad_x = grad_y resampled the other way, with the same filter; the equations are in resample2d.glsl.
+// grad_x = grad_y resampled in the opposite direction, with the same filter; the equations are in resample2d.glsl.
 // One invocation computes one quad. Bindings: grad_y (named x, as in the include) quads, filter [taps], grad_x quads.
 // Specialisation: 10, 11 as there.
 #extension GL_GOOGLE_include_directive : require

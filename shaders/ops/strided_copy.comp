@@ -1,6 +1,6 @@
 #version 460
-// y[i * out_stride + out_offset + c] = x[i * in_stride + in_offset + c] for c < channels; or += where
-// kAccumulate is set. Channels are a constant: lavapipe divides vectors of integers one by one.
+// y[i * out_stride + out_offset + c] = x[i * in_stride + in_offset + c] for c < channels; or += if
+// kAccumulate is set. Channels are a constant, because lavapipe divides vectors of integers one by one.
 // One invocation copies one float. Bindings: x, y, both arrays of float.
 // Specialisation: 10 = channels, 11 = add to y.
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,7 @@
 #version 460
 // Statistics of one chunk of x: least and greatest finite element, mean of the finite ones, counts
-// of finite, NaN and infinite ones. NaN and infinity are told by their bits: drivers differ in what
-// comparisons make of them.
+// of finite, NaN and infinite ones. NaN and infinity are recognised by their bits, because drivers differ
+// in comparing them.
 // One workgroup computes one chunk. Bindings: x [elements], partial [chunks] of 2 uvec4:
 // the bits of (min, max, mean / 2, 0), and (finite, nan, inf, 0).
 #extension GL_GOOGLE_include_directive : require

@@ -118,7 +118,7 @@ class YamlReader {
             return error(Code::kOutOfHostMemory, "%s: no memory to parse it",
                          config_.what().c_str());
         line_ = parser_.problem_mark.line + 1;
-        return bad(std::string("no valid YAML: ") +
+        return bad(std::string("not valid YAML: ") +
                    (parser_.problem != nullptr ? parser_.problem : "unknown problem"));
     }
 
@@ -173,7 +173,7 @@ class YamlReader {
             levels_.push_back({"", false});
             return {};
         }
-        if (!levels_.back().list && !levels_.back().key) return bad("a key that is no scalar");
+        if (!levels_.back().list && !levels_.back().key) return bad("a key that is not a scalar");
         const std::string key = next_key();
         SPLAT_TRY(add({key, {}, list, !list}));
         levels_.push_back({key, list});

@@ -56,7 +56,7 @@ class JsonWriter {
         return key(name).value(content);
     }
 
-    /// The next member or element starts on a line of its own, after `indent` blanks.
+    /// Start the next member or element on a new line, after `indent` blanks.
     JsonWriter& newline(int indent = 0);
 
     /// The whole text; every object and array must be closed.

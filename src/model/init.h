@@ -9,7 +9,7 @@
 
 namespace splat::model {
 
-/// How a parameter starts.
+/// Initial values of a parameter.
 struct Init {
     enum class Kind : int {
         kConstant,
@@ -23,8 +23,8 @@ struct Init {
     float scale = 0;  ///< the constant, or the gain
 };
 
-/// The start of one parameter. Every parameter has a stream of random numbers of its own, from the
-/// seed and its name, so that a layer more or less changes no other.
+/// Initial values of one parameter. Each has its own stream of random numbers, from the seed and its name,
+/// so that adding or removing a layer changes no other.
 std::vector<float> initial_values(const PredictorConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed);
 

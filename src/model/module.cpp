@@ -24,7 +24,7 @@ constexpr nn::Attribute kBlockAttributes[] = {
     {"lora_dropout", "number", "0", "of adapters' inputs, in training"},
 };
 
-/// Only its attributes matter: complete_attributes() checks and completes them.
+/// Serves only complete_attributes(), which checks and completes its attributes.
 constexpr nn::OpRow kBlockRow = {.name = kResidualBlock,
                                  .equation = "",
                                  .inputs = {},

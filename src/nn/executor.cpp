@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kNone = ExecutorPlan::kNone;
 
-/// Row-major to quads where the value is an activation; otherwise they are the same memory.
+/// Row-major to quads if the value is an activation; otherwise both are the same memory.
 Status pack(vk::Recorder& recorder, const Value& value, const vk::BufferView& port,
             const vk::BufferView& quads) {
     return value.layout == Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
@@ -108,7 +108,7 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
     return made;
 }
 
-/// The lists that prepare what is kept, and of a forward pass.
+/// The lists that prepare kept parameters, and those of a forward pass.
 Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
                         vk::CommandList& forward) const {
     vk::Recorder recorder(context_);
@@ -125,7 +125,7 @@ Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
     return {};
 }
 
-/// From now on prepared parameters are kept. After an error all is as before.
+/// Keep prepared parameters from now on. An error changes nothing.
 Status Executor::keep_prepared(ExecutorPlan& plan) {
     std::vector<vk::Buffer> buffers;
     ExecutorMemory memory = memory_;
@@ -148,7 +148,7 @@ Status Executor::forward() {
     const std::uint64_t revision = parameters_.revision();
     if (plan_ != nullptr && ran_revision_ == revision) {
         const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
-        const Status kept = keep_prepared(*plan);  // tried once: passes can do without
+        const Status kept = keep_prepared(*plan);  // tried once: passes work without
         if (kept.code() == Code::kDeviceLost) return kept;
         if (!kept.ok())
             log(LogLevel::kInfo, "weights are prepared in every pass: " + kept.message());
@@ -168,8 +168,9 @@ Status Executor::backward() {
         return error(Code::kInvalidState,
                      "backward was called on a network made without gradients");
     if (!ran_)
-        return error(Code::kInvalidState,
-                     "backward was called without a forward pass of its own: each takes one");
+        return error(
+            Code::kInvalidState,
+            "backward was called without a forward pass of its own: run forward before each");
     if (parameters_.revision() != ran_revision_)
         return error(Code::kInvalidState,
                      "backward was called after parameters had changed: run forward again");

@@ -8,7 +8,7 @@
 namespace splat::nn {
 namespace {
 
-/// Arenas stay well below what drivers let one allocation take (2 GiB on lavapipe).
+/// Arenas stay well below the largest allocation of drivers (2 GiB on lavapipe).
 constexpr std::uint64_t kArenaBytes = std::uint64_t{512} << 20;
 
 constexpr std::uint32_t kForever = ~std::uint32_t{0};
@@ -78,10 +78,11 @@ Status ExecutorPlan::find_reached() {
     for (const ValueId id : desc_.grad_outputs) {
         if (std::find(desc_.outputs.begin(), desc_.outputs.end(), id) == desc_.outputs.end() ||
             !wanted_[graph_.root(id)])
-            return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is given, but it is no output or depends on nothing "
-                         "that is trained",
-                         graph_.value(id).name.c_str());
+            return error(
+                Code::kInvalidArgument,
+                "the gradient of '%s' is given, but it is not an output or depends on nothing "
+                "that is trained",
+                graph_.value(id).name.c_str());
         reached_[graph_.root(id)] = true;
     }
     for (std::size_t node = graph_.nodes().size(); node-- > 0;) {
@@ -124,7 +125,7 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
-/// Kept if all that is kept stays within `most` bytes. Without a backward pass there is also room for a
+/// Keep prepared parameters up to `most` bytes in all. Without a backward pass there is also room for a
 /// pass that keeps nothing.
 void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most,
                                  std::size_t& kept) {
@@ -224,7 +225,7 @@ Status ExecutorPlan::plan_backward() {
     }
     const std::vector<Node>& nodes = graph_.nodes();
     for (std::size_t node = nodes.size(); node-- > 0;) {
-        // What the last segment computed has just been computed.
+        // The last segment's values are fresh from the forward pass.
         const std::uint32_t segment = nodes[node].segment;
         if (desc_.recompute && segment != nodes.back().segment &&
             segment != nodes[node + 1].segment) {
@@ -241,7 +242,7 @@ Status ExecutorPlan::plan_backward() {
         const ValueId root = graph_.root(id);
         if (grads_[root] == kNone)
             return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is wanted, but no output depends on it",
+                         "the gradient of '%s' is requested, but no output depends on it",
                          value.name.c_str());
         touch(grads_[root]);
         if (value.layout == Layout::kQuads) {
@@ -264,7 +265,7 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     call.saved = saved_[node];
     for (const ValueId output : n.outputs) {
         std::size_t& grad = grads_[output];
-        if (grad == kNone) {  // no gradient came this way
+        if (grad == kNone) {  // no gradient reaches this output
             SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
             grad = tensor(graph_.value(output).name, bytes, clock_);
             call.zeros.push_back(grad);
@@ -298,8 +299,8 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     return {};
 }
 
-/// Where a gradient is that of the output, take the output's tensor, which nobody reads afterwards, or
-/// add it to the sum that is there.
+/// If an input's gradient equals the output's, reuse that tensor, which has no later reader, or add it to
+/// the existing sum.
 bool ExecutorPlan::pass_gradient(Call& call, std::size_t input) {
     const Node& n = graph_.nodes()[call.node];
     const ValueId root = graph_.root(n.inputs[input]);

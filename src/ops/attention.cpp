@@ -18,12 +18,12 @@ constexpr std::uint32_t kProductBlocksId = 11;
 constexpr std::uint32_t kBlocks = 2;
 constexpr std::uint32_t kMaxExtent = 65536;  ///< loops over its quads stay below lavapipe's limit
 
-/// A matrix per image and head, in quads over its rows.
+/// One matrix per image and head, in quads over its rows.
 struct Matrix {
     BufferView view;
     std::uint32_t rows = 0;
     std::uint32_t columns = 0;
-    std::uint32_t stride = 0;  ///< in quads, as are the others
+    std::uint32_t stride = 0;  ///< in quads, like the others
     std::uint32_t head = 0;
     std::uint32_t image = 0;
 };
@@ -39,7 +39,7 @@ Matrix activation(const AttentionDesc& desc, const BufferView& view, std::uint32
     return {view, channels, pixels, stride, channels / 4 * stride, pixels};
 }
 
-/// A workspace of n * heads matrices, one after the other.
+/// A workspace of n * heads consecutive matrices.
 Matrix scratch(const AttentionDesc& desc, const BufferView& view, std::uint32_t rows,
                std::uint32_t columns) {
     const std::uint32_t size = quads_of(rows) * columns;
@@ -127,7 +127,7 @@ Status transpose(vk::Recorder& recorder, const AttentionDesc& desc, const Matrix
     });
 }
 
-/// A kernel with one invocation per query of weights and what goes with them.
+/// Record a kernel with one invocation per query of the weights.
 Status per_query(vk::Recorder& recorder, const char* op, const char* shader,
                  const AttentionDesc& desc, float scale, std::vector<vk::Access> accesses) {
     params::AttentionParams params{};

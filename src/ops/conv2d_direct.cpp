@@ -15,8 +15,8 @@ constexpr std::uint32_t kRows = 4;
 /// conv2d_backward_weight_fast.comp: channels of a tile, both ways.
 constexpr std::uint32_t kTile = 32;
 
-/// Slices of the rows of pixels in the weight gradient: so many that none takes more turns than
-/// kMaxTurns, and for the fast kernels enough to give every core or multiprocessor work.
+/// Slices of the rows of pixels in the weight gradient: enough that none takes more turns than kMaxTurns
+/// and, for the fast kernels, that every core or multiprocessor has work.
 std::uint32_t slices_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     const std::uint64_t rows = std::uint64_t{desc.n} * desc.height;
     const std::uint64_t least = ceil_div(rows, std::max<std::uint64_t>(kMaxTurns / desc.width, 1));

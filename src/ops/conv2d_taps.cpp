@@ -8,7 +8,7 @@ namespace {
 using vk::BufferView;
 
 constexpr std::uint64_t kStep = 256;  ///< bytes; suits every alignment of bindings
-/// Few channels fill no tiles of the direct kernels; the products of all taps of many cost memory.
+/// Few channels leave tiles of the direct kernels empty; with many the products of all taps cost memory.
 constexpr std::uint32_t kMostChannels = 16;
 constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
 
@@ -16,7 +16,7 @@ std::uint64_t rows_of(const Conv2dDesc& desc) {
     return 9 * round_up(desc.out_channels, 4);
 }
 
-/// All taps of all output channels, of every pixel alone.
+/// All taps of all output channels, for each pixel separately.
 LinearDesc product_of(const Conv2dDesc& desc) {
     return {static_cast<std::uint32_t>(conv2d_pixels(desc)), desc.in_channels,
             static_cast<std::uint32_t>(rows_of(desc)), false, 1};
@@ -26,7 +26,7 @@ std::uint64_t matrix_bytes(const Conv2dDesc& desc) {
     return round_up(rows_of(desc) * desc.in_channels * 4, kStep);
 }
 
-/// One of the passes over all products, pixels or weights.
+/// Record one of the passes over all products, pixels or weights.
 Status rearrange(vk::Recorder& recorder, const char* op, const char* shader, const char* cpu,
                  params::Conv2dParams params, std::uint64_t count,
                  std::vector<vk::Access> accesses) {

@@ -17,12 +17,12 @@ constexpr std::uint32_t kWinogradBlocksId = 12;
 constexpr std::uint32_t kWinogradDepthId = 13;
 constexpr std::uint32_t kPackedQuadsId = 11;
 constexpr std::uint32_t kWholeQuadsId = 12;
-/// Runs of 512 bytes: prepared in half the time that runs of 128 take, on Zen 4.
+/// Runs of 512 bytes take half the time of runs of 128 to prepare, on Zen 4.
 constexpr std::uint32_t kPackedQuads = 4;
 constexpr std::uint32_t kResidualId = 11;
 constexpr std::uint32_t kExactId = 12;
 
-/// V and M of one slice, one behind the other.
+/// V and M of one slice, consecutive.
 struct Workspace {
     BufferView input;
     BufferView product;

@@ -16,8 +16,8 @@ constexpr std::uint32_t kQuadsId = 11;
 constexpr std::uint32_t kAccumulateId = 11;
 constexpr std::uint32_t kWholeId = 12;
 
-/// Products of slices that are kept to be summed together: more of them cost fewer passes over
-/// grad_weight, and memory.
+/// Products of slices that are kept to be summed together: more of them save passes over grad_weight but
+/// cost memory.
 constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostProducts = 8;
 
@@ -26,7 +26,7 @@ std::uint32_t quads_per_lane(std::uint32_t in_channels) {
     return (in_channels - 1) % (2 * kWeightTile) >= kWeightTile ? 2 : 1;
 }
 
-/// V, D and the products of one round of slices, one behind the other.
+/// V, D and the products of one round of slices, consecutive.
 struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round

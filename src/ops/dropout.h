@@ -7,7 +7,7 @@ namespace splat::ops {
 struct DropoutDesc {
     QuadDims x;
     double p = 0;              ///< probability of dropping an element, 0 <= p < 1
-    std::uint32_t stream = 0;  ///< sets the calls of one step apart
+    std::uint32_t stream = 0;  ///< distinguishes the calls of one step
 };
 
 /// Errors: kInvalidArgument for p outside [0, 1).

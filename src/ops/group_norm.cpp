@@ -30,8 +30,8 @@ vk::Kernels kernels_for(const vk::Recorder& recorder, const GroupNormDesc& desc)
     return desc.x.c / desc.groups % 4 == 0 ? recorder.kernels() : vk::Kernels::kPlain;
 }
 
-/// Lanes per group. On CPU devices one subgroup, which needs no waiting at barriers (1.5 to 2 times
-/// faster than 64); on GPUs enough to keep a multiprocessor busy; more for groups that are very large.
+/// Lanes per group. On CPU devices one subgroup, which does not wait at barriers (1.5 to 2 times as fast as
+/// 64); on GPUs enough to keep a multiprocessor busy; more for very large groups.
 std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
                         vk::Kernels kernels) {
     const std::uint64_t elements = group_elements(desc);

@@ -16,13 +16,13 @@ inline const char* pick(vk::Kernels kernels, const char* plain, const char* cpu)
     return pick(kernels, plain, cpu, plain);
 }
 
-/// `wanted` invocations, or the greatest power of two below it that the device takes. `wanted` is a
-/// power of two.
+/// `wanted` invocations, or the largest smaller power of two that the device allows. `wanted` is a power of
+/// two.
 std::uint32_t workgroup_size(const vk::DeviceInfo& device, std::uint32_t wanted);
 
-/// At least `wanted` invocations for `items` that they share in loops: doubled until none has more
-/// than kMaxTurns, where the device takes that many. lavapipe ends an invocation's loops, silently,
-/// after 65535 turns in all (Mesa's LP_MAX_TGSI_LOOP_ITERATIONS; seen with 22.3).
+/// At least `wanted` invocations for `items` that they share in loops: doubled until none takes more than
+/// kMaxTurns, as far as the device allows. lavapipe silently ends an invocation's loops after 65535 turns
+/// in all (Mesa's LP_MAX_TGSI_LOOP_ITERATIONS; seen with 22.3).
 inline constexpr std::uint64_t kMaxTurns = 16384;
 std::uint32_t workgroup_size(const vk::DeviceInfo& device, std::uint32_t wanted,
                              std::uint64_t items);

@@ -13,10 +13,10 @@ namespace {
 using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image) would leave it
-/// idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about as long as
-/// three fifths of a block (by its instructions on lavapipe). 1, 2 or 4 blocks, as every form takes lavapipe 20 to 50
-/// ms to compile. A single block takes twice the rows, as its fetches serve the fewest products; so does any on a CPU
-/// of many registers, where larger code gains a tenth (Zen 5).
+/// idle. Its height wastes least on blocks beyond the last: fetching the rows of a tile takes about as long as three
+/// fifths of a block (by its instructions on lavapipe). Only 1, 2 or 4 blocks, because lavapipe compiles each form for
+/// 20 to 50 ms. A single block takes twice the rows, because its fetches serve the fewest products; so does any tile
+/// on a CPU of many registers, where larger code gains a tenth (Zen 5).
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
@@ -28,8 +28,8 @@ constexpr std::uint32_t kBlocksId = 11;
 constexpr std::uint32_t kResidualId = 12;
 constexpr std::uint32_t kDepthId = 13;
 
-/// Two quads deep where that unrolls to no more code than the instruction cache holds: for large tiles a fifth slower
-/// on Zen 3, and 0.93 of the time on a Xeon with 64 KiB.
+/// Two quads deep if the unrolled code fits in the instruction cache: for large tiles this is a fifth slower on Zen 3,
+/// but takes 0.93 of the time on a Xeon with 64 KiB.
 Tile tile_for(const LinearDesc& desc, const vk::DeviceFeatures& device) {
     const std::uint64_t blocks = ceil_div(desc.out_features, 8);
     const auto cost = [&](std::uint32_t height) {
@@ -62,12 +62,12 @@ vk::Work product_work(const LinearDesc& desc) {
 /// The plain kernels loop over all features of a row in one invocation, see kMaxTurns.
 constexpr std::uint32_t kMaxFeatures = 65535;
 
-/// linear_backward_weight_fast.comp: most features per tile, both ways.
+/// linear_backward_weight_fast.comp: maximal features per tile, both ways.
 constexpr std::uint32_t kTile = 32;
 constexpr std::uint32_t kOutQuadsId = 10;
 
-/// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
-/// enough to give every core or multiprocessor work, but none of less than a few blocks of 64 rows.
+/// Slices of the rows: enough that none takes more turns than kMaxTurns and, for the fast kernels, that every
+/// core or multiprocessor has work, but none with less than a few blocks of 64 rows.
 /// On CPU devices slices of 1024 rows, up to 16, stay in the cache while all tiles read them: a tenth faster.
 std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const bool plain = recorder.kernels() == Kernels::kPlain;
@@ -82,13 +82,13 @@ std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     return static_cast<std::uint32_t>(std::max({least, busy, cached}));
 }
 
-/// The fast product; backward_input is the same with the roles of in and out exchanged.
+/// The fast product; backward_input is the same with in and out exchanged.
 Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const Tile tile = tile_for(desc, recorder.device().features);
-    // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
+    // CPU devices distribute workgroups, so these are small; a GPU needs its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
     const std::uint64_t row_groups = ceil_div(desc.rows, std::uint64_t{size} * tile.columns);
@@ -237,7 +237,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
         const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes: each is
+        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Only two sizes, as each is
         // one more pipeline.
         const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);

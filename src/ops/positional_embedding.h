@@ -8,7 +8,7 @@ struct PositionalEmbeddingDesc {
     std::uint32_t rows = 1;
     std::uint32_t features = 1;
     std::uint32_t dimension = 2;  ///< values per feature
-    bool swap_halves = false;     ///< the halves of the result change places
+    bool swap_halves = false;     ///< exchange the halves of the result
 };
 
 /// Errors: kInvalidArgument for an odd dimension or one beyond 64, or halves that do not exist;

@@ -4,7 +4,7 @@
 
 namespace splat::ops {
 
-/// Take three interleaved tensors apart:  part_j[n,c] = x[n, 3c + j]
+/// Separate three interleaved tensors:  part_j[n,c] = x[n, 3c + j]
 ///
 /// dims         of each part
 /// x            [N,3C,...] float32 as quads; a, b, c [N,C,...] as quads; no aliasing

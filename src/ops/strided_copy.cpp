@@ -8,9 +8,9 @@
 namespace splat::ops {
 namespace {
 
-/// Parts begin at multiples of this many elements, which suits every alignment of bindings.
+/// Parts begin at multiples of this many elements, which satisfies every alignment of bindings.
 constexpr std::uint64_t kPartAlignment = 256;
-/// Floats that one dispatch takes, so that 32 bits index them.
+/// Floats per dispatch, so that 32 bits index them.
 constexpr std::uint64_t kMostFloats = std::uint64_t{1} << 30;
 
 Status check(const char* name, const StridedCopyDesc& desc, const Stride& layout,

@@ -11,8 +11,7 @@
 namespace splat::ops {
 namespace {
 
-/// Elements per workgroup: enough to hide its start, and below 2^24 so that counts in float are
-/// exact.
+/// Elements per workgroup: enough to hide its start, and below 2^24 so that counts in float are exact.
 constexpr std::uint32_t kChunk = 16384;
 constexpr std::size_t kWordsPerChunk = 8;
 

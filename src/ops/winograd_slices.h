@@ -3,7 +3,7 @@
 #include "ops/conv2d.h"
 #include "params/conv2d_winograd_params.h"
 
-/// How the tiles of a Winograd convolution are cut into slices, and what its stages share.
+/// Slices of the tiles of a Winograd convolution, and code shared by its stages.
 namespace splat::ops {
 
 /// The specialisation constant of the transforms.

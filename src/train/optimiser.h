@@ -13,8 +13,8 @@ namespace splat::train {
 /// Determinism  bit-exact for any thread count
 class Optimiser {
   public:
-    /// The parameters must outlive it. Moments are zero, the average is not there until the first
-    /// update of its schedule.
+    /// The parameters must outlive it. Moments start at zero; the average starts with the first update of
+    /// its schedule.
     static Result<Optimiser> create(vk::Context& context, nn::Parameters& parameters,
                                     const TrainConfig& config);
 
@@ -27,20 +27,20 @@ class Optimiser {
     /// Updates done.
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
 
-    /// A copy of the averaged values of a parameter, or of its own where nothing is averaged.
+    /// A copy of a parameter's averaged values, or of the parameter without averaging.
     Status read_average(const nn::Parameter& parameter, LargeVector<float>& values);
 
     /// Moments and averages of trainable parameters as "m:NAME", "v:NAME" and "ema:NAME".
     Status save(io::NamedTensors& tensors);
 
-    /// Errors: kInvalidArgument for one that is missing or of another size.
+    /// Check the state to load. Errors: kInvalidArgument for a tensor that is missing or of another size.
     Status check(const io::NamedTensors& tensors) const;
 
-    /// All of them again; the errors of check().
+    /// Load the state; errors as check().
     Status load(const io::NamedTensors& tensors, std::uint64_t steps);
 
   private:
-    /// What belongs to one block of parameters, laid out as its values are.
+    /// State of one block of parameters, in the layout of its values.
     struct State {
         vk::Buffer m, v, average, partial;
         std::size_t adam = 0, ema = 0;  ///< dispatches of the lists

@@ -157,7 +157,7 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
         SPLAT_TRY(record(image, grad_image));
     const double pixel_weight = 1 - desc_.ssim_weight - lpips_weight;
     const float gradients[2] = {share * static_cast<float>(pixel_weight),
-                                // the loss falls where the similarity rises
+                                // the loss falls when the similarity rises
                                 -share * static_cast<float>(desc_.ssim_weight)};
     for (std::uint64_t i = 0; i < 2; ++i)
         SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));

@@ -8,7 +8,7 @@
 namespace splat::train {
 namespace {
 
-/// Seconds since the last call, added to a sum.
+/// Adds the seconds since the last call to a sum.
 class Stopwatch {
   public:
     void add_to(double& seconds) {
@@ -184,14 +184,14 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& re
     input.embedding = part_of(batch.embedding, all, first, objects);
     input.tokens = part_of(batch.tokens, all, first, objects);
     input.seed = config_.seed;
-    // A number of its own for each pass, that what dropout takes depends on.
+    // A distinct number for each pass; dropout depends on it.
     input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
     Stopwatch watch;
     SPLAT_TRY(predictor_->set_input(input));
     SPLAT_TRY(predictor_->forward());
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < objects; ++i) SPLAT_TRY(render(batch, first + i, i, result));
-    if (config_.scale_terms) SPLAT_TRY(hold_scales());
+    if (config_.scale_terms) SPLAT_TRY(add_scale_gradients());
     watch.add_to(result.render_seconds);
     SPLAT_TRY(predictor_->backward());
     watch.add_to(result.network_seconds);
@@ -226,9 +226,9 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     return {};
 }
 
-/// CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) of a pass, by their gradients: means
-/// are those of the pass, weighted by its share of the batch.
-Status Trainer::hold_scales() {
+/// Add the gradients of CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) for the scales s of
+/// a pass. Means are over the pass, weighted by its share of the batch.
+Status Trainer::add_scale_gradients() {
     constexpr float kMost = 20, kLeast = 1e-5F;
     const vk::BufferView scales = predictor_->outputs().scales;
     const vk::BufferView gradients = predictor_->output_gradients().scales;

@@ -28,15 +28,14 @@ struct TrainStep {
     std::uint64_t step = 0;   ///< updates done
     LossTerms loss;           ///< means over the batch
     bool skipped = false;     ///< loss or gradients were not finite: nothing was updated
-    std::uint64_t pairs = 0;  ///< (tile, Gaussian) of all targets
+    std::uint64_t pairs = 0;  ///< (tile, Gaussian) pairs of all targets
     double network_seconds = 0, render_seconds = 0, update_seconds = 0;
 };
 
 /// Splatter Image's training: predict, render, compare, and back.
 ///
-/// Gradients of all objects of a batch are added up in passes of micro_batch objects, with the weights of
-/// the whole batch's mean, so the size of a pass changes nothing but rounding and which activations
-/// dropout takes.
+/// Accumulates the gradients of a batch in passes of micro_batch objects, weighted for the mean over the
+/// batch. The size of a pass changes only rounding and which activations dropout drops.
 ///
 /// Errors       kShape and kInvalidArgument for a batch that does not fit, before anything ran; those of
 ///              Context::run, after which the step counts as not done
@@ -54,18 +53,18 @@ class Trainer {
     [[nodiscard]] const TrainConfig& config() const { return config_; }
     [[nodiscard]] std::uint64_t steps() const { return optimiser_->steps(); }
 
-    /// Calls of step() that ran to their end, those that were skipped included.
+    /// Calls of step() that ran to their end, including skipped ones.
     [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
 
-    /// The averaged weights as a state dict; the current ones without averaging.
+    /// The averaged weights as a state dict, or the current ones without averaging.
     Result<io::NamedTensors> averaged_state();
 
-    /// Everything that the next step depends on, but for the batch: parameters, moments, averages and
+    /// Everything that the next step depends on except the batch: parameters, moments, averages and
     /// counters, with the configuration and a checksum.
     Result<io::WeightsFile> checkpoint();
 
-    /// Go on from there, bit by bit. All or nothing. Errors: kInvalidArgument for another network or
-    /// optimiser, or a checksum that is wrong.
+    /// Continue from a checkpoint, bit-exactly. All or nothing. Errors: kInvalidArgument for another network
+    /// or optimiser, or a wrong checksum.
     Status resume(const io::WeightsFile& file);
 
   private:
@@ -75,7 +74,7 @@ class Trainer {
     Status pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
     Status render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
                   TrainStep& result);
-    Status hold_scales();
+    Status add_scale_gradients();
 
     vk::Context& context_;
     TrainConfig config_;

@@ -118,7 +118,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     if (validation && !has_validation_layer())
         return error(
             Code::kUnsupported,
-            "validation was asked for, but the layer %s is not installed: on Debian `apt-get "
+            "validation was requested, but the layer %s is not installed: on Debian `apt-get "
             "install "
             "vulkan-validationlayers`, or clear SPLAT_DEVICE_VALIDATION and SPLAT_VALIDATION",
             kValidationLayer);
@@ -205,7 +205,7 @@ Status Instance::create_messenger() {
     if (create == nullptr || destroy_messenger_ == nullptr ||
         create(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
         return error(Code::kUnsupported,
-                     "validation was asked for, but VK_EXT_debug_utils gives no messenger");
+                     "validation was requested, but VK_EXT_debug_utils has no messenger");
     return {};
 }
 

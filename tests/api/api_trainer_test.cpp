@@ -114,7 +114,7 @@ TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
     ASSERT_DONE(splat_model_store(model, weights.out()));
     ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));
     EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "is no training state");
+                   "is not a training state");
     std::filesystem::remove(path);
 }
 

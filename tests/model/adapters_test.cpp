@@ -168,7 +168,7 @@ TEST_P(Adapters, RefusesOtherFiles) {
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name.clear(); }), Code::kInvalidArgument,
                  "has no adapter 'network_with_offset.encoder.enc.8x8_block0.conv0.lora_B' [4, 3]");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name = "out.weight"; }), Code::kInvalidArgument,
-                 "'out.weight' is no adapter");
+                 "'out.weight' is not an adapter");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.values.own()[5] = NAN; }),
                  Code::kInvalidArgument, "holds nan at element 5");
     EXPECT_ERROR(status([](io::NamedTensor& t) {

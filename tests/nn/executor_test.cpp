@@ -300,7 +300,7 @@ TEST_P(ExecutorRules, RefusesWhatCannotBe) {
     Network n(context());
     ExecutorDesc desc = n.whole();
     desc.outputs = {n.y};
-    EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "it is no output");
+    EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "it is not an output");
     desc = n.whole();
     desc.backward = false;
     desc.grad_outputs = desc.grad_inputs = {};

@@ -304,7 +304,7 @@ TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
         if (key == "crc32") text = "1";
     EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "the file is damaged");
     file.value().metadata.clear();
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is no training state");
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is not a training state");
 }
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {

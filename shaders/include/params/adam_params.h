@@ -7,7 +7,7 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// One step; what depends on its number comes from the host, computed in float64.
+// One step; the host computes values that depend on its number in float64.
 struct AdamParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h

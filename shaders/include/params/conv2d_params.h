@@ -17,7 +17,7 @@ struct Conv2dParams {
     uint has_bias;
     uint has_residual;
     float scale;
-    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint accumulate;  // 1: parameter gradients are added to the existing values
     uint transposed;  // conv2d_pack_weight: 1 flips the taps and swaps the channels
     uint slices;      // conv2d_backward_weight: the rows of pixels are summed in so many slices
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h

@@ -7,8 +7,8 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// A 3x3 convolution by Winograd's algorithm, a slice of the tiles at a time. Tiles of all images are
-// numbered together, row by row, those of an image next to each other.
+// A 3x3 convolution by Winograd's algorithm, one slice of the tiles at a time. Tiles are numbered image by
+// image, row by row.
 struct Conv2dWinogradParams {
     uint n;
     uint in_channels;  // of the product at hand: the gradient of the input swaps the two
@@ -23,7 +23,7 @@ struct Conv2dWinogradParams {
     uint has_bias;
     float scale;
     uint transposed;  // of the weight: flip the taps and swap the channels
-    uint slice;       // backward weight: where the product of this slice goes
+    uint slice;       // backward weight: position of this slice's product
     uint slices;      // backward weight: how many products are summed
     uint places;      // (m + 2)^2
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h

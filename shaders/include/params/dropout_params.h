@@ -9,10 +9,10 @@ using uint = std::uint32_t;
 
 struct DropoutParams {
     uint quads;
-    uint stream;     // sets the calls of one step apart
+    uint stream;     // distinguishes the calls of one step
     uint threshold;  // random words below it drop their element
     float scale;     // 1 / (1 - p)
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;   // workgroups per row of the dispatch, see src/ops/launch.h
 };
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@ struct GaussianHeadParams {
     float znear;
     float depth_range;  // zfar - znear
     uint isotropic;     // 1: all three scales come from the first channel
-    uint activate;      // 0: opacity and scales stay as the network gives them
+    uint activate;      // 0: opacity and scales straight from the network
     uint has_focal;
     uint has_origin;
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h

@@ -14,7 +14,7 @@ struct GroupNormParams {
     uint groups;  // divides c
     float eps;
     uint silu;        // 1: y = t * sigmoid(t) of the normalised t
-    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint accumulate;  // 1: parameter gradients are added to the existing values
 };
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@ struct LinearParams {
     uint out_features;
     uint has_bias;
     uint transposed;  // linear_pack_weight: 1 packs the transpose
-    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint accumulate;  // 1: parameter gradients are added to the existing values
     uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h; fast products: of rows per layer
     uint slices;      // linear_backward_weight: the rows are summed in so many slices
     uint has_residual;

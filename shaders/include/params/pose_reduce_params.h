@@ -10,7 +10,7 @@ using uint = std::uint32_t;
 struct PoseReduceParams {
     uint groups;      // partial sums per view
     uint views;
-    uint accumulate;  // 1: added to what is there
+    uint accumulate;  // 1: added to the existing values
 };
 
 #ifdef __cplusplus

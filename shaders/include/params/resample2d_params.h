@@ -11,8 +11,8 @@ struct Resample2dParams {
     uint planes;  // quads of channels times images
     uint height;  // of the input of this dispatch
     uint width;
-    uint taps;    // of the filter, where it is not the box
-    float gain;   // multiplies the filter outer(f, f) / sum(f)^2
+    uint taps;      // of the filter, unless it is the box
+    float gain;     // multiplies the filter outer(f, f) / sum(f)^2
     uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
 };
 

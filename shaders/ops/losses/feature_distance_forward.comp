@@ -1,6 +1,6 @@
 #version 460
 // partial = sum over the channels of weight * (a / (|a| + eps) - b / (|b| + eps))^2 at each pixel;
-// feature_distance_forward_sum makes the mean over the pixels of them. One invocation computes one pixel.
+// feature_distance_forward_sum averages them over the pixels. One invocation computes one pixel.
 // Bindings: a, b (quads), weight [channels], partial [images, pixels].
 #extension GL_GOOGLE_include_directive : require
 

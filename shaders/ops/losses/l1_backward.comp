@@ -1,5 +1,5 @@
 #version 460
-// grad_a = grad_loss / elements * the slope: sign(a - b), 0 where they are equal. One invocation computes one quad.
+// grad_a = grad_loss / elements * the slope: sign(a - b), 0 if they are equal. One invocation computes one quad.
 // Bindings: a, b (quads), grad_loss [1], grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
 

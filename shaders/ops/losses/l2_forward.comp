@@ -1,5 +1,5 @@
 #version 460
-// partial = sum over a chunk of (a - b)^2; loss_sum makes the mean of them. One workgroup sums one chunk.
+// partial = sum over a chunk of (a - b)^2; loss_sum averages them. One workgroup sums one chunk.
 // Bindings: a, b (quads), partial [chunks].
 #extension GL_GOOGLE_include_directive : require
 

@@ -1,5 +1,5 @@
 #version 460
-// loss = scale * the sum of partial. One workgroup does it all. Bindings: partial [sums], loss [1].
+// loss = scale * the sum of partial. One workgroup sums all. Bindings: partial [sums], loss [1].
 #extension GL_GOOGLE_include_directive : require
 #include "params/loss_params.h"
 

@@ -1,5 +1,5 @@
 #version 460
-// With D the slopes of S by the moments, filtered by the window (which is its own transpose):
+// With D the slopes of S with respect to the moments, filtered by the window (which is its own transpose):
 //   grad_a = grad_loss / elements * (D_a + 2 a D_aa + b D_ab)
 // One invocation computes one quad: the window along columns, and the sum.
 // Bindings: a, b (quads), rows (three planes of quads), grad_loss [1], grad_a (quads).

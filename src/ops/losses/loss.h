@@ -2,13 +2,13 @@
 
 #include "ops/quads.h"
 
-/// What the losses share: sums over chunks of an image, and the mean of a term of each element.
+/// Shared by the losses: sums over chunks of an image, and the mean of a term of each element.
 namespace splat::ops {
 
-/// Quads per workgroup of a forward pass: few enough that lanes sum few terms one after another.
+/// Quads per workgroup of a forward pass, so few that each lane sums only a few terms.
 inline constexpr std::uint32_t kLossChunk = 1024;
 
-/// Partial sums of a loss over so many quads, and their bytes.
+/// Number of partial sums of a loss over so many quads, and their bytes.
 std::uint32_t loss_chunks(const QuadDims& dims);
 std::uint64_t loss_partial_bytes(const QuadDims& dims);
 

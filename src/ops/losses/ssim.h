@@ -24,7 +24,7 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 ///   (2 ma mb + C1) (2 cov + C2) / ((ma^2 + mb^2 + C1) (var_a + var_b + C2))
 ///
 /// with C1 = 0.01^2, C2 = 0.03^2, and moments under a Gaussian window of 11x11 pixels, standard deviation
-/// 1.5; outside of the image everything is zero.
+/// 1.5; zero outside the image.
 ///
 /// a, b         [N,C,H,W] float32 as quads, zero in the channels that pad a quad
 /// slopes       out, saved for backward: ssim_slopes_bytes
@@ -41,7 +41,7 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss);
 
-/// Its gradient by a, overwritten; derived in tests/ref/ssim_ref.h.
+/// Its gradient with respect to a, overwritten; derived in tests/ref/ssim_ref.h.
 ///
 /// rows         workspace of ssim_backward_rows_bytes; the rest as in the forward pass
 Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
