@@ -227,7 +227,7 @@ TEST_F(ApiModel, GradientsAddUp) {
     const char* name = "grad:network_with_offset.out.bias";
     const std::vector<float> once = read(model, name, 24);
     EXPECT_REFUSED(splat_model_backward(model, gradients), SPLAT_ERROR_INVALID_STATE,
-                   "each takes one");
+                   "run forward before each");
     run(model);
     ASSERT_DONE(splat_model_backward(model, gradients));
     const std::vector<float> twice = read(model, name, 24);
@@ -278,7 +278,7 @@ TEST_F(ApiModel, GradientsOfInputs) {
                        SPLAT_ERROR_INVALID_STATE, "no gradient of the tokens");
         ASSERT_DONE(splat_model_read(model, "grad:images", gradient.data(), bytes));
         EXPECT_REFUSED(splat_model_backward(model, by_means), SPLAT_ERROR_INVALID_STATE,
-                       "each takes one");
+                       "run forward before each");
         EXPECT_EQ(read(model, "grad:images", gradient.size()), gradient) << "still there";
         const std::string text = report(model);
         activations[recompute ? 1 : 0] =

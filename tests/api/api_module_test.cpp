@@ -85,7 +85,7 @@ TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
                   (Floats{9 * sum, 12 * sum, 9 * sum, 12 * sum, 9 * sum, 12 * sum}));
         EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 3 * sum));
     }
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "each takes one");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
     ASSERT_DONE(splat_module_zero_gradients(linear));
     EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 0));
     ASSERT_DONE(splat_module_init(linear, 4));
@@ -246,7 +246,7 @@ TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     ASSERT_DONE(splat_module_backward(linear));
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "no gradient was given";
     write(linear, "grad:y", {1});
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "each takes one");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "still there";
     ASSERT_DONE(splat_module_forward(linear));
     write(linear, "x", {4, 4});

@@ -307,10 +307,10 @@ TEST_P(ExecutorRules, RefusesWhatCannotBe) {
     ASSERT_OK(n.create(desc));
     EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "without gradients");
     ASSERT_OK(n.create(n.whole()));
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "run forward before each");
     ASSERT_OK(n.forward());
     ASSERT_OK(n.backward());
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "run forward before each");
 }
 
 }  // namespace
