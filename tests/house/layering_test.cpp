@@ -172,7 +172,7 @@ TEST(Layering, RuleAcceptsWhatTheTableAllows) {
     expect_none(check_sample("src/eval/a.cpp", "#include \"vk/timers.h\"\n"));
     expect_none(
         check_sample("tools/vkrun/a.cpp",
-                     "#include \"vkrun/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
+                     "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
 }
 
 TEST(Layering, RuleFindsForbiddenIncludes) {

@@ -14,7 +14,7 @@
 #include "support/golden.h"
 #include "support/npz.h"
 #include "support/real_data.h"
-#include "vkrun/command.h"
+#include "vkrun/cli/failure.h"
 #include "vkrun/compare/distribution_plot.h"
 #include "vkrun/compare/score_file.h"
 

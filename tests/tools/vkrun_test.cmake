@@ -67,6 +67,11 @@ endfunction()
 
 function(HelpNamesEveryCommand)
   vkrun(0 --help)
+  # One list, in the order in which a user meets the commands.
+  expect("${out}" "\nCommands:\n  doctor .*\n  predict .*\n  render .*\n  train .*\n  bench [^\n]*\n\nExit status")
+  if(out MATCHES "Subcommands")
+    message(FATAL_ERROR "the help has a second list of commands:\n${out}")
+  endif()
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS"
          "4  data that is missing, damaged")
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;raster" "bench;model"
@@ -83,8 +88,8 @@ endfunction()
 
 function(UsageErrorsExitWithTwo)
   vkrun(2)
-  expect("${err}" "a command is missing" 
-         "devices, doctor, render, inspect, convert, weights, predict, train, eval, report, data, compare, bench")
+  expect("${err}" "a command is missing; there are: doctor, devices, predict, render, inspect, convert, data, train, "
+         "train, eval, compare, report, weights, bench\n")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)
@@ -94,10 +99,31 @@ function(UsageErrorsExitWithTwo)
   vkrun(2 bench ops --json --table)
   vkrun(2 bench ops --repeat 0)
   vkrun(2 doctor --device elsewhere)
-  expect("${err}" "'elsewhere' is no device; expected best, an index, ")
+  expect("${err}" "'elsewhere' is not a device; expected best, an index, ")
   if(NOT out STREQUAL "")
     message(FATAL_ERROR "usage errors belong to standard error; standard output has: ${out}")
   endif()
+endfunction()
+
+# Asking for help does not excuse a command that does not exist.
+function(UnknownCommandsFail)
+  foreach(parent IN ITEMS "" bench data weights)
+    foreach(help IN ITEMS "" --help -h)
+      vkrun(2 ${parent} nonsense ${help})
+      expect("${err}" "unknown command or argument 'nonsense'; there are: [a-z]+, [a-z]+, " "vkrun [a-z ]*--help'")
+      if(NOT out STREQUAL "")
+        message(FATAL_ERROR "usage errors belong to standard error; standard output has: ${out}")
+      endif()
+    endforeach()
+  endforeach()
+  vkrun(2 --help nonsense)
+  vkrun(2 nonsense --version)
+  vkrun(2 predikt --help)
+  expect("${err}" "unknown command or argument 'predikt'; did you mean 'predict'\\?")
+  vkrun(2 bench rastre --help)
+  expect("${err}" "did you mean 'raster'\\?")
+  vkrun(2 data sinth --help)
+  expect("${err}" "did you mean 'synth'\\?")
 endfunction()
 
 function(DevicesAreListed)
@@ -816,10 +842,10 @@ function(TrainsAndGoesOnBitByBit)
     endif()
   endforeach()
 
-  # A state that is damaged is passed over for the one before.
+  # A damaged state is skipped for the one before it.
   file(WRITE ${TEMP}/parts/checkpoints/step_0000000006.state.safetensors "nothing")
   vkrun(0 train --out ${TEMP}/parts --resume)
-  expect("${err}" "passed over: " "resumed from step_0000000004")
+  expect("${err}" "skipped a state: " "resumed from step_0000000004")
   file(SHA256 ${TEMP}/parts/checkpoints/step_0000000006.state.safetensors other)
   if(NOT one STREQUAL other)
     message(FATAL_ERROR "the run from an older state ended elsewhere")

@@ -5,13 +5,16 @@
 #include <cstdio>
 #include <memory>
 
-#include "vkrun/command.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/table.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/compare/distribution_plot.h"
 #include "vkrun/compare/score_file.h"
 #include "vkrun/compare/significance.h"
-#include "vkrun/objects.h"
-#include "vkrun/scene_input.h"
-#include "vkrun/table.h"
 
 namespace vkrun {
 namespace {
@@ -197,7 +200,7 @@ int compare(const CompareOptions& options) {
     const std::vector<MetricFinding> findings = find(a, b, options, comparable);
     if (!options.plot.empty()) write_plot(options, findings);
     if (options.json)
-        std::printf("%s\n", json_text(json_of(a, b, shared, options, findings, note)).c_str());
+        print_json(json_of(a, b, shared, options, findings, note));
     else
         print_table(a, b, shared, options, findings);
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
@@ -209,9 +212,8 @@ int compare(const CompareOptions& options) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-    CLI::App* command =
-        app.add_subcommand("compare", "Test whether one evaluation is better than another.");
-    command->group("Commands");
+    CLI::App* command = add_command(
+        app, "compare", "Test whether one evaluation is better than another.", kCompareFooter);
     const auto options = std::make_shared<CompareOptions>();
     command->add_option("A", options->a, "Scores of the baseline")->required()->type_name("");
     command->add_option("B", options->b, "Scores to compare with them")->required()->type_name("");
@@ -223,9 +225,8 @@ void add_compare(CLI::App& app, int& exit_code) {
     command->add_option("--seed", options->resample.seed, "Of all that is random; 0")
         ->type_name("N");
     command->add_option("--plot", options->plot, "Draw the distributions, .svg")->type_name("FILE");
-    command->add_flag("--overwrite", options->overwrite, "Replace FILE if it is there");
-    command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kCompareFooter);
+    add_overwrite_flag(*command, options->overwrite, "FILE");
+    add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

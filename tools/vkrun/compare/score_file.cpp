@@ -8,8 +8,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "vkrun/command.h"
-#include "vkrun/table.h"
+#include "vkrun/cli/failure.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
 namespace {

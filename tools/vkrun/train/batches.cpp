@@ -1,6 +1,9 @@
 #include "vkrun/train/batches.h"
 
+#include <algorithm>
 #include <numeric>
+
+#include "vkrun/cli/handles.h"
 
 namespace vkrun {
 namespace {

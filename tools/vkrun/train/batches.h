@@ -9,7 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "vkrun/train/data_set.h"
+#include "vkrun/config/image_channels.h"
+#include "vkrun/data/view_source.h"
 
 namespace vkrun {
 
@@ -35,7 +36,7 @@ struct BatchShape {
 /// an order of its own, each visit draws the object's views anew.
 class BatchSource {
   public:
-    BatchSource(const DataSet& data, const ImageChannels& channels, const BatchShape& shape)
+    BatchSource(const ViewSource& data, const ImageChannels& channels, const BatchShape& shape)
         : data_(data), channels_(channels), shape_(shape) {}
 
     [[nodiscard]] Batch make(std::uint64_t n) const;
@@ -43,7 +44,7 @@ class BatchSource {
   private:
     [[nodiscard]] std::uint32_t object_at(std::uint64_t position) const;
 
-    const DataSet& data_;
+    const ViewSource& data_;
     ImageChannels channels_;
     BatchShape shape_;
 };

@@ -1,10 +1,12 @@
 // vkrun report: one page about training runs.
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <memory>
 
-#include "vkrun/command.h"
-#include "vkrun/device_text.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
 #include "vkrun/train/run_report.h"
 
 namespace vkrun {
@@ -32,7 +34,7 @@ struct ReportOptions {
 int report(const ReportOptions& options) {
     const std::string path = write_run_report(options.runs, options.out);
     if (options.json)
-        std::printf("%s\n", json_text({{"report", path}, {"runs", options.runs.size()}}).c_str());
+        print_json({{"report", path}, {"runs", options.runs.size()}});
     else
         std::printf("%s\n", path.c_str());
     return kSuccess;
@@ -41,12 +43,12 @@ int report(const ReportOptions& options) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("report", "Write a page about training runs");
+    CLI::App* command =
+        add_command(app, "report", "Write a page about training runs", kReportFooter);
     auto options = std::make_shared<ReportOptions>();
     command->add_option("RUN", options->runs, "Folders of runs")->required();
     command->add_option("--out", options->out, "The page; report.html in the first folder");
-    command->add_flag("--json", options->json, "JSON on standard output");
-    command->footer(kReportFooter);
+    add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = report(*options); });
 }
 

@@ -1,14 +1,18 @@
 // vkrun train: train a network on the images of a data set.
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <ctime>
 #include <memory>
 
-#include "vkrun/command.h"
-#include "vkrun/table.h"
-#include "vkrun/train/training.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/config/merged_config.h"
+#include "vkrun/train/training_run.h"
 
 namespace vkrun {
 namespace {
@@ -68,9 +72,9 @@ int train(TrainOptions& options) {
     }
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
-    Training training(options.training);
+    TrainingRun training(options.training);
     const TrainingEnd end = training.run([] { return g_interrupted != 0; });
-    if (options.json) std::printf("%s\n", json_text(training.summary()).c_str());
+    if (options.json) print_json(training.summary());
     switch (end) {
         case TrainingEnd::kDone:
             return kSuccess;
@@ -85,16 +89,13 @@ int train(TrainOptions& options) {
 }  // namespace
 
 void add_train(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("train", "Train a network on a data set");
+    CLI::App* command = add_command(app, "train", "Train a network on a data set", kTrainFooter);
     auto options = std::make_shared<TrainOptions>();
     TrainingOptions& t = options->training;
     command->add_option("CONFIG", t.config, "YAML or JSON; none: the cars model");
     command->add_option("--data", t.data, "Folder of the data set, for data.root");
     command->add_option("--out", t.out, "Folder of the run; runs/DATE by default");
-    command->add_option("--set", t.changes, "KEY=VALUE: change a value of the configuration")
-        ->take_all()
-        ->expected(1)
-        ->allow_extra_args(false);
+    add_changes_option(*command, t.changes);
     command->add_flag("--resume", t.resume, "Go on with the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
     command->add_option("--init", t.init, "Weights to start from, grafted where channels differ");
@@ -105,7 +106,6 @@ void add_train(CLI::App& app, int& exit_code) {
     command->add_flag("--show", options->show, "Print the merged configuration and exit");
     add_device_option(*command, t.device);
     command->add_flag("--json", options->json, "JSON on standard output at the end");
-    command->footer(kTrainFooter);
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }
 

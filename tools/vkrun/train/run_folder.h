@@ -5,12 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "vkrun/device_text.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
 
 namespace vkrun {
-
-/// Replace or create a file, as a whole or not at all. Throws a Failure.
-void write_file(const std::filesystem::path& path, const std::string& text);
 
 /// What a training leaves behind:
 ///
