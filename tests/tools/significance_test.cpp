@@ -215,8 +215,8 @@ TEST_F(ScoreFileTest, SaysWhatIsWrong) {
     refused("", "holds no scores");
     refused("object,psnr_novel\n", "holds no scores");
     refused("name,psnr_novel\na,1\n", "line 1: expected a heading");
-    refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' stands in line 2 already");
-    refused("object,psnr_novel\na,x\n", "line 2: 'x' is no number");
+    refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' is in line 2 already");
+    refused("object,psnr_novel\na,x\n", "line 2: 'x' is not a number");
     refused("object,psnr_novel\na\n", "line 2: 1 columns, expected 2");
     refused("0_a 1 2\n", "line 1: 3 columns, expected 4");
     EXPECT_THROW(read_scores("/nonexistent"), Failure);

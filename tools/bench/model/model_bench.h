@@ -52,13 +52,13 @@ class ModelRun {
 
     [[nodiscard]] Json report() const;  ///< of the model as it is now
     [[nodiscard]] double create_ms() const { return create_ms_; }
-    [[nodiscard]] double read_ms() const { return read_ms_; }  ///< reading the file of weights
-    [[nodiscard]] double init_ms() const {
-        return init_ms_;
-    }  ///< random start, or loading what was read
+    /// Reading the file of weights, if there is one.
+    [[nodiscard]] double read_ms() const { return read_ms_; }
+    /// Starting at random, or loading what was read.
+    [[nodiscard]] double init_ms() const { return init_ms_; }
 
-    /// Operations of a forward pass, 1e9, two per multiplication: convolutions and the products of attention over
-    /// pixels. Counted at each call.
+    /// Operations of a forward pass, 1e9, two per multiplication: convolutions and the products of
+    /// attention over pixels. Counted at each call.
     [[nodiscard]] double gflop() const;
 
   private:

@@ -86,7 +86,7 @@ std::string find_peer_script() {
         }
     throw Failure(kFailed,
                   "tools/bench/torch_model.py is in no folder above this program or the current "
-                  "one; --peer-script FILE names it");
+                  "one; name it with --peer-script FILE");
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ struct PeerOptions {
     std::string script;                       ///< empty: find_peer_script()
 };
 
-/// A process that prints "ready" with JSON about itself, then runs passes on request. It is torch_model.py with
-/// the network that libsplat runs in turns with it, or vkrun itself in `bench start`.
+/// A process that prints "ready" with JSON about itself, then runs passes on request. It is
+/// torch_model.py with the network that libsplat runs in turns with it, or vkrun itself in `bench
+/// start`.
 class ModelPeer {
   public:
     /// command  the program and its arguments. Throws, with the remedy, unless it gets ready.
@@ -42,8 +43,8 @@ class ModelPeer {
 /// What to do if torch_model.py does not get ready.
 extern const char* const kPeerRemedy;
 
-/// The program and arguments of torch_model.py for a configuration as reports hold it. Throws if the peer cannot
-/// build such a network.
+/// The program and arguments of torch_model.py for a configuration as reports hold it. Throws if the
+/// peer cannot build such a network.
 std::vector<std::string> peer_command(const PeerOptions& options, const Json& config,
                                       std::uint32_t objects);
 

@@ -24,9 +24,10 @@ std::unique_ptr<ModelPeer> start_peer(const ModelBenchOptions& options, const Js
     auto peer = std::make_unique<ModelPeer>(peer_command(options.peer, config, options.objects),
                                             kPeerRemedy);
     if (!peer->about().at("openblas").get<bool>())
-        throw Failure(kFailed,
-                      "the peer has no OpenBLAS, and would be many times slower than PyTorch is: "
-                      "`apt-get install libopenblas0-pthread`");
+        throw Failure(
+            kFailed,
+            "the peer has no OpenBLAS, which makes it many times slower than PyTorch can be: "
+            "`apt-get install libopenblas0-pthread`");
     return peer;
 }
 
@@ -53,7 +54,7 @@ Json memory_json(splat_device device) {
     return json;
 }
 
-/// The figures of one kind of pass go below its key, those of the peer below "peer".
+/// Add the figures of one kind of pass under its key, those of the peer under "peer".
 void add_pass(Json& json, const char* key, ModelRun& run, ModelPeer* peer,
               const ModelBenchOptions& options) {
     const bool step = std::string(key) == "forward_backward";

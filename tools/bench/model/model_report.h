@@ -5,8 +5,9 @@
 
 namespace vkrun::bench {
 
-/// Adds the figures of both kinds of passes to a report, each measured on a model of its own, one after the other;
-/// the profile is that of one more pass of the last. `vkrun bench model --help` names the keys.
+/// Adds the figures of both kinds of passes to a report, each measured on a model of its own, one after
+/// the other; the profile is that of one more pass of the last. `vkrun bench model --help` names the
+/// keys.
 void measure_passes(Json& json, splat_device device, const ModelBenchOptions& options);
 
 /// Print what measure_passes() added.

@@ -15,7 +15,8 @@ struct StartBenchOptions : ModelBenchOptions {
 /// The process of one round: prints what ModelPeer waits for.
 void answer_once(const StartBenchOptions& options);
 
-/// Starts `vkrun bench start --once` again and again. `vkrun bench start --help` names the keys of the result.
+/// Starts `vkrun bench start --once` again and again. `vkrun bench start --help` names the keys of the
+/// result.
 Json measure_starts(const StartBenchOptions& options);
 
 void print_starts(const Json& json, const StartBenchOptions& options);

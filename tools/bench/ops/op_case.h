@@ -12,8 +12,7 @@
 
 namespace vkrun::bench {
 
-/// A tensor of an operator with its values; those of an output are the gradient that backward
-/// starts from.
+/// A tensor of an operator with its values; for an output, these are its gradient.
 struct CaseTensor {
     std::string name;
     std::vector<std::int64_t> dims;  ///< empty: an optional input that is absent
@@ -24,11 +23,11 @@ struct CaseTensor {
 /// One operator on one set of shapes and values.
 struct OpCase {
     std::string op;     ///< a name of splat_op_list
-    std::string title;  ///< shapes and attributes in few words
+    std::string title;  ///< shapes and attributes, short
     Json attributes;
     std::vector<CaseTensor> inputs;
     std::vector<CaseTensor> outputs;
-    bool plain = true;  ///< also time the plain kernels: another case of the same shapes does not
+    bool plain = true;  ///< also time the plain kernels; false if a case of the same shapes does
 };
 
 /// Normal numbers, the same on every machine.

@@ -1,4 +1,4 @@
-// What vkrun bench ops measures: for each operator the shapes that networks have, and a small one.
+// What vkrun bench ops measures: for each operator the shapes of networks, and a small one.
 
 #include <bit>
 #include <cmath>
@@ -91,7 +91,7 @@ std::string dims_text(const Dims& dims) {
     return text + "]";
 }
 
-/// Of x alone to y, or to several outputs of one shape.
+/// From x to y, or to several outputs of one shape.
 OpCase simple_case(const char* op, const Json& attributes, const Dims& x, const Dims& y,
                    const std::vector<const char*>& outputs = {"y"}) {
     OpCase result;
@@ -170,8 +170,8 @@ OpCase pool_case(const Dims& x) {
     return simple_case("max_pool2d", Json::object(), x, {x[0], x[1], x[2] / 2, x[3] / 2});
 }
 
-/// The sizes of the network; plain kernels, which take seconds, once each. Of 1x1: the attention's two and a
-/// skip; then the pair of an adapter of rank 4.
+/// The sizes of the network. Plain kernels, which take seconds, run once per size. The 1x1 cases are two of
+/// attention and a skip; the last two are an adapter of rank 4.
 std::vector<OpCase> conv2d_cases(bool quick) {
     if (quick) return {conv2d_case(3, 17, 9, 12, 2, true)};
     struct Size {
@@ -208,7 +208,7 @@ std::vector<OpCase> group_norm_cases(bool quick) {
     return cases;
 }
 
-/// Of a level of the network, and of the largest one.
+/// Sizes of a middle level of the network and of its largest.
 template <class Make>
 std::vector<OpCase> image_cases(bool quick, const Make& make) {
     if (quick) return {make(Dims{2, 6, 8, 10})};

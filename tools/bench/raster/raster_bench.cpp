@@ -102,7 +102,7 @@ class Side {
     std::map<std::string, Tensor> gradients_;
 };
 
-/// Copies between the caller's layout and the packed one are no stage of the rasterizer's own.
+/// Copies between the caller's layout and the packed one are counted apart from the rasterizer's stages.
 std::string stage_of(const std::string& op) {
     return op == "strided_copy" || op == "fill" ? "layout" : op;
 }
@@ -127,8 +127,8 @@ void take_minima(StageTimes& shortest, const StageTimes& times) {
     }
 }
 
-/// Whether to go on measuring: for the time that is wanted, and for `rounds` if they take at most ten
-/// times as long.
+/// Whether to measure another round: until the wanted time has passed and, if that takes at most ten times as
+/// long, for `rounds` rounds.
 bool more_rounds(int round, int rounds, double passed, double wanted) {
     return passed < wanted || (round < rounds && passed < 10 * wanted);
 }
@@ -161,7 +161,7 @@ void warm_up(Sides& sides, const RasterReference& reference) {
     sides.figures->error = reference.compare(sides.train.rgb(), sides.train.gradients());
 }
 
-/// The shortest of some rounds for every view and stage, mean over the views.
+/// The shortest time of some rounds for each view and stage, as the mean over the views.
 void profile_stages(Sides& sides, std::size_t views, double seconds) {
     const std::pair<RasterTimes*, std::function<void(std::size_t)>> directions[] = {
         {&sides.figures->render, [&](std::size_t view) { sides.render.forward(view); }},
@@ -189,7 +189,7 @@ void profile_stages(Sides& sides, std::size_t views, double seconds) {
 struct Skip {
     const char* name;
     std::uint32_t bit;
-    bool backward;  ///< the backward kernels skip likewise
+    bool backward;  ///< the backward kernels have this skip, too
 };
 constexpr Skip kSkips[] = {{"opacity_extent", SPLAT_SKIP_OPACITY_EXTENT, false},
                            {"exact_tiles", SPLAT_SKIP_EXACT_TILES, false},
@@ -236,7 +236,7 @@ struct SkipBench {
     double seconds;
 };
 
-/// The first view; the time of the direction that is measured. A backward pass needs its forward one.
+/// Draws the first view. Returns the time of the measured direction; a backward pass needs its forward pass.
 double pass(Side& side, bool backward) {
     const double forward_ms = timed_ms([&] { side.forward(0); });
     return backward ? timed_ms([&] { side.backward(); }) : forward_ms;
@@ -247,7 +247,7 @@ double error_of(const SkipBench& bench, const Side& side, bool backward) {
     return backward ? error.max_gradient : error.max_rgb;
 }
 
-/// `most_degree`: bands that the side with all skips takes; fewer are another image.
+/// most_degree  the degree of spherical harmonics of the side with all skips; less gives another image
 SkipFigures measure_skip(const SkipBench& bench, const Skip& skip, bool backward,
                          std::uint32_t most_degree = 3) {
     const std::uint32_t base = skip.bit == SPLAT_SKIP_UNCHANGED ? 0 : kDrawAlways;

@@ -14,8 +14,8 @@ namespace vkrun::bench {
 struct RasterError {
     double max_rgb = 0;       ///< over all samples
     double typical_rgb = 0;   ///< 95 % are below
-    double max_gradient = 0;  ///< of any attribute, relative to its largest element, or, where that
-                              ///< is rounding, to the largest of all
+    double max_gradient = 0;  ///< of any attribute, relative to its largest element, or to the
+                              ///< largest of all attributes if its own are only rounding
 };
 
 /// Times of one set of kernels in one direction, over all views and rounds.
@@ -41,7 +41,7 @@ struct RasterFigures {
     }
 };
 
-/// What one kind of skipping gains in one direction: the first view without it.
+/// What one kind of skip gains in one direction: the first view with and without it.
 struct SkipFigures {
     std::string name;
     bool backward = false;

@@ -93,7 +93,7 @@ void check_options(const RasterCaseOptions& options) {
     for (const auto& [name, is_given] : of_a_scene)
         if (is_given && options.scene.empty())
             throw Failure(kUsageError, std::string(name) +
-                                           " needs SCENE: the random one has a camera of its own, "
+                                           " needs SCENE: the random scene has its own camera, "
                                            "whose size is --size");
     if (!options.cameras.empty() && (options.orbit > 0 || options.distance))
         throw Failure(kUsageError, std::string(options.orbit > 0 ? "--orbit" : "--distance") +

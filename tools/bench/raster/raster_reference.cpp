@@ -62,7 +62,7 @@ double largest_of(const std::vector<double>& values) {
     return largest;
 }
 
-/// Infinite if `got` is not a number, which a maximum would pass over.
+/// Infinite if `got` is NaN, which std::max would ignore.
 double off_by(float got, double expected) {
     const double off = std::abs(static_cast<double>(got) - expected);
     return std::isfinite(off) ? off : std::numeric_limits<double>::infinity();
@@ -141,8 +141,8 @@ RasterError RasterReference::compare(
     for (const auto& [name, got] : gradients) {
         const std::vector<double>& expected = gradients_.at(name);
         const double largest = largest_of(expected);
-        // One that is zero but for rounding in float64, as that of the rotation of round Gaussians, is
-        // nothing to be relative to.
+        // A gradient that is zero up to rounding in float64, such as that of the rotation of isotropic
+        // Gaussians, is no unit for errors.
         const bool zero = largest <= 1e-9 * largest_of_all;
         double off = 0;
         for (std::size_t i = 0; i < expected.size(); ++i)

@@ -27,8 +27,8 @@ class RasterReference {
     std::map<std::string, std::vector<double>> gradients_;
 };
 
-/// Pairs of a tile and a Gaussian that any lists have to hold, over all views: those with a pixel of
-/// alpha >= 1/255, in float64. What opaque Gaussians hide counts, too.
+/// Pairs of a tile and a Gaussian that any list must hold, over all views: those with a pixel of alpha
+/// >= 1/255 in float64. Pairs hidden by opaque Gaussians count, too.
 std::uint64_t fewest_pairs(const RasterCase& from);
 
 }  // namespace vkrun::bench

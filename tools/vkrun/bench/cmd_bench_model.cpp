@@ -18,25 +18,25 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kBenchModelFooter =
-    R"(A network with random weights runs forward and, with --backward, forward and backward with all
-gradients of outputs 1; wall time of the calls, inputs and their checks included. Forward alone is that
-of a model made without gradients, which keeps prepared weights from its second pass on; one that
-trains prepares them anew.
+    R"(A network with random weights runs forward and, with --backward, forward and backward with a gradient of 1
+for every output. Times are wall times of the calls, with inputs and their checks. The forward pass alone is
+that of a model without gradients, which keeps prepared weights from its second pass on; a model that trains
+prepares them in every pass.
 
   first ms           the first call: kernels are compiled or found in the cache
-  second ms          the second: where weights are kept, it takes memory for them and prepares them
+  second ms          the second call: prepares weights, and takes memory for them, if they are kept
   min ms, median ms  of --rounds further calls
-  GFLOP/s            of the shortest: convolutions and products of attention, two operations per
-                     multiplication as a direct convolution needs them; forward + backward counts
-                     as three forward passes, and not at all with adapters
+  GFLOP/s            of the shortest call: convolutions and products of attention, two operations
+                     per multiplication of a direct convolution; forward + backward counts as three
+                     forward passes; none with adapters
   peer               --peer: the same network in PyTorch, on the CPU with 2 threads, in a process
                      of tools/bench/torch_model.py; both take turns (A B A B)
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
-  memory             activations and prepared weights of each model; all that the device holds
+  memory             activations and prepared weights of each model; the total of the device
   --profile          times of one more pass by operator; every pass then has timestamps
   --errors           instead: forward passes of every precision and of the peer in turns, on the same
-                     weights, with their errors against PyTorch in float64: of the network's raw
-                     output (L2, relative) and the largest of any number of a Gaussian
+                     weights, with their errors against PyTorch in float64: relative L2 of the
+                     network's raw output, and the largest error of any number of a Gaussian
 
 JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
 forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; what was not asked
@@ -123,12 +123,12 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
                     "Time a whole network, forward and backward, alone or in turns with PyTorch.",
                     kBenchModelFooter);
     const auto options = std::make_shared<BenchModelOptions>();
-    model->add_option("--config", options->file, "JSON or YAML; else the cars model")
+    model->add_option("--config", options->file, "JSON or YAML; default: the cars model")
         ->type_name("FILE")
         ->check(CLI::ExistingFile);
     model->add_option("--precision", options->precision_name, "strict, balanced or fast")
         ->check(CLI::IsMember({"strict", "balanced", "fast"}));
-    model->add_option("--objects", options->objects, "Of a batch; 1")
+    model->add_option("--objects", options->objects, "Objects of a batch; 1")
         ->check(CLI::Range(1, 4096).description(""));
     CLI::Option* backward =
         model->add_flag("--backward", options->backward, "Also time forward + backward");
@@ -136,10 +136,8 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model->add_option("--lora", options->lora, "Train adapters of this rank only")
         ->type_name("RANK")
         ->check(CLI::Range(1, 1024).description(""));
-    model->add_flag("--low-memory", options->low_memory, "Prepare weights anew in every pass");
-    model
-        ->add_option("--rounds", options->rounds,
-                     "Timed calls, after two that are not among them; 5")
+    model->add_flag("--low-memory", options->low_memory, "Prepare weights in every pass");
+    model->add_option("--rounds", options->rounds, "Timed calls, after two others; 5")
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
     model->add_flag("--peer", options->with_peer, "Take turns with PyTorch");
@@ -148,12 +146,14 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     for (const char* other :
          {"--precision", "--backward", "--recompute", "--lora", "--low-memory", "--peer"})
         errors->excludes(other);
-    model->add_option("--svg", options->svg, "Draw it")->type_name("FILE")->needs(errors);
-    model->add_option("--peer-isa", options->peer.isa, "Its instructions: default or avx2")
+    model->add_option("--svg", options->svg, "Draw that")->type_name("FILE")->needs(errors);
+    model->add_option("--peer-isa", options->peer.isa, "Instructions of the peer: default or avx2")
         ->check(CLI::IsMember({"default", "avx2"}));
-    model->add_option("--peer-layout", options->peer.layout, "channels_last or contiguous")
+    model
+        ->add_option("--peer-layout", options->peer.layout,
+                     "Layout of its tensors: channels_last or contiguous")
         ->check(CLI::IsMember({"channels_last", "contiguous"}));
-    model->add_option("--python", options->peer.python, "The peer's interpreter");
+    model->add_option("--python", options->peer.python, "Its interpreter");
     model->add_option("--peer-script", options->peer.script, "torch_model.py")
         ->type_name("FILE")
         ->check(CLI::ExistingFile);

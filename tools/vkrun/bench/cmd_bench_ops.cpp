@@ -18,18 +18,18 @@ constexpr const char* kBenchOpsFooter =
     R"(Every operator runs on the shapes of the network, forward and backward, with the plain and
 the fast kernels of the device, which take turns (A B A B) within this one process.
 
-  runs               how often each ran: --repeat times, or less often when --seconds are over
+  runs               how often each ran: --repeat times, or fewer once --seconds have passed
   min ms, median ms  device time of the operator's own dispatches over the runs
   GB/s, GFLOP/s      bytes that must be moved, or operations that must be done, per second of
-                     the shortest run; the same numerator for plain and fast
+                     the shortest run; plain and fast have the same numerator
   plain/fast         shortest plain run over shortest fast run: above 1, fast is faster
   rel. L2            norm of the difference to float64 over the norm of the float64 result
   max error          largest difference of an element to float64; both over all results
   conv2d is compared with float64 at 256 elements of y, grad_x and grad_weight; GFLOP/s count the
-  operations of the definition, which Winograd's algorithms need not do. An adapter (LoRA) is two of
-  its cases, 3x3 to 4 channels and 1x1 from there.
-  layout ms          packing and unpacking beside it (median): a network does it once at its
-                     edges and when a weight changes, so it is not in the other figures
+  operations of the definition, of which Winograd's algorithms do fewer. An adapter (LoRA) is two
+  of its cases, 3x3 to 4 channels and 1x1 from there.
+  layout ms          packing and unpacking (median), which a network does once at its edges and
+                     when a weight changes; not in the other figures
 
 JSON: {library, device, kernels, repeat, notes, results: [{op, case, attributes, shapes,
 direction, bytes, flops, plain, fast, ratio_min, ratio_median}]}; 'plain' and 'fast' hold the
@@ -86,7 +86,7 @@ void print_table(const splat_device_info& info, int repeat, const std::vector<st
     std::printf("\n%s", bench::measurement_table(measurements).c_str());
 }
 
-/// For --only: empty if there are cases for the operator, else what is wrong.
+/// Check of --only: empty if the library has the operator, else what is wrong.
 std::string check_op(const std::string& name) {
     std::string names;
     for (const std::string& op : bench::bench_ops()) {
@@ -159,7 +159,7 @@ void add_bench_ops(CLI::App& bench, int& exit_code) {
         ->default_str("4")
         ->check(CLI::Range(0.0, 1e6).description(""));
     add_device_option(*ops, options->device);
-    ops->add_flag("--quick", options->quick, "One small shape per operator: shows that all works");
+    ops->add_flag("--quick", options->quick, "One small shape per operator: checks that all works");
     ops->add_flag("--table", options->table, "Print tables (the default)");
     add_json_flag(*ops, options->json);
     ops->callback([options, &exit_code] {

@@ -16,22 +16,22 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kBenchRasterFooter =
-    R"(Each view is drawn by plain and by fast kernels in turn (A B A B) in this one process,
-forward and backward: at least three timed rounds, or one if they take long.
+    R"(Plain and fast kernels draw each view in turn (A B A B) in this one process, forward and
+backward: at least three timed rounds, or one if they take long.
 
-  render             forward without a backward pass to come; the row "forward" keeps what that needs
+  render             a forward pass alone; the row "forward" keeps what a backward pass needs
   min ms, median ms  wall time of a call, over all views and rounds
-  project ... blend  device time of the stages, shortest of each view's, mean over the views
+  project ... blend  device time of the stages: the shortest of each view, mean over the views
   ns/pair            blending, per pixel of a tile and entry of the tile's list
   typical, max error of the RGB at sampled pixels against float64 (95 % are below the typical
-                     one; a pixel within rounding of a threshold may be off by 1/255); in the
+                     one; a pixel within rounding of a threshold may be off by 1/255); in
                      backward rows of the gradients, relative to the largest of their tensor
-                     (of all, where a tensor is zero but for rounding)
-  without            the fast kernels without one kind of skipping, in turns with all of them;
+                     (of all tensors, if one is zero up to rounding)
+  without            the fast kernels without one kind of skip, in turns with all of them;
                      max difference of the two images (or gradients, relative), max error and
                      with error against float64. "unchanged": a call that repeats the one
-                     before. "bands above D": the scene's spherical harmonics all or only to
-                     degree D, which is another image
+                     before. "bands above D": spherical harmonics of all degrees against those
+                     up to D, which make another image
 
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
@@ -96,15 +96,15 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
         ->check(CLI::ExistingPath);
     raster->add_flag("--ignore-distortion", options->ignore_distortion,
-                     "Take cameras with a distorting lens as pinholes");
+                     "Ignore the distortion of lenses");
     raster->add_option("--orbit", options->orbit, "Views around the scene; 4 without --cameras")
         ->check(CLI::Range(1, 10000).description(""));
     raster->add_option("--distance", options->distance,
-                       "Their distance from its centre; else it fills the image");
+                       "Their distance from its centre; default: it fills the image");
     raster
         ->add_option("--size", options->size,
                      "Pixels of those views, of the random scene (640x360),\n"
-                     "or of a camera file that says none")
+                     "or of a camera file that does not give it")
         ->type_name("WxH");
     raster->add_option("--scale", options->scale, "Multiply the size of the images");
     raster->add_option("--convention", options->convention, "3dgs or gsplat")
@@ -117,7 +117,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         ->check(CLI::Range(1, 100000).description(""));
     raster->add_flag("--no-plain", options->no_plain, "Fast kernels only");
     raster->add_flag("--exact-pairs", options->exact_pairs,
-                     "Count the pairs of tile and Gaussian that are needed, of all views");
+                     "Count the necessary pairs of tile and Gaussian, of all views");
     add_json_flag(*raster, options->json);
     raster->add_option("--csv", options->csv, "Also write all figures as a CSV file")
         ->type_name("FILE");

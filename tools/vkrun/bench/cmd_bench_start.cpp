@@ -21,10 +21,10 @@ runs it forward once and reads the means of the Gaussians. Wall times in ms:
   device    the driver is loaded, the device opened
   model     kernels are compiled or found in the driver's cache, memory is taken
   read      the file of weights; all but the first round find it in the page cache
-  load      checks, and the way to the device
-  pass      the first pass forward
+  load      the weights are checked and copied to the device
+  pass      the first forward pass
   all       from the start of the process until its parent has the answer
-  first ms  of the first process, which fills the caches unless they are warm already
+  first ms  of the first process, which fills the caches if they are cold
 
 JSON: {library, device, config, low_memory, rounds: [{device_ms, model_ms, read_ms, load_ms, pass_ms,
 all_ms}], first, min, median}.
@@ -63,10 +63,12 @@ void add_bench_start(CLI::App& bench, int& exit_code) {
         kBenchStartFooter);
     const auto options = std::make_shared<BenchStartOptions>();
     options->rounds = 6;
-    start->add_option("--config", options->file, "JSON or YAML; else the cars model")
+    start->add_option("--config", options->file, "JSON or YAML; default: the cars model")
         ->type_name("FILE")
         ->check(CLI::ExistingFile);
-    start->add_option("--weights", options->weights, "Of that network; else random ones, in TMPDIR")
+    start
+        ->add_option("--weights", options->weights,
+                     "Weights of that network; default: random ones, in TMPDIR")
         ->type_name("FILE")
         ->check(CLI::ExistingFile);
     start->add_flag("--low-memory", options->low_memory, "SPLAT_MODEL_LOW_MEMORY");

@@ -30,13 +30,13 @@ Json device_json(const splat_device_info& info);
 /// "device 0: NAME (KIND, DRIVER); libsplat VERSION": what a report begins with.
 std::string device_sentence(const splat_device_info& info);
 
-/// Position of what SPLAT_SELECT_BEST opens.
+/// The position of the device that SPLAT_SELECT_BEST opens.
 std::optional<std::size_t> best_device(const std::vector<splat_device_info>& devices);
 
-/// What --device takes: "best", an index, a kind or a UUID. False if `text` is none of these.
+/// Parse a value of --device: "best", an index, a kind or a UUID. False if `text` is none of these.
 bool parse_device(const std::string& text, splat_device_desc& desc);
 
-/// The option --device, checked, its value left in `text`.
+/// Add --device; its value, once checked, goes to `text`.
 void add_device_option(CLI::App& app, std::string& text);
 
 /// A description of the device that a checked --device names.

@@ -14,10 +14,11 @@ void check_target(const std::string& path, bool overwrite);
 /// The text of a configuration. Throws a usage Failure if it cannot be read or is empty.
 std::string read_text(const std::string& path);
 
-/// Write a file that is an output of its own, such as a plot; nothing if the path is empty. Throws a Failure.
+/// Write a file that nothing else depends on, such as a plot; nothing if the path is empty. Throws a
+/// Failure.
 void write_text(const std::string& path, const std::string& text);
 
-/// Create or replace a file that others rely on: it changes as a whole or not at all. Throws a Failure.
+/// Create or replace a file as a whole or not at all. Throws a Failure.
 void replace_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace vkrun

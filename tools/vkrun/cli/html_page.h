@@ -7,7 +7,7 @@
 
 namespace vkrun {
 
-/// A self-contained HTML page: headings, tables, pictures and curves, nothing loaded from elsewhere.
+/// A self-contained HTML page: headings, tables, pictures and curves. It loads nothing from elsewhere.
 class HtmlPage {
   public:
     explicit HtmlPage(const std::string& title);
@@ -19,8 +19,8 @@ class HtmlPage {
     /// The first row is the heading.
     void table(const std::vector<std::vector<std::string>>& rows);
 
-    /// A PNG or GIF file, embedded, drawn so many of the page's pixels wide (0: its own size); nothing if
-    /// it cannot be read.
+    /// Embed a PNG or GIF file, shown `width` pixels of the page wide (0: its own size); nothing if it
+    /// cannot be read.
     void picture(const std::string& path, const std::string& caption, std::uint32_t width = 0);
 
     struct Curve {

@@ -8,7 +8,7 @@
 namespace vkrun {
 
 CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
-                      const char* footer) {
+                      const std::string& footer) {
     CLI::App* command = parent.add_subcommand(name, sentence);
     command->group("Commands");
     command->footer(footer);

@@ -11,7 +11,8 @@ class App;
 namespace vkrun {
 
 /// A command below `parent`, in the list "Commands" of its help.
-CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence, const char* footer);
+CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
+                      const std::string& footer);
 
 // ---- Options that several commands have
 

@@ -27,7 +27,8 @@ class Picture {
     std::vector<float> rgb_;
 };
 
-/// Cells of `side` pixels in `columns` columns, `gap` pixels apart; each is [3,side,side], or null for a blank.
+/// Cells of `side` pixels in `columns` columns, `gap` pixels apart; each is [3,side,side], or null for
+/// a blank.
 Picture contact_sheet(const std::vector<const float*>& cells, std::uint32_t side,
                       std::uint32_t columns, std::uint32_t gap = 4);
 

@@ -15,7 +15,7 @@ TemporaryFolder::TemporaryFolder() {
     std::string name = (fs::temp_directory_path() / "vkrun-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
         throw Failure(kFailed, "cannot make a folder like '" + name + "': " + std::strerror(errno) +
-                                   "; TMPDIR names another");
+                                   "; set TMPDIR to another place");
     path_ = name;
 }
 

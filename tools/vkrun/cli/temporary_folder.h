@@ -5,7 +5,7 @@
 
 namespace vkrun {
 
-/// A folder of its own, gone with the object.
+/// A folder that is removed with the object.
 class TemporaryFolder {
   public:
     /// Throws a Failure.

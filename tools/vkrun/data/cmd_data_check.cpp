@@ -1,4 +1,4 @@
-// vkrun data check: reads all of a data set and says what is wrong with it.
+// vkrun data check: reads a whole data set and reports what is wrong.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -18,9 +18,9 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDataCheckFooter =
-    R"(Reads every image, map and camera of every split that is there. Problems: missing files, images that
-cannot be read or differ in size, poses that are not finite or no rotations, objects of one view. Warnings:
-views or objects that come twice, images of one colour. The hash is that of decoded images, maps and cameras.
+    R"(Reads every image, map and camera of every split that exists. Problems: missing files, images that cannot
+be read or differ in size, poses that are not finite or not rotations, objects with a single view. Warnings:
+equal views or objects, images of one colour. The hash is that of the decoded images, maps and cameras.
 
 Exit status: 0 no problem, 2 wrong usage, 4 there are problems, or no data.
 
@@ -80,7 +80,7 @@ void find_twins(const std::vector<Json>& objects, Json& warnings) {
     }
 }
 
-/// All images of a split have the size that most of them have.
+/// Objects whose images differ in size from most others, as problems.
 void find_other_sizes(const std::vector<Json>& objects, Json& problems) {
     std::map<std::uint32_t, std::size_t> counts;
     for (const Json& object : objects) ++counts[object.at("width").get<std::uint32_t>()];
@@ -155,7 +155,7 @@ void print_split(const Json& split) {
     print_list("warning", split.at("warnings"));
 }
 
-/// The splits that are wanted; of all, those that can be opened, but at least one.
+/// The chosen split, or of "all" those that can be opened, at least one.
 std::vector<Json> check_splits(const CheckOptions& options) {
     std::vector<Json> splits;
     std::optional<Failure> missing;
@@ -194,14 +194,14 @@ int check_data(const CheckOptions& options) {
 }  // namespace
 
 void add_data_check(CLI::App& data, int& exit_code) {
-    CLI::App* command = add_command(data, "check", "Read all of a data set and say what is wrong.",
-                                    kDataCheckFooter);
+    CLI::App* command = add_command(
+        data, "check", "Read a whole data set and report what is wrong.", kDataCheckFooter);
     const auto options = std::make_shared<CheckOptions>();
     command->add_option("DIR", options->path, "Folder of the data set")->required()->type_name("");
-    command->add_option("--split", options->split, "train, val, test or all; all")
+    command->add_option("--split", options->split, "train, val, test or all; default: all")
         ->type_name("NAME")
         ->check(CLI::IsMember({"train", "val", "test", "all"}).description(""));
-    command->add_option("--format", options->format, "Of the data; by what the folder holds")
+    command->add_option("--format", options->format, "Format of the data; default: detected")
         ->type_name("NAME");
     command->add_option("--limit", options->limit, "Objects of each split; 0: all")->type_name("N");
     add_threads_option(*command, options->threads);

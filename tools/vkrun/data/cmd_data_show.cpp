@@ -17,7 +17,7 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDataShowFooter =
-    R"(One row for each object, views at equal steps over those that it has, and the maps of the last one.
+    R"(One row for each object: views at equal steps, then the maps of the last one.
 
 Exit status: 0 done, 1 FILE cannot be written, 2 wrong usage, 4 the data cannot be read.
 
@@ -38,7 +38,7 @@ struct ShowOptions {
     bool json = false;
 };
 
-/// What the data cannot give is bad data.
+/// Whatever the library refuses here is bad data.
 void check_read(splat_result result) {
     if (result < 0) throw Failure(kBadData, splat_last_error_message());
 }
@@ -128,10 +128,10 @@ void add_data_show(CLI::App& data, int& exit_code) {
     command->add_option("--out", options->out, "Image to write, .png")
         ->required()
         ->type_name("FILE");
-    command->add_option("--split", options->split, "train, val or test; train")
+    command->add_option("--split", options->split, "train, val or test; default: train")
         ->type_name("NAME")
         ->check(CLI::IsMember({"train", "val", "test"}).description(""));
-    command->add_option("--format", options->format, "Of the data; by what the folder holds")
+    command->add_option("--format", options->format, "Format of the data; default: detected")
         ->type_name("NAME");
     add_count_option(*command, "--objects", options->objects, "Rows", 1, 100);
     add_count_option(*command, "--views", options->views, "Views of each object", 1, 100);

@@ -18,9 +18,9 @@ namespace {
 constexpr const char* kDataSynthFooter =
     R"(Writes OUT/srn_CLASS/CLASS_{train,val,test}/ in the layout of SRN's ShapeNet renders (intrinsics.txt,
 pose/, rgb/), with depth/, normal/ and mask/ beside rgb/. Training views are at random places around the
-object, those of val and test on a spiral from the horizon to the top. Objects that are there are left as
-they are, so that an interrupted run can be repeated and a set be made larger. The same seed gives the same
-files, with any number of threads.
+object, those of val and test on a spiral from the horizon to the top. Existing objects are kept, so that an
+interrupted run can be repeated and a set extended. The same seed gives the same files, with any number of
+threads.
 
 Exit status: 0 done, 1 a file cannot be written, 2 wrong usage.
 
@@ -92,10 +92,10 @@ void add_data_synth(CLI::App& data, int& exit_code) {
     add_count_option(*command, "--test-views", options->test_views, "Views of each other object", 2,
                      100000);
     add_count_option(*command, "--size", options->size, "Rows and columns of the images", 8, 2048);
-    command->add_option("--class", options->category, "cars, chairs or mixed; cars")
+    command->add_option("--class", options->category, "cars, chairs or mixed; default: cars")
         ->type_name("NAME")
         ->check(CLI::IsMember({"cars", "chairs", "mixed"}).description(""));
-    command->add_option("--seed", options->seed, "Of all that is random; 0")->type_name("N");
+    command->add_option("--seed", options->seed, "Seed of everything random; 0")->type_name("N");
     add_threads_option(*command, options->threads);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = synth(*options); });

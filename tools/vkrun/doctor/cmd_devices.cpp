@@ -78,7 +78,7 @@ int run_devices(bool json) {
         print_table(devices, best);
     }
     if (!problem.empty())
-        std::fprintf(stderr, "vkrun: %s\n       'vkrun doctor' finds out more\n", problem.c_str());
+        std::fprintf(stderr, "vkrun: %s\n       'vkrun doctor' tells more\n", problem.c_str());
     return exit_code;
 }
 

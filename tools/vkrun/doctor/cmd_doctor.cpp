@@ -18,11 +18,12 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDoctorFooter =
-    R"(Checks, as far as they can be made: the library; the Vulkan loader and drivers; the devices,
-the one chosen and why; its limits, kernels and memory; variables of the environment; the
+    R"(Checks what can be checked here: the library; the Vulkan loader and drivers; the devices, the
+one chosen and why; its limits, kernels and memory; variables of the environment; the
 validation layer; the folder of the pipeline cache; and a self-test that writes and reads a
-tensor, counts its NaNs, and runs operators forward and backward against float64. Each finding
-is ok, a warning (libsplat works, something could be better) or an error, with its remedy.
+tensor, counts its NaNs, and compares operators, forward and backward, with float64. Each
+finding is ok, a warning (libsplat works, something could be better) or an error; warnings and
+errors come with a remedy.
 Package names are those of Debian 12.
 
 JSON: {library, state, exit_status, device, findings: [{check, state, sentence, remedy}]};
@@ -53,13 +54,13 @@ struct Report {
 
     void add(const Findings& more) { findings.insert(findings.end(), more.begin(), more.end()); }
 
-    /// The findings of a check that may fail itself.
+    /// Add the findings of a check, or its failure as one.
     void add(const char* name, const std::function<Findings()>& check_it) {
         try {
             add(check_it());
         } catch (const Failure& failure) {
             findings.push_back({name, State::kError, failure.what(),
-                                "see the message; 'vkrun -v doctor' shows more of the library's"});
+                                "see the message; 'vkrun -v doctor' shows more messages"});
         }
     }
 
@@ -86,7 +87,7 @@ std::string choice_words(const std::string& wish, const splat_device_info& info,
     return format("device %u, %s, opens; it is ", info.index, info.name) + why;
 }
 
-/// What helps when no device opens.
+/// What to do if no device opens.
 std::string remedy_for(const Failure& failure) {
     for (const char* name : {"SPLAT_KERNELS", "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION"})
         if (variable(name) && std::string(failure.what()).find(name) != std::string::npos)
@@ -95,7 +96,7 @@ std::string remedy_for(const Failure& failure) {
     return "update the driver, or choose another device (--device)";
 }
 
-/// All that needs an open device.
+/// The checks that need an open device.
 void examine_device(Report& report, const DoctorOptions& options,
                     const std::vector<splat_device_info>& devices) {
     const splat_device_desc desc = device_desc(options.device);
@@ -194,9 +195,9 @@ int run_doctor(const DoctorOptions& options) {
 }  // namespace
 
 void add_doctor(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(
-        app, "doctor", "Find out what keeps libsplat from working here, and the remedy.",
-        kDoctorFooter);
+    CLI::App* command =
+        add_command(app, "doctor", "Find what keeps libsplat from working here, and how to fix it.",
+                    kDoctorFooter);
     const auto options = std::make_shared<DoctorOptions>();
     add_device_option(*command, options->device);
     command->add_flag("--quick", options->quick,

@@ -10,7 +10,7 @@ namespace vkrun {
 
 enum class State { kOk, kWarning, kError };
 
-/// What one check found: a sentence, and what to do about it unless all is well.
+/// What one check found: a sentence, and what to do about it unless it is ok.
 struct Finding {
     std::string check;
     State state = State::kOk;
@@ -26,9 +26,9 @@ std::optional<std::string> variable(const char* name);
 
 Findings check_library();
 Findings check_loader();
-/// The loader's driver files. `have_device`: one of them works; trouble with others is a warning.
+/// The loader's driver files. have_device  one of them works, so that trouble with others is only a warning.
 Findings check_drivers(bool have_device);
-/// A GPU that the system shows, but no Vulkan driver.
+/// A GPU that the system has but no Vulkan driver shows.
 Findings check_gpu_nodes(const std::vector<splat_device_info>& devices);
 Findings check_environment();
 Findings check_cache_folder();
@@ -39,7 +39,7 @@ Findings check_devices(const std::vector<splat_device_info>& devices);
 Findings check_limits(const splat_device_info& info);
 Findings check_kernels(const splat_device_info& info, const splat_device_info& described);
 Findings check_memory(splat_device device, const splat_device_info& info);
-/// Opens the device once more, under the validation layer, and runs an operator there.
+/// Opens the device again, under the validation layer, and runs an operator.
 Findings check_validation(const splat_device_desc& desc);
 
 // ---- What it computes (doctor_selftest.cpp)
@@ -47,7 +47,7 @@ Findings check_validation(const splat_device_desc& desc);
 /// Forward and backward of each operator on the device that `desc` opens, against float64.
 Findings check_operators(const splat_device_desc& desc);
 Findings check_tensors(splat_device device);
-/// One small operator, for its side effects. Throws a Failure.
+/// Run one small operator, to provoke messages of the validation layer. Throws a Failure.
 void run_one_operator(splat_device device);
 
 }  // namespace vkrun

@@ -17,7 +17,7 @@ constexpr std::uint64_t kStorageBufferBytes = std::uint64_t{128} << 20;
 constexpr std::uint64_t kMemoryBytes = std::uint64_t{2} << 30;
 
 std::atomic<int> g_validation_messages{0};
-// Written before the first raise of the count, under a lock of the library.
+// Written before the count is first raised, under a lock of the library.
 std::string g_first_message;
 
 void count_validation(void*, splat_log_level, const char* message) {
@@ -75,12 +75,12 @@ Findings check_limits(const splat_device_info& info) {
         "workgroups", info.shared_memory_bytes, 16384,
         format("workgroups of %u invocations with %s of shared memory",
                info.max_workgroup_invocations, bytes_text(info.shared_memory_bytes).c_str()),
-        "Vulkan promises 16 KiB", "update the driver"));
+        "Vulkan guarantees 16 KiB", "update the driver"));
     findings.push_back(
         at_least("timestamps", info.features & SPLAT_FEATURE_TIMESTAMPS, 1,
-                 (info.features & SPLAT_FEATURE_TIMESTAMPS) != 0 ? "the device takes times"
-                                                                 : "the device takes no times",
-                 "profiles and 'vkrun bench' have none either", "measure on another device"));
+                 (info.features & SPLAT_FEATURE_TIMESTAMPS) != 0 ? "the device has timestamps"
+                                                                 : "the device has no timestamps",
+                 "profiles and 'vkrun bench' need them", "measure on another device"));
     return findings;
 }
 
@@ -110,7 +110,7 @@ Findings check_validation(const splat_device_desc& desc) {
     if (splat_device_create(&checked, device.out()) < SPLAT_OK)
         return {{"validation", State::kWarning,
                  std::string("no device under the validation layer: ") + splat_last_error_message(),
-                 "only tests and the search for defects need it: `apt-get install "
+                 "only tests and debugging need it: `apt-get install "
                  "vulkan-validationlayers`"}};
     g_validation_messages = 0;
     check(splat_log_set_callback(count_validation, nullptr, SPLAT_LOG_WARNING));
@@ -132,8 +132,7 @@ Findings check_validation(const splat_device_desc& desc) {
                         count, g_first_message.c_str()),
                  "please report this with the output of 'vkrun doctor --json'"}};
     return {{"validation", State::kOk,
-             "the validation layer is there and has nothing to say on an operator run under it",
-             ""}};
+             "an operator runs under the validation layer without messages", ""}};
 }
 
 }  // namespace vkrun

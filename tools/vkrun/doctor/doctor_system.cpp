@@ -35,14 +35,14 @@ std::vector<std::string> split(const std::string& text) {
     return parts;
 }
 
-/// The variable with which the user chose the drivers, as the loader looks for it.
+/// The variable that chooses the drivers, in the order of the loader; null if none does.
 const char* driver_variable() {
     for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"})
         if (variable(name)) return name;
     return nullptr;
 }
 
-/// Where the loader looks for driver files if nobody chose.
+/// Where the loader looks for driver files by default.
 std::vector<fs::path> driver_folders() {
     std::vector<std::string> roots;
     const auto add = [&](const std::vector<std::string>& more) {
@@ -92,10 +92,10 @@ std::string driver_problem(const fs::path& file) {
     const Json manifest = Json::parse(stream, nullptr, false);
     if (!manifest.is_object() || !manifest.contains("ICD") || !manifest["ICD"].is_object() ||
         !manifest["ICD"].contains("library_path") || !manifest["ICD"]["library_path"].is_string())
-        return "the file is no driver description";
+        return "the file is not a driver description";
     fs::path library = manifest["ICD"]["library_path"].get<std::string>();
     if (library.has_parent_path() && library.is_relative()) library = file.parent_path() / library;
-    // Stays loaded, as the loader will want it again.
+    // Not closed: the loader opens it again.
     if (dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL) != nullptr) return {};
     const char* reason = dlerror();
     return reason != nullptr ? reason : "its library cannot be loaded";
@@ -112,9 +112,8 @@ Finding driver_trouble(const std::set<fs::path>& files, const std::string& probl
         finding.remedy = kInstallDrivers;
     else
         finding.remedy =
-            "reinstall what these files belong to (`dpkg -S FILE` tells), or remove the files if "
-            "it "
-            "is gone: `apt-get install --reinstall mesa-vulkan-drivers` for Mesa's";
+            "reinstall the package of these files (`dpkg -S FILE` names it), for Mesa's `apt-get "
+            "install --reinstall mesa-vulkan-drivers`; remove files whose package is gone";
     return finding;
 }
 
@@ -186,7 +185,7 @@ Findings check_gpu_nodes(const std::vector<splat_device_info>& devices) {
         if (access(it->path().c_str(), R_OK | W_OK) != 0)
             return {{"gpu", State::kWarning,
                      "there is a GPU, /dev/dri/" + name + ", which this user may not open",
-                     "`adduser USER render`, then log in anew"}};
+                     "`adduser USER render`, then log in again"}};
         return {{"gpu", State::kWarning,
                  "there is a GPU, /dev/dri/" + name + ", but no Vulkan driver shows it",
                  kInstallDrivers}};
@@ -211,13 +210,13 @@ Findings check_environment() {
         return {{"environment", State::kOk, "no variable changes what libsplat or Vulkan do", ""}};
     if (variable("SPLAT_VALIDATION").value_or("0") != "0" || variable("VK_INSTANCE_LAYERS"))
         return {{"environment", State::kWarning, "set: " + words + "; layers make everything slow",
-                 "unset SPLAT_VALIDATION and VK_INSTANCE_LAYERS unless you look for a defect"}};
+                 "unset SPLAT_VALIDATION and VK_INSTANCE_LAYERS unless you are debugging"}};
     return {{"environment", State::kOk, "set: " + words, ""}};
 }
 
 Findings check_cache_folder() {
     const std::string remedy = "set XDG_CACHE_HOME to a folder that can be written";
-    const std::string effect = "; pipelines are compiled anew in every process";
+    const std::string effect = "; every process compiles its pipelines again";
     fs::path folder;
     if (const auto cache = variable("XDG_CACHE_HOME"))
         folder = fs::path(*cache) / "libsplat";

@@ -20,7 +20,7 @@ class MeanImage : public Predictor {
 };
 
 /// The first view as a flat picture that faces its camera: one Gaussian per pixel, in the plane whose
-/// depth between `near` and `far` gives the novel views their best mean PSNR. No method may choose so.
+/// depth between `near` and `far` gives the novel views their best mean PSNR: a choice that needs the truth.
 class Billboard : public Predictor {
   public:
     Billboard(Network& network, double near, double far)
@@ -33,8 +33,7 @@ class Billboard : public Predictor {
     double near_, far_;
 };
 
-/// "mean": of the training images that the configuration and `root` name; "billboard". Throws a
-/// Failure.
+/// name  "mean", of the training images that the configuration and `root` name, or "billboard". Throws a Failure.
 std::unique_ptr<Predictor> make_baseline(const std::string& name, Network& network,
                                          const Json& config, const std::string& root);
 

@@ -20,26 +20,25 @@
 #include "vkrun/data/view_source.h"
 #include "vkrun/eval/baseline.h"
 #include "vkrun/eval/scores.h"
-#include "vkrun/train/run_folder.h"
 
 namespace vkrun {
 namespace {
 
 constexpr const char* kEvalFooter =
-    R"(Each object is predicted from its conditioning views (64, and 128 for two, of the 251 of SRN's tests;
-else the first) and drawn in all its views. PSNR and SSIM are means over an object's views, then over
-objects, conditioning and novel views apart. A view without any difference is counted and left out of the
-mean PSNR; one whose target is black all over is left out.
+    R"(Each object is predicted from its conditioning views (of SRN's 251 test views number 64, for two inputs also
+128; else the first) and drawn in all its views. PSNR and SSIM are means over an object's views, then over
+objects, separately for conditioning and novel views. A view without any difference has no PSNR and is only
+counted. A view whose target is all black is skipped.
 
-LPIPS needs the weights of its network, which are not part of libsplat: --lpips with a file of torchvision's
-vgg16, and again with that of the lpips package (lpips/weights/v0.1/vgg.pth); without them it is nan.
+LPIPS needs the weights of its network, which are not part of libsplat: pass --lpips twice, with a file of
+torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them it is nan.
 
 OUT gets results.json, per_object.csv, scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter
 Image writes it) and, with --images N, contact sheets of the first N objects: target above prediction.
 
---baseline scores something simpler in place of the network, for 'vkrun compare': "mean" is the mean of
-all training images, whatever the object; "billboard" the first conditioning view as a flat picture, at
-the depth (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
+--baseline scores something simpler in place of the network, for 'vkrun compare': "mean" is the mean of all
+training images for every object; "billboard" is the first conditioning view as a flat picture, at the depth
+(data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
 
@@ -101,7 +100,7 @@ void write_tables(const EvalOptions& options, const std::vector<ObjectScores>& o
     replace_file(options.out + "/scores.txt", text);
 }
 
-/// None of a baseline, which takes no time of its own.
+/// Null for a baseline, which is not timed.
 Json rate(double count, double seconds) {
     return seconds > 0 ? Json(count / seconds) : Json();
 }
@@ -209,7 +208,7 @@ int evaluate(const EvalOptions& options) {
 }  // namespace
 
 void add_eval(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(app, "eval", "Score a network on a data set", kEvalFooter);
+    CLI::App* command = add_command(app, "eval", "Score a network on a data set.", kEvalFooter);
     auto options = std::make_shared<EvalOptions>();
     command->add_option("WEIGHTS", options->weights, ".safetensors, .pth or .npz")->required();
     command->add_option("--data", options->data, "Folder of the data set")->required();
@@ -218,12 +217,11 @@ void add_eval(CLI::App& app, int& exit_code) {
     command->add_option("--config", options->config,
                         "Configuration of the network; config.json or config.yaml beside WEIGHTS");
     add_changes_option(*command, options->changes);
-    command->add_option("--objects", options->objects, "The first so many objects");
-    command->add_option("--views", options->views, "So many novel views of each, evenly spread");
-    command->add_option("--images", options->images, "Contact sheets of the first so many objects");
-    command
-        ->add_option("--lpips", options->lpips,
-                     "File with weights of VGG16 or LPIPS; once for each")
+    command->add_option("--objects", options->objects, "Only the first N objects");
+    command->add_option("--views", options->views,
+                        "Only N novel views of each object, evenly spread");
+    command->add_option("--images", options->images, "Write contact sheets of the first N objects");
+    command->add_option("--lpips", options->lpips, "Weights of VGG16, and once more those of LPIPS")
         ->take_all()
         ->expected(1)
         ->allow_extra_args(false);

@@ -6,7 +6,7 @@
 
 namespace vkrun {
 
-/// Means over views, NaN if there are none. A perfect view (no difference at all) has no PSNR and is only
+/// Means over views, NaN if there are none. A perfect view (without any difference) has no PSNR and is only
 /// counted.
 struct Scores {
     double psnr = 0, ssim = 0;
@@ -18,10 +18,10 @@ struct Scores {
     void finish();  ///< sums to means
 };
 
-/// A target that is black all over: left out, as published figures do.
+/// Whether a target is all black; such views are skipped, as in published figures.
 bool is_black(const float* image, std::size_t count);
 
-/// How well one object was predicted, from its conditioning views and from others.
+/// Scores of one object in its conditioning and its novel views.
 struct ObjectScores {
     std::string name;
     Scores conditioning, novel;
@@ -30,22 +30,22 @@ struct ObjectScores {
     std::uint32_t drawn = 0;
 };
 
-/// Which views of an object are given and which are asked for.
+/// Which views of an object are inputs and which are to be predicted.
 struct EvaluatedViews {
     std::vector<std::uint32_t> conditioning, novel;
 };
 
-/// View 64 (and 128) of an object of the 251 views of SRN's tests, else the first; all others are
-/// novel, or `most` of them, evenly spread, unless that is 0.
+/// Conditioning views are 64 (and 128) of the 251 views of SRN's test objects, else the first ones.
+/// Novel views are all others, or `most` of them, evenly spread, unless that is 0.
 EvaluatedViews evaluated_views(std::uint32_t views_of_object, std::uint32_t inputs,
                                std::uint32_t most);
 
-/// What is scored: draws all views of an object, knowing the conditioning ones.
+/// What is scored: it draws all views of an object from the conditioning ones.
 class Predictor {
   public:
     virtual ~Predictor() = default;
 
-    /// Images [n,3,R,R] of `views`, the conditioning ones first; `result` takes the times.
+    /// Images [n,3,R,R] of `views`, the conditioning ones first. Sets the times in `result`.
     virtual std::vector<float> draw(const Views& views, const EvaluatedViews& which,
                                     ObjectScores& result) = 0;
 };
@@ -60,8 +60,8 @@ class NetworkPredictor : public Predictor {
     Network& network_;
 };
 
-/// Draw an object and compare; with `lpips`, that too. `images`, if not null, gets what was drawn,
-/// conditioning views first, and `truths` the targets, [n,3,R,R].
+/// Draw an object and compare it with its images, by LPIPS too unless `lpips` is null. `images` gets
+/// what was drawn, conditioning views first, and `truths` the targets, [n,3,R,R]; either may be null.
 ObjectScores score_object(Predictor& predictor, const ImageChannels& channels,
                           const ViewSource& data, std::uint32_t object, const EvaluatedViews& views,
                           splat_lpips lpips, std::vector<float>* images = nullptr,

@@ -1,4 +1,4 @@
-// vkrun predict: one picture in, a scene out.
+// vkrun predict: from one picture to a scene.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -15,15 +15,15 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kPredictFooter =
-    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or
-as what differs from the colour of its border, and put in the middle of a white square. Instead of a picture,
---data with --object takes an object of a data set, and compares with its images.
+    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or by
+its difference from the colour of the border, and centred in a white square. Instead of a picture, --data with
+--object takes an object of a data set and compares the prediction with its images.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
-which holds all pictures and facts. Gaussians whose opacity is below 1/255 are left out of the scene: no image
+which holds all pictures and facts. Gaussians of an opacity below 1/255 are left out of the scene, as no image
 shows them.
 
-Without --weights the built-in ones are taken: procedural cars at 64 x 64 pixels.
+Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
 
@@ -70,12 +70,12 @@ int predict(const PredictionOptions& options, bool json) {
 }  // namespace
 
 void add_predict(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(app, "predict", "Turn a picture into a scene", kPredictFooter);
+    CLI::App* command = add_command(app, "predict", "Turn a picture into a scene.", kPredictFooter);
     auto options = std::make_shared<PredictionOptions>();
     auto json = std::make_shared<bool>(false);
     PredictionOptions& o = *options;
     command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)");
-    command->add_option("--data", o.data, "Take an object of this data set instead");
+    command->add_option("--data", o.data, "Predict an object of this data set instead");
     command->add_option("--split", o.split, "train, val or test")->capture_default_str();
     command->add_option("--object", o.object, "Its number, from 0")->capture_default_str();
     command->add_option("--weights", o.weights, ".safetensors, .pth or .npz");
@@ -85,14 +85,15 @@ void add_predict(CLI::App& app, int& exit_code) {
     command->add_option("--mask", o.mask, "Mask of the object, as large as IMAGE");
     command->add_option("--depth", o.depth, "Depth map, for networks that take one");
     command->add_option("--normal", o.normal, "Normal map, for networks that take one");
-    command->add_flag("--whole", o.whole, "Take the square in the middle instead of the object's");
+    command->add_flag("--whole", o.whole,
+                      "Use the central square instead of cutting out the object");
     command->add_option("--foreground", o.foreground,
-                        "Part of the square that the object takes; 0.65");
+                        "Part of the square that the object fills; 0.65");
     command->add_option("--views", o.views, "Novel views")->capture_default_str();
-    command->add_option("--elevation", o.elevation, "Of the orbit's cameras, degrees")
+    command->add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
         ->capture_default_str();
     command->add_option("--true-depth", o.true_depth,
-                        "Depth map of IMAGE, larger farther at any scale, to compare with");
+                        "True depth map of IMAGE to compare with, at any scale; larger is farther");
     command->add_option("--out", o.out, "Folder for the results")->capture_default_str();
     add_device_option(*command, o.device);
     add_json_flag(*command, *json);

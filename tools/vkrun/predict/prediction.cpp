@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/html_page.h"
@@ -17,12 +18,11 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/view_source.h"
 #include "vkrun/eval/scores.h"
-#include "vkrun/train/run_folder.h"
 
 namespace vkrun {
 namespace {
 
-/// What 8 bits cannot show.
+/// Opacities below this do not show in 8 bits.
 constexpr double kInvisible = 1.0 / 255;
 
 /// The built-in weights, in the folder of the sources or beside an installed program.
@@ -37,10 +37,10 @@ std::string built_in_weights() {
         places.push_back(folder / "tools" / name);
     for (const fs::path& place : places)
         if (fs::exists(place)) return place.lexically_normal().string();
-    throw Failure(kBadData, "the built-in weights are not there: name others with --weights");
+    throw Failure(kBadData, "the built-in weights are missing: name others with --weights");
 }
 
-/// What is predicted from, and which cameras look at it.
+/// The input of a prediction, and the cameras that draw its result.
 struct Task {
     Views views;                ///< the input first; then, with a truth, the novel ones
     std::vector<float> truths;  ///< [n,3,R,R] of all views; empty without
@@ -48,7 +48,7 @@ struct Task {
     Json photo;
 };
 
-/// How the picture and its maps are cut out; points into `options`.
+/// How the picture and its maps are cut out. Points into `options`.
 splat_photo_desc photo_desc(const PredictionOptions& options, const Network& network) {
     auto desc = sized<splat_photo_desc>();
     const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
@@ -68,9 +68,10 @@ Task read_photo(const PredictionOptions& options, const Network& network) {
         throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
                                        " views of an object, expected 1: predict from --data");
     if (network.channels().origin_distance)
-        throw Failure(kUsageError,
-                      "the network takes the distance of the object's origin "
-                      "(data.origin_distances), which a picture does not say: predict from --data");
+        throw Failure(
+            kUsageError,
+            "the network takes the distance of the object's origin "
+            "(data.origin_distances), which a picture does not give: predict from --data");
     const splat_photo_desc desc = photo_desc(options, network);
     const ImageChannels& channels = network.channels();
     if (channels.depth != !options.depth.empty() || channels.normal != !options.normal.empty())
@@ -142,8 +143,8 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Network&
     return cameras;
 }
 
-/// Least squares s d + t against the true depth, larger farther, cut out as the picture was, where both
-/// are known.
+/// Fit s d + t to the true depth by least squares where both are known. The truth is cut out as the
+/// picture was; larger is farther.
 Json compare_depth(const PredictionOptions& options, Network& network, const Scene& scene,
                    const Task& task) {
     splat_photo_desc desc = photo_desc(options, network);
@@ -171,8 +172,9 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
         syy += y * y;
     }
     if (n < 2)
-        throw Failure(kBadData, format("'%s' shares %.0f pixels with the prediction, expected more",
-                                       options.true_depth.c_str(), n));
+        throw Failure(kBadData,
+                      format("'%s' shares %.0f pixels with the prediction, expected 2 or more",
+                             options.true_depth.c_str(), n));
     const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n, cov = sxy - sx * sy / n;
     const double scale = cov / vx, shift = (sy - scale * sx) / n;
     double error = 0, least = 1, most = 0;
@@ -183,7 +185,7 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
         most = std::max(most, y);
     }
     if (!(most > least))
-        throw Failure(kBadData, "'" + options.true_depth + "' is the same all over the object");
+        throw Failure(kBadData, "'" + options.true_depth + "' is constant over the object");
     return {{"pixels", used.size()},
             {"scale", scale},
             {"shift", shift},
@@ -220,8 +222,8 @@ std::vector<float> interleaved(const float* planes, std::size_t pixels) {
 constexpr std::uint32_t kSheetColumns = 8;
 constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
 
-/// Input views and what was made of them, then novel views: where there are truths, a row of them above
-/// each row of predictions.
+/// Input views, each beside its prediction, then novel views: with truths, a row of them above each row of
+/// predictions.
 std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>& images,
                                       std::size_t inputs, std::size_t plane) {
     const std::size_t count = images.size() / plane;
@@ -270,7 +272,7 @@ void write_pictures(const std::string& out, const Network& network, const Task& 
         .save(out + "/sheet.png");
 }
 
-/// What the page says of a result, in words and rounded.
+/// The result as the page shows it, in words and rounded.
 std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
     std::vector<std::pair<std::string, std::string>> facts = {

@@ -20,9 +20,8 @@ struct PredictionOptions {
     std::string device = "best";
 };
 
-/// Predict, draw, and write everything into options.out. Returns what is to be told: gaussians,
-/// left_out, predict_ms, draw_ms, images, report, and psnr, ssim, novel_views, psnr_input, depth where
-/// there is a truth. Throws a Failure.
+/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, left_out, predict_ms,
+/// draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
 Json run_prediction(const PredictionOptions& options);
 
 }  // namespace vkrun

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
 
@@ -34,11 +35,11 @@ ImageSize image_size(const std::string& text) {
 }
 
 CameraFile load_cameras(const std::string& path, const CameraFileOptions& options) {
-    const bool said = options.size.width != 0;
+    const bool given = options.size.width != 0;
     auto desc = sized<splat_camera_file_desc>();
     desc.flags = options.ignore_distortion ? SPLAT_CAMERA_IGNORE_DISTORTION : 0;
-    desc.width = said ? options.size.width : kPlaceholderSide;
-    desc.height = said ? options.size.height : kPlaceholderSide;
+    desc.width = given ? options.size.width : kPlaceholderSide;
+    desc.height = given ? options.size.height : kPlaceholderSide;
     const Json report = Json::parse(library_text(
         [&](char* buffer, std::size_t capacity, std::size_t* needed) {
             return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
@@ -53,13 +54,14 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
     other.height += other.height < kMaxSide ? 1 : -1;
     file.resized = cameras_of(path, other, file.names.size());
     std::size_t sizes = 0;
-    for (std::size_t i = 0; i < file.cameras.size(); ++i) sizes += file.says_size(i) ? 1 : 0;
-    if (said && sizes > 0 && sizes == file.cameras.size())
-        throw Failure(kUsageError, "--size is for cameras whose file says no size, but '" + path +
-                                       "' says those of all its images");
-    if (!said && !options.without_size && sizes < file.cameras.size())
-        throw Failure(kUsageError, "'" + path + "' says no size of its images ('w' and 'h'): " +
-                                       "give it with --size WIDTHxHEIGHT");
+    for (std::size_t i = 0; i < file.cameras.size(); ++i) sizes += file.has_size(i) ? 1 : 0;
+    if (given && sizes > 0 && sizes == file.cameras.size())
+        throw Failure(kUsageError, "--size is for camera files without sizes, but '" + path +
+                                       "' gives those of all its images");
+    if (!given && !options.without_size && sizes < file.cameras.size())
+        throw Failure(kUsageError, "'" + path +
+                                       "' does not give the size of its images ('w' and 'h'): " +
+                                       "pass --size WIDTHxHEIGHT");
     return file;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <splat.h>
+
 #include <string>
 #include <vector>
 
@@ -22,7 +24,7 @@ struct CameraFile {
     /// `cameras` follows from the size.
     std::vector<splat_camera> resized;
 
-    [[nodiscard]] bool says_size(std::size_t i) const {
+    [[nodiscard]] bool has_size(std::size_t i) const {
         return cameras[i].width == resized[i].width && cameras[i].height == resized[i].height;
     }
 };

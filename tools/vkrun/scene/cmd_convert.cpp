@@ -18,13 +18,13 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kConvertFooter =
-    R"(The extension of OUT says the format: .ply, .splat (8-bit colours without view dependence) or
-.spz (quantised). Compressed .ply is read only. A file appears whole or not at all.
+    R"(The extension of OUT chooses the format: .ply, .splat (8-bit colours without view dependence) or
+.spz (quantised). Compressed .ply can only be read. OUT is written whole or not at all.
 
 Frames name the axes x, y, z: right or left, up or down, front or back. Usual ones are RDF for .ply
 and .splat, RUB for .spz.
 
-Exit status: 0 it is written, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
 Examples:
   vkrun convert scene.ply scene.spz
@@ -41,7 +41,7 @@ struct ConvertOptions {
     bool json = false;
 };
 
-/// Refuses what the format of OUT cannot follow.
+/// Refuses options that the format of OUT does not support.
 void check_options(const ConvertOptions& options) {
     std::string extension = std::filesystem::path(options.out).extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -94,11 +94,15 @@ void add_convert(CLI::App& app, int& exit_code) {
     command->add_option("OUT", options->out, "Scene to write: .ply, .splat or .spz")
         ->required()
         ->type_name("");
-    command->add_option("--frame", options->frame, "Axes of OUT, if not the format's usual ones")
+    command
+        ->add_option("--frame", options->frame,
+                     "Axes of OUT; default: the usual ones of the format")
         ->type_name("FRAME");
-    command->add_option("--in-frame", options->in_frame, "Axes of IN, likewise")
+    command
+        ->add_option("--in-frame", options->in_frame,
+                     "Axes of IN; default: the usual ones of the format")
         ->type_name("FRAME");
-    command->add_option("--sh-degree", options->sh_degree, "Degree of OUT; else that of IN")
+    command->add_option("--sh-degree", options->sh_degree, "Degree of OUT; default: that of IN")
         ->type_name("N")
         ->check(CLI::Range(0, 3).description(""));
     command->add_option("--spz-version", options->spz_version, "3 (the default) or 4")

@@ -29,9 +29,9 @@ folder of a COLMAP model.
   degenerate  Gaussians with a scale below 1e-12
   fov_x       horizontal field of view, degrees
 
-What a camera file without the size of its images leaves open is "not given", in JSON null.
+A value that depends on an image size which the file lacks is "not given", in JSON null.
 
-Exit status: 0 it can be read, 2 wrong usage, 4 it cannot.
+Exit status: 0 done, 2 wrong usage, 4 the file cannot be read.
 
 Examples:
   vkrun inspect scene.ply
@@ -98,11 +98,11 @@ double fov_x(const splat_camera& camera) {
     return 2 * std::atan(camera.width / (2 * camera.fx)) * 180 / std::numbers::pi;
 }
 
-/// A value of a camera as the file gives it; nothing where it depends on a size that is not known.
+/// A value of a camera; none if it depends on an unknown image size.
 std::optional<double> given(const CameraFile& file, std::size_t i, bool size_known,
                             double (*value)(const splat_camera&)) {
     const double here = value(file.cameras[i]);
-    // An angle is the same in images of any size, but for rounding.
+    // An angle does not depend on the size, except by rounding.
     const bool fixed = std::abs(here - value(file.resized[i])) <= 1e-9 * std::abs(here);
     return size_known || fixed ? std::optional(here) : std::nullopt;
 }
@@ -182,17 +182,17 @@ int run_inspect(const InspectOptions& options) {
 
 void add_inspect(CLI::App& app, int& exit_code) {
     CLI::App* command =
-        add_command(app, "inspect", "Tell what a scene or a camera file holds.", kInspectFooter);
+        add_command(app, "inspect", "Show what a scene or a camera file holds.", kInspectFooter);
     const auto options = std::make_shared<InspectOptions>();
     command
         ->add_option("FILE", options->path, "Scene, transforms.json, or folder of a COLMAP model")
         ->required()
         ->type_name("");
     command
-        ->add_option("--size", options->size, "Size of the images of a camera file that says none")
+        ->add_option("--size", options->size, "Image size of a camera file that does not give it")
         ->type_name("WxH");
     command->add_flag("--ignore-distortion", options->ignore_distortion,
-                      "Take cameras with a distorting lens as pinholes");
+                      "Ignore the distortion of lenses");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = run_inspect(*options); });
 }

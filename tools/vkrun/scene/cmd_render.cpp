@@ -25,13 +25,13 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kRenderFooter =
-    R"(Images are named after those of the camera file, or numbered: NAME.png, and NAME_alpha,
-NAME_depth and NAME_normal where --outputs asks for them. As .npy they hold the numbers (float32);
-as .png 0 to 1 become 0 to 255, depths (expected, along z) are divided by the largest of the image
-and normals, in the axes of the camera, go from -1..1 to 0..1.
+    R"(Images are named after those of the camera file, or numbered: NAME.png, and with --outputs also
+NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32 numbers. In a .png, 0 to 1 become 0
+to 255; depths (expected, along z) are divided by the largest of the image; normals, in the axes of
+the camera, are mapped from -1..1 to 0..1.
 
-Exit status: 0 all images are written, 1 one cannot be or the device failed, 2 wrong usage, 3 no
-device, 4 the scene or the cameras cannot be read.
+Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
+usage, 3 no device, 4 the scene or the cameras cannot be read.
 
 Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
@@ -108,7 +108,7 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
     return views;
 }
 
-/// Names of the images without folder and extension; where two are alike, all are numbered.
+/// Views named after the images, without folder and extension; all are numbered if two names are equal.
 std::vector<View> file_views(const RenderOptions& options) {
     const CameraFile file =
         load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
@@ -126,7 +126,7 @@ std::vector<View> file_views(const RenderOptions& options) {
     return views;
 }
 
-/// Draws views of one scene; the rasterizer is made anew where the size changes.
+/// Draws views of one scene; a change of size replaces the rasterizer.
 class Renderer {
   public:
     Renderer(const RenderOptions& options, const SceneFile& file)
@@ -153,7 +153,7 @@ class Renderer {
     [[nodiscard]] splat_device_info device() const { return info_of(device_.get()); }
     [[nodiscard]] const std::vector<OutputKind>& kinds() const { return kinds_; }
 
-    /// Make what draws images of this camera's size.
+    /// Make the rasterizer for images of this camera's size.
     void prepare(const splat_camera& camera) {
         if (width_ == camera.width && height_ == camera.height) return;
         if (file_.info.count > UINT32_MAX) throw Failure(kFailed, "too many Gaussians");
@@ -182,7 +182,7 @@ class Renderer {
     std::uint32_t height_ = 0;
 };
 
-/// Into the range that a PNG shows.
+/// Map values to the range from 0 to 1, which a PNG can hold.
 void to_picture(const OutputKind& kind, std::vector<float>& values) {
     if (kind.output == SPLAT_OUTPUT_NORMALS)
         for (float& value : values) value = 0.5F + 0.5F * value;
@@ -225,7 +225,7 @@ std::string animation_path(const RenderOptions& options) {
     return (std::filesystem::path(options.out) / "animation.png").string();
 }
 
-/// Of --near and --far; where only one is given, the library knows the other.
+/// Checks --near and --far; if one is missing, the library compares the other with its default.
 void check_planes(const RenderOptions& options) {
     for (const auto& [name, plane] :
          {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
@@ -241,10 +241,11 @@ void check_options(const RenderOptions& options) {
         throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
     if (!options.cameras.empty() && (options.elevation || options.distance))
         throw Failure(kUsageError, std::string(options.elevation ? "--elevation" : "--distance") +
-                                       " places the cameras of --orbit; those of --cameras have "
-                                       "their places");
+                                       " is for --orbit; the file of --cameras places its "
+                                       "cameras itself");
     if (options.ignore_distortion && options.cameras.empty())
-        throw Failure(kUsageError, "--ignore-distortion is for --cameras; an orbit has none");
+        throw Failure(kUsageError,
+                      "--ignore-distortion is for --cameras; an orbit has no distortion");
     if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
     if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
     check_planes(options);
@@ -278,7 +279,7 @@ int run_render(const RenderOptions& options) {
     if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
     check_targets(options, views);
     Renderer renderer(options, file);
-    renderer.prepare(views.front().camera);  // what is refused leaves no folder behind
+    renderer.prepare(views.front().camera);  // a refusal leaves no folder behind
     make_folder(options.out);
     const Stopwatch watch;
     Json list = Json::array();
@@ -333,22 +334,21 @@ void add_options(CLI::App& command, RenderOptions& options) {
         .add_option("--distance", options.distance,
                     "Radius of the orbit, in scene units; else the\nscene fills the image")
         ->type_name("X");
-    command.add_option("--out", options.out, "Folder for the images, made if it is not there")
+    command.add_option("--out", options.out, "Folder for the images, made if it is missing")
         ->required()
         ->type_name("DIR");
     command
         .add_option(
             "--size", options.size,
-            "Size of an orbit's images (512x512), or of those\nof a camera file that has none")
+            "Size of the images of an orbit (512x512), or of a\ncamera file that does not give it")
         ->type_name("WxH");
     command.add_flag("--ignore-distortion", options.ignore_distortion,
-                     "Take cameras with a distorting lens as pinholes");
+                     "Ignore the distortion of lenses");
     command
         .add_option("--near", options.near_plane,
-                    "Leave out what is nearer, in scene units; 0.2, of\ngsplat 0.01")
+                    "Skip what is nearer, in scene units; 0.2, with\ngsplat 0.01")
         ->type_name("X");
-    command.add_option("--far", options.far_plane, "Leave out what is farther; 1e10")
-        ->type_name("X");
+    command.add_option("--far", options.far_plane, "Skip what is farther; 1e10")->type_name("X");
     command.add_option("--format", options.format, "png (the default) or npy")
         ->type_name("NAME")
         ->check(CLI::IsMember({"png", "npy"}).description(""));
@@ -360,7 +360,8 @@ void add_options(CLI::App& command, RenderOptions& options) {
         ->type_name("R,G,B")
         ->delimiter(',')
         ->expected(3);
-    command.add_option("--outputs", options.outputs, "Of rgb (the default), alpha, depth, normal")
+    command
+        .add_option("--outputs", options.outputs, "Any of rgb (the default), alpha, depth, normal")
         ->type_name("NAME[,NAME]")
         ->delimiter(',')
         ->allow_extra_args(false)
@@ -372,11 +373,12 @@ void add_options(CLI::App& command, RenderOptions& options) {
                 options.animate = true;
                 options.animation = path;
             },
-            "Also an animation of all views: FILE.png or FILE.gif,\nor DIR/animation.png")
+            "Also write an animation of all views: FILE.png or\nFILE.gif; default: "
+            "DIR/animation.png")
         ->expected(0, 1)
         ->default_str("")
         ->type_name("[FILE]");
-    command.add_flag("--overwrite", options.overwrite, "Replace images that are there");
+    command.add_flag("--overwrite", options.overwrite, "Replace images that exist");
     add_device_option(command, options.device);
     add_json_flag(command, options.json);
 }

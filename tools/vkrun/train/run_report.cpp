@@ -68,7 +68,7 @@ void add_run(HtmlPage& page, const Run& run) {
                  "validation objects: input, then truth, prediction and error in turns", 1000);
 }
 
-/// Evaluations that lie in the runs' folders, each against the first over the objects of both.
+/// The evaluations in the runs' folders, each compared with the first over the objects of both.
 void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     std::vector<ScoreFile> files;
     std::vector<std::string> names;

@@ -1,5 +1,4 @@
-// vkrun weights: what a file of network weights holds, in another format, and against another file. Needs
-// no device.
+// vkrun weights show, convert, diff: files of network weights. Needs no device.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -20,10 +19,10 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kShowFooter =
-    R"(FILE is .safetensors, .pth (what torch.save writes of a state dict) or .npz; nothing of a pickle is
-run. Mean, deviation, least and most are of the finite numbers.
+    R"(FILE is .safetensors, .pth (a state dict saved by torch.save, whose pickle is not executed) or .npz.
+Mean, deviation, least and most are those of the finite numbers.
 
-Exit status: 0 it can be read, 2 wrong usage, 4 it cannot.
+Exit status: 0 done, 2 wrong usage, 4 the file cannot be read.
 
 Examples:
   vkrun weights show model_best.pth
@@ -41,7 +40,7 @@ Examples:
 )";
 
 constexpr const char* kDiffFooter =
-    R"(Tensors are compared by name; NaN equals NaN only.
+    R"(Tensors are compared by name. NaN equals NaN.
 
 Exit status: 0 no difference above the tolerance, 1 there is one, 2 wrong usage, 4 a file cannot be
 read.
@@ -193,7 +192,7 @@ int convert(const WeightsConvertOptions& options) {
     return kSuccess;
 }
 
-/// Infinite where only one of two numbers is NaN, or they are not the same infinity.
+/// Infinite if only one of two numbers is NaN, or they differ and one is infinite.
 double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
     double largest = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -205,7 +204,7 @@ double largest_difference(const std::vector<float>& a, const std::vector<float>&
     return largest;
 }
 
-/// A tensor that differs; without a difference of values, in what.
+/// A tensor that differs: in what, or if `problem` is empty, by how much.
 struct Difference {
     std::string name;
     std::string problem;
@@ -294,7 +293,7 @@ void add_diff(CLI::App& weights, int& exit_code) {
     const auto options = std::make_shared<Options>();
     command->add_option("A", options->first, "Weights")->required()->type_name("");
     command->add_option("B", options->second, "Weights to compare with")->required()->type_name("");
-    command->add_option("--tolerance", options->tolerance, "Largest difference that is none; 0")
+    command->add_option("--tolerance", options->tolerance, "Largest difference to accept; 0")
         ->type_name("X")
         ->check(CLI::Range(0.0, 1e30).description(""));
     add_json_flag(*command, options->json);

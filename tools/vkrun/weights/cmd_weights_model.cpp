@@ -1,5 +1,5 @@
-// vkrun weights graft, lora-merge, lora-unmerge, lora-extract: state dicts taken over into the network of a
-// configuration, and adapters folded in and out.
+// vkrun weights graft, lora-merge, lora-unmerge, lora-extract: load weights into the network of a
+// configuration, and fold adapters in and out.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -19,11 +19,11 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kGraftFooter =
-    R"(The first convolution is widened to the channels of the configuration, each column going to where its
-meaning is, with zeros for the new ones: until they are trained, predictions stay those of IN. Adapters,
-embeddings and attention to tokens that IN lacks start at random. RGB need not be named in --from.
+    R"(The first convolution is widened to the channels of the configuration. Its weights move to the channels that
+they belong to, and new channels get zeros, so that predictions stay those of IN until they are trained.
+Adapters, embeddings and attention to tokens that IN lacks start at random.
 
-The field of view is the configuration's; that IN has another is said.
+The field of view is that of the configuration; a warning tells if IN has another.
 
 JSON: {in, out, config, copied, widened, fresh, left_out, rays_differ, rays_taken}.
 
@@ -37,8 +37,8 @@ Examples:
 
 constexpr const char* kMergeFooter =
     R"(OUT is the state dict of the configuration's network without adapters, which are folded into its
-weights: W + lora_alpha / lora_rank * B A. IN holds the adapters, too, unless --adapters gives a file of
-them alone, with the names of state dicts or of PEFT.
+weights: W + lora_alpha / lora_rank * B A. IN also holds the adapters, unless --adapters names a file
+with them alone, under the names of state dicts or of PEFT.
 
 JSON: {in, out, adapters, config, folded}.
 
@@ -51,8 +51,8 @@ Examples:
 )";
 
 constexpr const char* kUnmergeFooter =
-    R"(OUT is IN with the adapters taken out of the weights that lora-merge folded them into: each weight as
-it was before, but for two roundings. Needs no device.
+    R"(OUT is IN without the adapters that lora-merge folded into its weights. Each weight is as it was before,
+up to two roundings. Needs no device.
 
 JSON: {in, out, adapters, alpha}.
 
@@ -64,7 +64,7 @@ Examples:
 )";
 
 constexpr const char* kExtractFooter =
-    R"(OUT has the adapters alone, with the names and shapes of PEFT (base_model.model.<layer>.lora_A.weight)
+    R"(OUT holds only the adapters, with the names and shapes of PEFT (base_model.model.<layer>.lora_A.weight)
 and, as .safetensors, lora_alpha and lora_rank in its metadata.
 
 JSON: {in, out, config, layers}.
@@ -89,7 +89,7 @@ struct WeightsModelOptions {
     bool json = false;
 };
 
-/// A model of a configuration's file, its parameters started at random.
+/// A model of the configuration, its parameters started at random.
 class StartedModel {
   public:
     explicit StartedModel(const WeightsModelOptions& options)
@@ -138,7 +138,7 @@ int graft(const WeightsModelOptions& options) {
     return kSuccess;
 }
 
-/// IN, and its adapters alone.
+/// A model with the weights of IN, and its adapters alone.
 struct Adapted {
     StartedModel model;
     Weights adapters;
@@ -204,7 +204,7 @@ struct UnmergeOptions {
     bool json = false;
 };
 
-/// What a file of adapters says that they were trained with.
+/// The lora_alpha of a file of adapters.
 double alpha_of(splat_weights adapters, const std::string& path) {
     const Json report = library_json(splat_weights_report, adapters);
     const auto text = report.at("metadata").value("lora_alpha", std::string());
@@ -252,7 +252,7 @@ void add_unmerge(CLI::App& weights, int& exit_code) {
     const CLI::Option* alpha =
         command
             ->add_option("--alpha", options->alpha,
-                         "opt.lora_alpha of their training; that of FILE's metadata")
+                         "opt.lora_alpha of their training; default: that of\nFILE's metadata")
             ->type_name("X");
     add_overwrite_flag(*command, options->overwrite, "OUT");
     add_json_flag(*command, options->json);
@@ -282,13 +282,13 @@ CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const c
 
 void add_weights_model(CLI::App& weights, int& exit_code) {
     const auto options = std::make_shared<WeightsModelOptions>();
-    CLI::App* command = add(weights, "graft", "Take weights over into a network of more inputs.",
+    CLI::App* command = add(weights, "graft", "Load weights into a network of more input channels.",
                             kGraftFooter, *options);
-    command->add_option("--from", options->from, "Channels of IN behind RGB: depth,normal,mask")
+    command->add_option("--from", options->from, "Channels of IN after RGB: depth,normal,mask")
         ->type_name("LIST")
         ->delimiter(',')
         ->check(CLI::IsMember({"depth", "normal", "mask"}));
-    command->add_option("--seed", options->seed, "Of what starts at random")->type_name("N");
+    command->add_option("--seed", options->seed, "Seed of what starts at random")->type_name("N");
     command->callback([options, &exit_code] { exit_code = graft(*options); });
 
     const auto merging = std::make_shared<WeightsModelOptions>();
@@ -301,7 +301,7 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
     add_unmerge(weights, exit_code);
 
     const auto extracting = std::make_shared<WeightsModelOptions>();
-    command = add(weights, "lora-extract", "Write the low-rank adapters of weights alone.",
+    command = add(weights, "lora-extract", "Write only the low-rank adapters of weights.",
                   kExtractFooter, *extracting);
     command->callback([extracting, &exit_code] { exit_code = extract(*extracting); });
 }

@@ -13,7 +13,8 @@
 namespace vkrun {
 namespace {
 
-/// Degrees, of the first row of a file's ray grid [1,3,R,R]: x / f at the middles of its pixels.
+/// Degrees, from the first row of a file's ray grid [1,3,R,R], which holds x / f at the middles of its
+/// pixels.
 std::optional<double> field_of_view(splat_weights weights) {
     std::uint32_t count = 0;
     check(splat_weights_count(weights, &count));
@@ -60,7 +61,7 @@ std::string rays_sentence(const std::string& path, splat_weights weights, const 
     if (!load.at("rays_differ").get<bool>()) return "";
     const bool taken = load.at("rays_taken").get<bool>();
     std::string sentence = "the ray grid of '" + path +
-                           "' is another than the configuration's and is " +
+                           "' differs from the configuration's and is " +
                            (taken ? "taken over" : "left out, so that predictions change");
     const auto configured = report.at("config").at("data").at("fov").get<double>();
     const std::optional<double> found = field_of_view(weights);

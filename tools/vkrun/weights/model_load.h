@@ -8,15 +8,15 @@
 
 namespace vkrun {
 
-/// The flags of splat_model_load that graft weights whose channels after RGB are `channels`: depth, normal, mask.
-/// Throws a usage Failure that names `option` for another word.
+/// The flags of splat_model_load that graft weights whose channels after RGB are `channels`: depth,
+/// normal, mask. Throws a usage Failure that names `option` for another word.
 std::uint32_t graft_flags(const char* option, const std::vector<std::string>& channels);
 
 /// "215 tensors copied, 1 widened, 0 new, 0 left out": `load` of a model's report.
 std::string load_counts(const Json& load);
 
-/// A sentence where the ray grid of the file, whose name is `path`, is another than that of the model's
-/// configuration: which of the two counts, with both fields of view where they have one. Else empty.
+/// A sentence if the ray grid of the file `path` differs from that of the model's configuration: which
+/// of the two is used, with the fields of view. Else empty.
 std::string rays_sentence(const std::string& path, splat_weights weights, const Json& report);
 
 /// That sentence as a warning on standard error.
