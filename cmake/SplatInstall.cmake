@@ -36,7 +36,7 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  # What `vkrun predict` takes without --weights: tools/vkrun/train/prediction.cpp looks here.
+  # What `vkrun predict` takes without --weights: tools/vkrun/predict/prediction.cpp looks here.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
           DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
 endif()

@@ -1,8 +1,8 @@
 # shellcheck shell=sh disable=SC2034  # the packages are used by the scripts that source this
 # Sourced by tools/test and tools/demo: what they share.
 #
-#   packages_build, packages_test   what Debian 12 has to offer for a build, and for the tests;
-#   packages_interop                for those against other programs
+#   packages_build, packages_test   packages of Debian 12 for a build, and for the tests
+#   packages_interop                and for the tests against other programs
 #   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
 #   select_test_driver              let Vulkan see the software driver only
 #   cpu_count                       how many jobs to start
@@ -17,8 +17,8 @@ packages_build="build-essential cmake ninja-build pkg-config
 # Needed by the tests besides; clang is the second compiler that checks include/splat.h.
 packages_test="libgtest-dev vulkan-validationlayers clang"
 
-# Needed by the tests against PyTorch and splat-transform, which are not quick ones. A node of another source
-# than Debian brings its own npm, which Debian's would be in conflict with.
+# Needed by the tests against PyTorch and splat-transform, which are not among the quick ones. A node that does not
+# come from Debian has its own npm, which conflicts with Debian's.
 packages_interop="python3-torch libopenblas0-pthread"
 command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
 
@@ -85,16 +85,16 @@ ensure_packages() {
     else
         fail "cannot install packages: not root, and there is no sudo"
     fi
-    # A stale or absent package list is refreshed; without a network the present one may still do.
-    $as_root DEBIAN_FRONTEND=noninteractive apt-get -q update || echo "apt-get update failed; going on"
+    # Refresh the package list; without a network the present one may suffice.
+    $as_root DEBIAN_FRONTEND=noninteractive apt-get -q update || echo "apt-get update failed; continuing"
     # shellcheck disable=SC2086  # a list of words
     $as_root DEBIAN_FRONTEND=noninteractive \
         apt-get -q -y --no-install-recommends install $missing || fail "apt-get install"
     missing=""
 }
 
-# The tests run on lavapipe wherever it is, whatever other drivers the machine has. SPLAT_TEST_ICD
-# names another driver's JSON file, or is "system" to leave the choice to the Vulkan loader.
+# The tests run on lavapipe, whatever other drivers the machine has. SPLAT_TEST_ICD names the JSON file of another
+# driver, or is "system" to leave the choice to the Vulkan loader.
 select_test_driver() {
     export NODEVICE_SELECT=1
     driver="${SPLAT_TEST_ICD:-}"
@@ -112,7 +112,7 @@ select_test_driver() {
             fail "no lavapipe driver (vulkan/icd.d/lvp_icd.*json); install mesa-vulkan-drivers"
         fi
     fi
-    [ -f "$driver" ] || fail "SPLAT_TEST_ICD names $driver, which is no file"
+    [ -f "$driver" ] || fail "SPLAT_TEST_ICD names $driver, which is not a file"
     export VK_DRIVER_FILES="$driver" VK_ICD_FILENAMES="$driver"
     echo "Vulkan driver: $driver"
 }

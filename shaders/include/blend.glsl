@@ -1,5 +1,5 @@
-// What the blending passes share. One expression for alpha, in coordinates of the tile, so that no
-// pixel crosses a threshold in one pass only.
+// Shared by the blending passes. Both compute alpha with the same expression, in tile coordinates, so that
+// no pixel crosses a threshold in one pass only.
 
 #ifndef SPLAT_BLEND_GLSL
 #define SPLAT_BLEND_GLSL

@@ -1,11 +1,11 @@
-// What the blending kernels for CPU devices share: 8 list entries are looked at at once, and only those
-// are blended that can reach a block of 8 x 8 pixels.
+// Shared by the blending kernels for CPU devices: they test 8 list entries at once and blend those that can
+// reach a block of 8 x 8 pixels.
 
 #ifndef SPLAT_BLEND_BLOCKS_GLSL
 #define SPLAT_BLEND_BLOCKS_GLSL
 
-// Whether some pixel centre of the block whose first one is `corner` may have alpha >= kAlphaMin: the
-// least |L^T p|^2 over the box of its centres, which is 0 inside and else on an edge that faces the mean.
+// Whether any pixel centre of the block that starts at the centre `corner` may have alpha >= kAlphaMin. Tests
+// the least |L^T p|^2 over the box of its centres: 0 if the mean is inside, else on an edge that faces it.
 // shape: l11, l21, l22, reach.
 bool reaches_block(vec2 corner, vec2 mean, vec4 shape) {
     const vec2 low = corner - mean, high = corner + 7.0 - mean;

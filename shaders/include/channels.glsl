@@ -12,7 +12,7 @@ vec4 shifted(vec4 low, vec4 high, uint by) {
     return value;
 }
 
-// The quad without the channels from `count` on, its first being channel `first`.
+// The quad with the channels from `count` on set to zero; its first channel is `first`.
 vec4 channels_below(vec4 value, uint first, uint count) {
     return mix(vec4(0), value, lessThan(first + uvec4(0, 1, 2, 3), uvec4(count)));
 }

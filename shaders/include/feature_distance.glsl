@@ -12,7 +12,7 @@ QUADS(1, b);
 QUADS(2, weight);
 layout(push_constant) uniform Push { FeatureDistanceParams params; };
 
-const float kEps = 1e-10;  // beside norms, as in the published code
+const float kEps = 1e-10;  // added to norms, as in the published code
 
 // |a| and |b| of pixel i of all images.
 vec2 norms(uint i) {
@@ -25,7 +25,7 @@ vec2 norms(uint i) {
     return sqrt(squares);
 }
 
-// Weights of the c-th quad of channels; what pads the last is not read as a number.
+// Weights of the c-th quad of channels; padding of the last is replaced by zeros.
 vec4 weights(uint c) { return channels_below(LD4(weight, c), 4 * c, params.channels); }
 
 // Difference of the unit vectors in the c-th quad of channels.

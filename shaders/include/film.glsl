@@ -1,4 +1,4 @@
-// What the kernels of film share: which quad an invocation has, and its scale and shift.
+// Shared by the kernels of film: the quad of an invocation, and its scale and shift.
 // Needs `params` (FilmParams) and the buffer modulation of quads.
 
 #ifndef SPLAT_FILM_GLSL

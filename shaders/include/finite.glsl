@@ -1,4 +1,4 @@
-// Tests for NaN and infinity by bit pattern: GLSL lets a compiler assume that there are none.
+// Tests for NaN and infinity by bit pattern: GLSL lets a compiler assume that neither occurs.
 
 #ifndef SPLAT_FINITE_GLSL
 #define SPLAT_FINITE_GLSL

@@ -1,5 +1,5 @@
-// What both passes of gaussian_head share: the first six bindings, the channels' places, a pixel's
-// values and its point in the world.
+// Shared by both passes of gaussian_head: the first six bindings, the order of channels, a pixel's values
+// and its point in the world.
 
 #ifndef SPLAT_GAUSSIAN_HEAD_GLSL
 #define SPLAT_GAUSSIAN_HEAD_GLSL
@@ -7,8 +7,8 @@
 #include "load.glsl"
 #include "params/gaussian_head_params.h"
 
-layout(constant_id = 10) const uint kOffset = 1;  // 1: three channels move the point off its ray
-layout(constant_id = 11) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
+layout(constant_id = kGaussianHeadOffsetId) const uint kOffset = 1;  // 1: three channels offset the point from its ray
+layout(constant_id = kGaussianHeadDegreeId) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
 
 QUADS(0, net_out);        // [channels/4][images * pixels]
 QUADS(1, rays);           // [3,pixels]
@@ -19,7 +19,7 @@ QUADS(5, origin);         // [images]
 layout(push_constant) uniform Push { GaussianHeadParams dims; };
 
 #include "launch.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 const uint kOpacity = 1 + 3 * kOffset;
 const uint kScale = kOpacity + 1;

@@ -1,4 +1,4 @@
-// Index of this invocation in a dispatch of rows of workgroups; see src/ops/launch.h.
+// Index of this invocation in a dispatch of rows of workgroups; see src/vk/launch.h.
 
 #ifndef SPLAT_LAUNCH_GLSL
 #define SPLAT_LAUNCH_GLSL

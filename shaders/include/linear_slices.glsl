@@ -1,5 +1,5 @@
 // The rows of slice s in the weight gradient of a linear layer: [slice_begin(s), slice_end(s)), a whole
-// number of blocks of rows but for the last.
+// number of blocks of rows except in the last slice.
 
 #ifndef SPLAT_LINEAR_SLICES_GLSL
 #define SPLAT_LINEAR_SLICES_GLSL

@@ -1,4 +1,4 @@
-// A 3D Gaussian in a camera: what the forward and the backward pass both need.
+// Projection of a 3D Gaussian into a camera, for the forward and the backward pass.
 //
 // Sigma' = A A^T + kDilation I with A = J R_camera R_q S (2 x 3, rows v1 and v2), so that by
 // Cauchy-Binet det = |v1 x v2|^2 + kDilation (a0 + c0) + kDilation^2, a sum of terms >= 0, where
@@ -52,7 +52,7 @@ mat3 quaternion_matrix(vec4 q) {
                 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y));
 }
 
-// q is normalised where the convention asks for it.
+// q is normalised if the convention requires it.
 Projection project(View view, vec3 mean, vec3 scale, vec4 q) {
     Projection p;
     p.m = view.rotation * mean + view.translation;

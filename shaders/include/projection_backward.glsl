@@ -79,7 +79,7 @@ void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float o
     const float iz = 1.0 / p.m.z;
     const vec2 f = view.intrinsics.xy * iz;
     const vec2 inside = p.t * iz;
-    // r1 = f (w0 - inside w2): by f, which falls as 1 / z, and by inside = x / z unless it is clamped.
+    // r1 = f (w0 - inside w2): gradient by f, which falls as 1 / z, and by inside = x / z unless clamped.
     const vec2 by_w2 = vec2(dot(grad_r1, w2), dot(grad_r2, w2));
     const vec2 by_f = vec2(dot(grad_r1, p.r1), dot(grad_r2, p.r2)) / f;
     const vec2 by_inside = mix(-f * by_w2, vec2(0), p.clamped);

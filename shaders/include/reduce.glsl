@@ -10,9 +10,9 @@ shared vec4 reduce_scratch[gl_WorkGroupSize.x];
 
 vec4 workgroup_sum(vec4 value) {
     const uint lane = gl_LocalInvocationID.x;
-    barrier();  // the scratch of the call before may still be read
+    barrier();  // the previous call's scratch may still be read
     reduce_scratch[lane] = value;
-    // Of a known length, so that drivers write it out: a loop's turns are limited on lavapipe (src/ops/launch.h).
+    // A constant length lets drivers unroll it: lavapipe limits a loop's turns (src/vk/launch.h).
     for (uint step = 1; step <= kLog2MaxWorkgroup; ++step) {
         const uint width = gl_WorkGroupSize.x >> step;
         if (width == 0) continue;

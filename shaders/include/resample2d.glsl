@@ -2,14 +2,14 @@
 //   down  y[i][j] = sum_rs F[r][s] x[2i + r - p][2j + s - p]
 //   up    y[i][j] = sum_rs F[r][s] x[(i + p - r) / 2][(j + p - s) / 2]   where both divide evenly
 // zero outside the image. Each is the adjoint of the other, so forward and backward share them.
-// Needs `params` (Resample2dParams), and the buffers x of quads and filter_taps of float. Constants, as lavapipe runs
-// through branches not taken: 10 = the filter is the box [1,1], 11 = to twice the size, else to half.
+// Needs `params` (Resample2dParams), and the buffers x of quads and filter_taps of float. Constants, because lavapipe
+// executes branches that are not taken: kBox: the filter is [1,1], kUp: to twice the size, else to half.
 
 #ifndef SPLAT_RESAMPLE2D_GLSL
 #define SPLAT_RESAMPLE2D_GLSL
 
-layout(constant_id = 10) const bool kBox = true;
-layout(constant_id = 11) const bool kUp = false;
+layout(constant_id = kResample2dBoxId) const bool kBox = true;
+layout(constant_id = kResample2dUpId) const bool kUp = false;
 
 vec4 resample_box(uint plane, uint row, uint column) {
     if (kUp)
@@ -19,7 +19,7 @@ vec4 resample_box(uint plane, uint row, uint column) {
            ((LD4(x, at) + LD4(x, at + 1)) + (LD4(x, at + params.width) + LD4(x, at + params.width + 1)));
 }
 
-// Where tap `tap` of output `i` reads along one axis; -1 for nowhere.
+// Position that tap `tap` of output `i` reads along one axis; -1 for none.
 int resample_source(uint i, uint tap, uint extent) {
     const int pad = int(params.taps - 1) / 2;
     if (!kUp) {

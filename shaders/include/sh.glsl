@@ -1,4 +1,4 @@
-// Real spherical harmonics up to degree 3: basis, and its derivative by the direction.
+// Real spherical harmonics up to degree 3: basis, and its derivative with respect to the direction.
 // Constants and order: raster_constants.h.
 
 #ifndef SPLAT_SH_GLSL
@@ -6,7 +6,7 @@
 
 #include "raster_constants.h"
 
-// basis[k] of the unit vector d for the coefficients k < (degree + 1)^2; the others are left alone.
+// Sets basis[k] for the unit vector d and k < (degree + 1)^2. Other elements stay unchanged.
 void sh_basis(uint degree, vec3 d, inout float basis[16]) {
     const float x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
     basis[0] = kSh0;
@@ -30,7 +30,7 @@ void sh_basis(uint degree, vec3 d, inout float basis[16]) {
     basis[15] = kSh36 * x * (xx - 3 * yy);
 }
 
-// Gradient by d of sum_k weight[k] basis[k], d taken as three free numbers.
+// Gradient of sum_k weight[k] basis[k] by d, with the components of d independent.
 vec3 sh_direction_gradient(uint degree, vec3 d, float weight[16]) {
     const float x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
     vec3 g = vec3(0);

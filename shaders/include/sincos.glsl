@@ -21,8 +21,8 @@ vec2 sincos(float x) {
     return sincos_reduced(r, int(n));
 }
 
-// (sin, cos) of 2 pi a b for |a|, |b| < 2^60, however many turns that is: the product is exact as a sum of
-// two floats (Dekker 1971; fma need not be one operation), and whole turns go before 2 pi comes in.
+// (sin, cos) of 2 pi a b for |a|, |b| < 2^60, over any number of turns: the product is exact as a sum of two
+// floats (Dekker 1971; fma need not be one operation), and loses whole turns before it is multiplied by 2 pi.
 vec2 sincos_turns(float a, float b) {
     precise const float product = a * b;
     precise const float wide_a = 4097 * a;

@@ -1,14 +1,14 @@
-// Which tile a workgroup of the blending kernels for CPU devices computes.
+// The tile of a workgroup of the blending kernels for CPU devices.
 
 #ifndef SPLAT_SPREAD_TILE_GLSL
 #define SPLAT_SPREAD_TILE_GLSL
 
 // The tile (x, y of the window, view) and the part of it, of `parts`, that a workgroup computes.
-// lavapipe gives each thread one contiguous run of workgroups. Tiles come in the order of
-// tile_ranges_ordered_cpu.comp if params.spread is 0. Else rows of tiles that are neighbours, and alike in cost, go
-// to workgroups far apart: multiples of params.spread, which has no divisor in common with the number of
-// rows; one or two rows are not spread. Tiles of a row, and parts of a tile, come one after the other, as
-// they read the same Gaussians. Needs `params`, BlendParams, and UINTS `order`.
+// lavapipe gives each thread one contiguous run of workgroups. If params.spread is 0, tiles come in the order
+// of tile_ranges_ordered_cpu.comp. Otherwise neighbouring rows of tiles, which cost about the same, go to
+// workgroups far apart: at multiples of params.spread, which has no common divisor with the number of rows. One
+// or two rows are not spread. Tiles of a row, and parts of a tile, stay together, as they read the same
+// Gaussians. Needs `params`, BlendParams, and UINTS `order`.
 uvec4 spread_tile(uint parts) {
     const uint width = params.tiles_x * parts;
     const uint line = gl_WorkGroupID.z * params.rows + gl_WorkGroupID.y;

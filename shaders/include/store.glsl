@@ -4,18 +4,18 @@
 //
 //   QUADS_OUT(binding, name)     declares a writeonly array of vec4
 //   ST4(name, i, v)              writes its i-th element
-//   ST4_RUN(name, pairs, i, v)   the same where lanes come by in eights and write eight elements in a row, the first of
-//                                them even; pairs is OCTETS_OUT of the same binding; i and v are read once
+//   ST4_RUN(name, pairs, i, v)   the same for groups of eight lanes that write eight consecutive elements, the first
+//                                at an even index; pairs is OCTETS_OUT of the same binding; i and v are read once
 //   OCTETS_OUT(binding, name)    declares a writeonly array of pairs of vec4
 //   ST8(name, i, a, b)           writes its i-th element
-//   ST8_ALL(name, i, a, b)       the same where lanes come by in eights; i, a and b are read once
+//   ST8_ALL(name, i, a, b)       the same for groups of eight lanes; i, a and b are read once
 //   PAIRS_OUT(binding, name)     declares a writeonly array of uvec2
 //   ST2(name, i, v)              writes its i-th element
 //   UINT_QUADS_OUT(binding, name), STU4(name, i, v)   the same for uvec4
 //
-// With AVX-512 eight lanes of 64-bit integers are one register. Sums of a loop that are stored as they are then live in
-// such registers all through it, a sixth slower on a Skylake server: a product with an unknown 1 ends that.
-// Specialisation: 1 kPackedStores, which Pipelines sets. lavapipe writes such a register to memory to take a lane out
+// With AVX-512 eight lanes of 64-bit integers are one register. Sums of a loop that are stored unchanged then stay in
+// such registers, a sixth slower on a Skylake server: a product with an unknown 1 prevents that.
+// Specialisation: kPackedStores, which Pipelines sets. lavapipe writes such a register to memory to take a lane out
 // of it, and Intel's CPUs do not forward its upper half to that load: 15 cycles instead of 1 on the one Xeon measured.
 // There ST4, ST8, ST2 and STU4 store floats; in ST8_ALL and ST4_RUN four lanes of each eight store for all.
 
@@ -24,7 +24,8 @@
 
 #if TEXEL_LOADS
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-layout(constant_id = 1) const uint kPackedStores = 1;
+#include "params/spec_ids.h"
+layout(constant_id = kPackedStoresId) const uint kPackedStores = 1;
 #define STORES(slot, name, packed, plain) \
     layout(set = 0, binding = slot, std430) writeonly buffer name##Block { packed name[]; }; \
     layout(set = 0, binding = slot, std430) writeonly buffer name##Plain { plain name##_plain[]; }

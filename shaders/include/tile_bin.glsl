@@ -1,4 +1,4 @@
-// What kernels of binning share. Needs `params`, TileBinParams.
+// Shared by the binning kernels. Needs `params`, TileBinParams.
 
 #ifndef SPLAT_TILE_BIN_GLSL
 #define SPLAT_TILE_BIN_GLSL
@@ -10,16 +10,16 @@ uvec2 tile_chunk(uint index, uint length) {
     return uvec2(first, min(first + chunk, length));
 }
 
-// Where a walk over the tiles of a packed footprint (tile_footprint.glsl) is.
+// Position of a walk over the tiles of a packed footprint (tile_footprint.glsl).
 struct TileWalk {
-    uvec2 rows;   // those that are left, from the lowest bits on
+    uvec2 rows;   // remaining rows, next one in the lowest bits
     uint key;     // of the footprint's first column in this row
-    uint column;  // of those the row has
+    uint column;  // column within the row
 };
 
 TileWalk first_tile(uvec2 packed) { return TileWalk(uvec2(packed.y, packed.x >> 16), packed.x & 0xFFFFu, 0); }
 
-// The key of a tile, and on to the next. A row without tiles takes a turn, which returns no key: taken is 0 then.
+// Returns the key of the current tile and moves on. A row without tiles takes a turn without a key: taken is 0.
 uint take_tile(inout TileWalk walk, out uint taken) {
     const uint length = walk.rows.x & 15u;
     const uint key = walk.key + (walk.rows.x >> 4 & 15u) + walk.column;

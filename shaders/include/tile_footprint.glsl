@@ -1,4 +1,4 @@
-// Which tiles a projected Gaussian can reach; counting and emitting share it.
+// Tiles that a projected Gaussian can reach, for counting and for emitting pairs.
 //
 // alpha(q) = opacity * exp2(-|L^T q|^2) for a pixel centre at offset q from the mean, with
 // |L^T q|^2 = (l11 qx + l21 qy)^2 + (l22 qy)^2. A pixel sees the Gaussian only within the ellipse
@@ -11,7 +11,7 @@
 #include "params/project_params.h"
 #include "raster_constants.h"
 
-// In log2 units: what rounding in |L^T q|^2 can add, so that no pixel is lost. 4e-3 bounds it for
+// Bound of the rounding error of |L^T q|^2 in log2 units, so that no pixel is lost. 4e-3 holds for
 // offsets of 4096 pixels (l11 <= 1.56, 2^-23 each for two products and a sum, times 2 sqrt(8)).
 const float kReachMargin = 4e-3;
 // log2 units of kMaxSigma^2 / 2.
@@ -25,9 +25,10 @@ struct Footprint {
     bool exact;
 };
 
-// A footprint of up to 6 rows by 15 columns packs into uvec2. x: the key of its first column in its first row that
-// has tiles (below kMaxWindowTiles, src/raster/raster_desc.h) | rows 4 and 5 << 16; y: rows 0 to 3, from that one on,
-// 8 bits each, length | first column << 4. Of a larger one, which is worked out again, (kNotPacked, number of tiles).
+// A footprint of up to 6 rows by 15 columns packs into uvec2. x: the key of its first column in its first row
+// that has tiles (below kMaxWindowTiles, src/raster/raster_desc.h) | rows 4 and 5 << 16; y: rows 0 to 3, from
+// that one on, 8 bits each, length | first column << 4. A larger footprint is (kNotPacked, number of tiles) and
+// computed again.
 const int kPackedRows = 6;
 const int kPackedColumns = 15;
 const uint kNotPacked = 0xFFFFu;
@@ -38,7 +39,7 @@ uint tiles_of(uvec2 packed) {
 }
 
 ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end) {
-    // Pixel centres first <= i + 0.5 <= last, as tiles; floats are clamped before they turn integer.
+    // Tiles of the pixel centres first <= i + 0.5 <= last. Clamps floats before converting them.
     const vec2 least = vec2(low) * float(kTileSize) - 1.0, most = vec2(high) * float(kTileSize) + 1.0;
     const ivec2 i0 = ivec2(clamp(ceil(first - 0.5), least, most));
     const ivec2 i1 = ivec2(clamp(floor(last - 0.5), least, most));

@@ -1,16 +1,16 @@
 // Winograd's minimal filtering F(m x m, 3 x 3), m = kTile in {2, 4}, after Lavin and Gray 2016:
 //   y = A^T [ (G w G^T) * (B^T x B) ] A,   x a tile of m + 2 by m + 2 pixels, y its m by m outputs.
-// Each function applies one of the matrices to a column in place: B^T takes and gives m + 2 values, A^T
-// gives the first m, A (its transpose) takes the first m, the transpose of G gives 3; G comes row by row.
+// Each function applies one of the matrices to a column in place: B^T maps m + 2 values to m + 2, A^T returns
+// the first m, A (its transpose) takes the first m, the transpose of G returns 3; G is given row by row.
 // Points of F(2x2): 0, 1, -1, infinity; of F(4x4): 0, p, -p, q, -q, infinity with p = 5/8 and q = 3/2, whose powers are
-// exact in float32. Of pairs between 1/2 and 2 they are among those with the least error, half that of 1 and 2 (a fifth
-// at the worst element).
-// Arrays always have rows of kRow, so that one code serves both tiles.
+// exact in float32. Of pairs between 1/2 and 2 they have about the least error, half that of 1 and 2 (a fifth at the
+// worst element).
+// Arrays always have rows of kRow, so that the same code serves both tiles.
 
 #ifndef SPLAT_WINOGRAD_GLSL
 #define SPLAT_WINOGRAD_GLSL
 
-layout(constant_id = 10) const uint kTile = 4;
+layout(constant_id = kWinogradTileId) const uint kTile = 4;
 const uint kSize = kTile + 2;
 const uint kRow = 6;
 
@@ -56,8 +56,8 @@ void apply_a(COLUMN) {
     f = d, b = even + odd, c = even - odd, d = even2 + odd2, e = even2 - odd2;
 }
 
-// Element (r, s) of G w G^T is factor_of_g(r, s) times row s of row r of G but for its factors: one rounding of
-// constants and one of the product, where factors on either side would round twice each.
+// Element (r, s) of G w G^T is factor_of_g(r, s) times row s of row r of G without factors: one rounding of
+// constants and one of the product; factors on both sides would round twice each.
 float factor_of_g(uint r, uint s) {
     if (kTile == 2) return ((r + 1) / 2 == 1 ? 0.5 : 1) * ((s + 1) / 2 == 1 ? 0.5 : 1);
     const vec4 row = r == 0  ? vec4(kG0 * kG0, kG0 * kGp, kG0 * kGq, kG0)
@@ -67,7 +67,7 @@ float factor_of_g(uint r, uint s) {
     return row[(s + 1) / 2];
 }
 
-// Row r of G times (a, b, c), but for its factor.
+// Row r of G times (a, b, c), without its factor.
 vec4 row_of_g(uint r, vec4 a, vec4 b, vec4 c) {
     if (r == 0) return a;
     if (r == kSize - 1) return c;

@@ -1,4 +1,4 @@
-// Where tile `t` of the slice lies: its image, and the row and column of its first output pixel.
+// Position of tile `t` of the slice: its image, and the row and column of its first output pixel.
 
 #ifndef SPLAT_WINOGRAD_TILE_GLSL
 #define SPLAT_WINOGRAD_TILE_GLSL

@@ -9,7 +9,7 @@
 #include "store.glsl"
 #include "params/adam_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, value);
 QUADS(1, grad);
 QUADS(2, m);

@@ -5,7 +5,7 @@
 #include "store.glsl"
 #include "params/add_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, a);
 QUADS(1, b);
 QUADS_OUT(2, y);

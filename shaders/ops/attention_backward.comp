@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, weights);
 QUADS(1, grad_weights);
 QUADS_OUT(2, grad_scores);

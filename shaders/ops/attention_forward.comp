@@ -1,14 +1,14 @@
 #version 460
-// Softmax over the keys, stable by the greatest score: weights[k][n] = exp(s[k][n] - max) / sum, for
+// Softmax over the keys, stabilised by the maximal score: weights[k][n] = exp(s[k][n] - max) / sum, for
 // each query n; zero for the missing keys of the last quad.
-// One invocation computes one query. Bindings: scores quads [k/4][n], weights likewise (may be the same
-// memory: an element is written after it was read last).
+// One invocation computes one query. Bindings: scores quads [k/4][n], weights quads [k/4][n] (may be the
+// same memory: an element is written after its last read).
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, scores);
 QUADS_OUT(1, weights);
 layout(push_constant) uniform Push { AttentionParams params; };

@@ -6,7 +6,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer S { vec4 s[]; };
 layout(set = 0, binding = 1, std430) readonly buffer V { vec4 v[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Y { vec4 y[]; };

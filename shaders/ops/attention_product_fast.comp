@@ -1,10 +1,10 @@
 #version 460
 // As attention_product.comp, in the register tiles of linear_forward_fast.comp: the lanes run along the
-// columns, and lane l of every 8 also fetches row l of a block of 8 rows, from where constant shuffles
-// broadcast it. Both operands lie as the tile wants them, so nothing is packed.
+// columns, and lane l of every 8 also fetches row l of a block of 8 rows, which constant shuffles then
+// broadcast. Both operands have the layout of the tile, so nothing is packed.
 // One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.
 // Bindings: s, v, y.
-// Specialisation: 0 workgroup size (a multiple of 8), 10 kColumns, 11 kBlocks.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -13,9 +13,9 @@
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kColumns = 8;
-layout(constant_id = 11) const uint kBlocks = 2;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kAttentionColumnsId) const uint kColumns = 8;
+layout(constant_id = kAttentionBlocksId) const uint kBlocks = 2;
 QUADS(0, s);
 QUADS(1, v);
 QUADS_OUT(2, y);
@@ -35,8 +35,8 @@ void main() {
 
     float sums[kBlocks * 8 * kColumns];  // [block][row of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
-    // Lanes beyond the edges compute the last row or column again and store nothing: all must take
-    // part in the shuffles.
+    // Lanes beyond the edges recompute the last row or column and store nothing: all must take part
+    // in the shuffles.
     uint column[kColumns];
     [[unroll]] for (uint a = 0; a < kColumns; ++a)
         column[a] = from_v + min(first_column + a * gl_WorkGroupSize.x, params.n - 1);

@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/attention_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, s);
 QUADS_OUT(1, y);
 layout(push_constant) uniform Push { AttentionParams params; };

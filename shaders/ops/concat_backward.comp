@@ -6,7 +6,7 @@
 #include "store.glsl"
 #include "params/concat_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 QUADS_OUT(1, grad_x);
 layout(push_constant) uniform Push { ConcatParams params; };

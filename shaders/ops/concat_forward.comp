@@ -6,7 +6,7 @@
 #include "store.glsl"
 #include "params/concat_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, a);
 QUADS(1, b);
 QUADS_OUT(2, y);
@@ -15,7 +15,7 @@ layout(push_constant) uniform Push { ConcatParams params; };
 #include "channels.glsl"
 #include "launch.glsl"
 
-// Quad `quad` of b; zero where there is none.
+// Quad `quad` of b; zero beyond its last.
 vec4 quad_of_b(int quad, uint column) {
     const int last = int(params.b - 1) / 4;
     const vec4 value = LD4(b, uint(clamp(quad, 0, last)) * params.columns + column);

@@ -6,7 +6,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 QUADS_OUT(1, grad_residual);
 layout(push_constant) uniform Push { Conv2dParams dims; };

@@ -1,14 +1,14 @@
 #version 460
 // partial[s][r][c] of every output channel k: the sum of grad_y[k][p] * x[c][p + (r/3-1, r%3-1)] over the
-// pixels p of slice s of the rows, r running over the nine taps. Each row is summed, then the rows: images
-// have 10^5 pixels, where one running sum would cost two digits. conv2d_backward_weight_reduce.comp sums
-// the slices.
+// pixels p of slice s of the rows, r running over the nine taps. Each row is summed, then the rows: over the
+// 10^5 pixels of an image one running sum would cost two digits. conv2d_backward_weight_reduce.comp sums the
+// slices.
 // One invocation computes one weight of one slice.
 // Bindings: x, grad_y, partial [slices][9][K][ceil(C/4) * 4]; x and grad_y as quads [channels/4][N*H*W].
 #extension GL_GOOGLE_include_directive : require
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
 layout(set = 0, binding = 1, std430) readonly buffer GradY { float grad_y[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Partial { float partial[]; };

@@ -13,7 +13,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, grad_y);
 QUADS_OUT(2, partial);

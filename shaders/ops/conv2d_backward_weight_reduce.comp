@@ -1,12 +1,12 @@
 #version 460
-// grad_weight[k][c][r] = scale * sum_s partial[s][r][k][c], r running over the nine taps; added to what is
-// there when accumulate is set.
+// grad_weight[k][c][r] = scale * sum_s partial[s][r][k][c], r running over the nine taps; adds to the
+// existing values when accumulate is set.
 // One invocation computes one weight.
 // Bindings: partial [slices][9][K][ceil(C/4) * 4], grad_weight [K,C,3,3] row-major.
 #extension GL_GOOGLE_include_directive : require
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { float partial[]; };
 layout(set = 0, binding = 1, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
 layout(push_constant) uniform Push { Conv2dParams dims; };

@@ -1,12 +1,12 @@
 #version 460
 // As conv2d_forward.comp and conv2d_backward_input.comp, depending on the weight: register tiles of kRows rows of
 // pixels by 8 output channels, the lanes along a row; lane l of every 8 also fetches the weights of output channel
-// l of the block, from where constant shuffles broadcast them.
+// l of the block, which constant shuffles then broadcast.
 // One invocation computes kRows pixels, one below the other, of 8 channels. Workgroups: blocks of 8 pixels of a
 // row, of kRows rows; blocks of 8 output channels; images.
 // Bindings: x quads [C/4][N*H*W], weight from conv2d_pack_weight.comp, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: 0 workgroup size (a multiple of 8).
+// Specialisation: workgroup size (a multiple of 8).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,7 +15,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, weight);
 QUADS(2, bias);
@@ -69,7 +69,7 @@ void main() {
     [[unroll]] for (uint part_of_block = 0; part_of_block < 2; ++part_of_block) {
         const uint quad = 2 * block + part_of_block;
         if (4 * quad >= dims.out_channels) break;
-        // Beyond out_channels the weights are zero, what stands behind the bias may be anything.
+        // Beyond out_channels the weights are zero, but the memory after the bias may hold anything.
         const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_channels));
         const vec4 shift = dims.has_bias != 0 ? mix(vec4(0), LD4(bias, quad), inside) : vec4(0);
         [[unroll]] for (uint a = 0; a < kRows; ++a) {

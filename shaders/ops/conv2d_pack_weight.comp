@@ -7,7 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Weight { float weight[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Packed { vec4 packed[]; };
 layout(push_constant) uniform Push { Conv2dParams dims; };

@@ -1,6 +1,6 @@
 #version 460
-// spread[r][k][p] = scale * grad_y[k][p - (r/3-1, r%3-1)] of the nine taps r, zero where that lies outside the
-// image: what the gradients of the input and the weight multiply as matrices.
+// spread[r][k][p] = scale * grad_y[k][p - (r/3-1, r%3-1)] of the nine taps r, zero outside the image: a factor of
+// the matrix products that give the gradients of the input and the weight.
 // One invocation computes one quad of spread. Workgroups: see launch.glsl.
 // Bindings: grad_y quads [K/4][N*H*W], spread quads [9][K/4][N*H*W].
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 QUADS_OUT(1, spread);
 layout(push_constant) uniform Push { Conv2dParams dims; };

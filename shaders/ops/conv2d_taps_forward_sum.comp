@@ -9,7 +9,7 @@
 #include "store.glsl"
 #include "params/conv2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, products);
 QUADS(1, bias);
 QUADS(2, residual);
@@ -36,7 +36,7 @@ void main() {
         value += valid ? product : vec4(0);
     }
     const uint quad = i / pixels;
-    if (dims.has_bias != 0) {  // what stands behind the bias may be anything
+    if (dims.has_bias != 0) {  // the memory after the bias may hold anything
         const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_channels));
         value += mix(vec4(0), LD4(bias, quad), inside);
     }

@@ -3,7 +3,7 @@
 // dims.tiles to the end of the dispatch are zero.
 // One invocation transforms one tile of 8 channels. Workgroups: tiles, octets of channels.
 // Bindings: grad_y quads [K/4][N*H*W], transformed [kSize^2][ceil(K/8)][stride] pairs of quads.
-// Specialisation: 0 workgroup size, 10 kTile.
+// Specialisation: workgroup size, kTile.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -13,7 +13,7 @@
 #include "params/conv2d_winograd_params.h"
 #include "winograd.glsl"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 OCTETS_OUT(1, transformed);
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };

@@ -1,18 +1,18 @@
 #version 460
-// grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to what is there when kAccumulate is set.
+// grad_weight[k][c] = scale * G^T (sum_s product[s][k][c]) G, added to the existing values when kAccumulate is set.
 // One invocation computes the taps of one output channel and four input channels.
 // Bindings: product [slices][kSize^2][K][ceil(C/4)] vec4, grad_weight [K,C,3,3] row-major.
-// Specialisation: 0 workgroup size, 10 kTile, 11 kAccumulate, 12 kWhole: C is a multiple of 4 and the 36
-// taps are nine quads (not push constants: lavapipe executes both branches).
+// Specialisation: workgroup size, kTile, kAccumulate, kWhole: C is a multiple of 4 and the 36 taps
+// are nine quads (not push constants: lavapipe executes both branches).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/conv2d_winograd_params.h"
 #include "winograd.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kAccumulate = 0;
-layout(constant_id = 12) const uint kWhole = 1;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradAccumulateId) const uint kAccumulate = 0;
+layout(constant_id = kWinogradWholeId) const uint kWhole = 1;
 QUADS(0, product);
 layout(set = 0, binding = 1, std430) buffer GradWeight { vec4 grad_weight[]; };  // accumulates
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };

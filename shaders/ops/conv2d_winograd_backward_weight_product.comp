@@ -1,13 +1,13 @@
 #version 460
 // product[slice][p][k][c] = sum over the tiles of the slice of grad[p][k] * input[p][c], for each of the places
-// p of a tile: register tiles, lane l of every 8 with kQuads quads of input channels, which constant shuffles
-// multiply by 32 / kQuads output channels. Of those the lanes hold 8 / kQuads quads, at kQuads tiles one after the
-// other: two quads of input channels halve the shuffles.
+// p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and multiplies them,
+// through constant shuffles, by 32 / kQuads output channels. The lanes hold 8 / kQuads quads of these, at kQuads
+// consecutive tiles: two quads of input channels halve the shuffles.
 // One subgroup of 8 lanes computes 32 kQuads input by 32 / kQuads output channels at one place. Workgroups: input
 // channels, output channels, places.
 // Bindings: input [places][ceil(C/8)][stride] and grad [places][ceil(K/8)][stride], pairs of quads that are
 // zero from dims.tiles to the next multiple of 8; product [slices][places][K][ceil(C/4)] vec4.
-// Specialisation: 0 workgroup size (a multiple of 8), 11 kQuads: 1 or 2.
+// Specialisation: workgroup size (a multiple of 8), kQuads: 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -16,8 +16,8 @@
 #include "store.glsl"
 #include "params/conv2d_winograd_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kQuads = 2;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradQuadsId) const uint kQuads = 2;
 QUADS(0, transformed);
 QUADS(1, grad);
 QUADS_OUT(2, product);

@@ -3,9 +3,8 @@
 // One invocation computes one tile of 4 channels. Workgroups: tiles, quads of channels.
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: 0 workgroup size, 10 kTile, 11 whether there is a residual (lavapipe would load it under a
-// condition, too), 12 kExact: tiles cover the image exactly and come in eights,
-// see ST8_ALL.
+// Specialisation: workgroup size, kTile, kResidual: there is a residual (lavapipe would load it under a
+// condition, too), kExact: tiles cover the image exactly and come in eights, see ST8_ALL.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,9 +14,9 @@
 #include "params/conv2d_winograd_params.h"
 #include "winograd.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kResidual = 1;
-layout(constant_id = 12) const uint kExact = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradResidualId) const uint kResidual = 1;
+layout(constant_id = kWinogradExactId) const uint kExact = 0;
 QUADS(0, product);
 QUADS(1, bias);
 QUADS(2, residual);
@@ -41,7 +40,7 @@ void main() {
                 LD4(product, (((j * kSize + i) * octets + quad / 2) * dims.stride + t) * 2 + quad % 2);
         apply_at(COLUMN_OF(values, i));
     }
-    // Beyond out_channels the product is zero, what stands behind the bias may be anything.
+    // Beyond out_channels the product is zero, but the memory after the bias may hold anything.
     const bvec4 inside = lessThan(4 * quad + uvec4(0, 1, 2, 3), uvec4(dims.out_channels));
     const vec4 shift = dims.has_bias != 0 ? mix(vec4(0), LD4(bias, quad), inside) : vec4(0);
     const uint base = ((quad * dims.n + tile.image) * dims.height + uint(tile.row)) * dims.width + uint(tile.column);

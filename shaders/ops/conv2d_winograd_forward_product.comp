@@ -6,8 +6,8 @@
 // places.
 // Bindings: transformed [places][ceil(C/8)][stride] pairs of quads, weight from
 // conv2d_winograd_forward_weight.comp, product [places][ceil(K/8)][stride] pairs of quads.
-// Specialisation: 0 workgroup size (a multiple of 8), 11 kColumns, 12 kBlocks, 13 kDepth: quads of channels per turn of
-// the loop, 1 or 2.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kDepth: quads of channels per turn of the
+// loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -16,10 +16,10 @@
 #include "store.glsl"
 #include "params/conv2d_winograd_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kColumns = 4;
-layout(constant_id = 12) const uint kBlocks = 4;
-layout(constant_id = 13) const uint kDepth = 1;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradColumnsId) const uint kColumns = 4;
+layout(constant_id = kWinogradBlocksId) const uint kBlocks = 4;
+layout(constant_id = kWinogradDepthId) const uint kDepth = 1;
 QUADS(0, transformed);
 QUADS(1, weight);
 OCTETS_OUT(2, product);
@@ -34,7 +34,7 @@ void main() {
 
     float sums[kBlocks * 8 * kColumns];  // [block][channel of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
-    uint rows[kBlocks];  // blocks beyond the last one are computed from it and not stored
+    uint rows[kBlocks];  // blocks beyond the last repeat it and are not stored
     [[unroll]] for (uint b = 0; b < kBlocks; ++b)
         rows[b] = (place * blocks + min(gl_WorkGroupID.y * kBlocks + b, blocks - 1)) * octets * 16 + lane;
     uint at = (place * octets * dims.stride + column) * 2;

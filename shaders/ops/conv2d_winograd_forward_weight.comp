@@ -2,10 +2,10 @@
 // U = G w G^T for every pair of channels, in the order in which conv2d_winograd_forward_product.comp reads:
 //   transformed[p][b][q][m] = U[p] of output channel 8b+m and input channels 4q..4q+3, zero beyond the edges;
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
-// One invocation transforms kQuads quads of input channels for one output channel.
+// One invocation transforms kPackedQuads quads of input channels for one output channel.
 // Bindings: weight row-major (read as quads), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
-// Specialisation: 0 workgroup size, 10 kTile, 11 kQuads: a CPU takes in longer runs of each place sooner,
-// 12 kWhole: the taps of a quad of input channels are nine quads of the weight.
+// Specialisation: workgroup size, kTile, kPackedQuads: a CPU takes in longer runs of each place sooner,
+// kWhole: the taps of a quad of input channels are nine quads of the weight.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,9 +15,9 @@
 #include "params/conv2d_winograd_params.h"
 #include "winograd.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 11) const uint kQuads = 1;
-layout(constant_id = 12) const uint kWhole = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradPackedQuadsId) const uint kPackedQuads = 1;
+layout(constant_id = kWinogradWholeId) const uint kWhole = 0;
 QUADS(0, weight);
 QUADS_OUT(1, transformed);
 OCTETS_OUT(1, transformed_pairs);  // the same
@@ -28,17 +28,17 @@ layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 void main() {
     const uint quads = (dims.in_channels + 7) / 8 * 2;
     const uint blocks = (dims.out_channels + 7) / 8;
-    const uint runs = (quads + kQuads - 1) / kQuads;
+    const uint runs = (quads + kPackedQuads - 1) / kPackedQuads;
     const uint i = invocation_index(dims.groups_x);
     if (i >= blocks * runs * 8) return;
     const uint block = i / (8 * runs);
     const uint m = 8 * block + i % 8;
     const uint last = (9 * dims.out_channels * dims.in_channels - 1) / 4;  // quad of the weight
 
-    vec4 w[kQuads * 9];
-    uint at[kQuads];  // a run that reaches beyond the last quad repeats it
-    [[unroll]] for (uint q = 0; q < kQuads; ++q) {
-        const uint quad = min(i / 8 % runs * kQuads + q, quads - 1);
+    vec4 w[kPackedQuads * 9];
+    uint at[kPackedQuads];  // a run beyond the last quad repeats it
+    [[unroll]] for (uint q = 0; q < kPackedQuads; ++q) {
+        const uint quad = min(i / 8 % runs * kPackedQuads + q, quads - 1);
         at[q] = (block * quads + quad) * 8 + i % 8;
         if (kWhole != 0) {
             const bool inside = m < dims.out_channels && 4 * quad < dims.in_channels;
@@ -55,7 +55,7 @@ void main() {
             const bool inside = m < dims.out_channels && k < dims.in_channels;
             const uint pair = dims.transposed != 0 ? k * dims.out_channels + m : m * dims.in_channels + k;
             const uint first = inside ? 9 * pair : 0;
-            float taps[12];  // from the quad on that holds the first of the nine, which then moves to the front
+            float taps[12];  // starts with the quad of the first tap, which then moves to the front
             [[unroll]] for (uint j = 0; j < 3; ++j) {
                 const vec4 four = LD4(weight, min(first / 4 + j, last));
                 [[unroll]] for (uint n = 0; n < 4; ++n) taps[4 * j + n] = four[n];
@@ -67,7 +67,7 @@ void main() {
         }
     }
     for (uint r = 0; r < kSize; ++r) {
-        [[unroll]] for (uint q = 0; q < kQuads; ++q) {
+        [[unroll]] for (uint q = 0; q < kPackedQuads; ++q) {
             vec4 row[3];
             [[unroll]] for (uint s = 0; s < 3; ++s)
                 row[s] = row_of_g(r, w[9 * q + s], w[9 * q + 3 + s], w[9 * q + 6 + s]);

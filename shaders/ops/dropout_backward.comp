@@ -1,5 +1,5 @@
 #version 460
-// grad_x = grad_y / (1 - p) where kept, else 0; the mask comes from the counter and the element's place alone,
+// grad_x = grad_y / (1 - p) where kept, else 0; the mask depends only on the counter and the element's position,
 // so that both passes have the same. One invocation computes one quad.
 // Bindings: grad_y quads, counter (seed low, seed high, step, stream offset), grad_x quads.
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/dropout_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 layout(set = 0, binding = 1, std430) readonly buffer Counter { uint counter[]; };
 QUADS_OUT(2, grad_x);

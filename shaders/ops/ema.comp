@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/ema_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, value);
 QUADS(1, shadow);
 QUADS_OUT(2, shadow_out);

@@ -1,12 +1,12 @@
 #version 460
-// grad_x = gamma * grad_y, for a shift alone grad_x = grad_y. One invocation computes one quad.
+// grad_x = gamma * grad_y, for only a shift grad_x = grad_y. One invocation computes one quad.
 // Bindings: modulation quads, grad_y quads, grad_x quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/film_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, modulation);
 QUADS(1, grad_y);
 QUADS_OUT(2, grad_x);

@@ -1,13 +1,13 @@
 #version 460
-// grad_beta[n][c] = sum_p grad_y, grad_gamma[n][c] = sum_p grad_y * x, at the places of the
-// modulation: [n, 2c] gamma then beta, or [n, c] beta alone.
+// grad_beta[n][c] = sum_p grad_y, grad_gamma[n][c] = sum_p grad_y * x, in the layout of the
+// modulation: [n, 2c] gamma then beta, or [n, c] only beta.
 // One workgroup computes one quad of channels of one image.
 // Bindings: x quads, grad_y quads, grad_modulation quads (written by component).
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/film_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, grad_y);
 layout(set = 0, binding = 2, std430) writeonly buffer Grad { float grad_modulation[]; };

@@ -1,13 +1,13 @@
 #version 460
-// y = gamma * x + beta per image and channel; modulation [n, 2c] is gamma, then beta, or [n, c] a
-// shift alone: y = x + beta. One invocation computes one quad.
+// y = gamma * x + beta per image and channel; modulation [n, 2c] is gamma, then beta; [n, c] is
+// only a shift: y = x + beta. One invocation computes one quad.
 // Bindings: x quads, modulation quads, y quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/film_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, modulation);
 QUADS_OUT(2, y);

@@ -6,7 +6,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "params/fourier_embedding_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Frequencies { float frequencies[]; };
 layout(set = 0, binding = 2, std430) readonly buffer GradY { float grad_y[]; };

@@ -1,12 +1,13 @@
 #version 460
-// Gradient of gaussian_head by the network output; derived in tests/ref/gaussian_head_ref.h.
+// Gradient of gaussian_head with respect to the network's output; derived in tests/ref/gaussian_head_ref.h.
 // One invocation computes all channels of one pixel; those that pad the last quad become zero.
 // Bindings: net_out, rays, view_to_world, quaternion, focal, origin, grad_means, grad_opacities,
-// grad_scales, grad_rotations, grad_sh, grad_net_out. Constants: 10 offset, 11 degree.
+// grad_scales, grad_rotations, grad_sh, grad_net_out. Specialisation: kOffset, kDegree.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/gaussian_head_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
 QUADS(6, grad_means);
@@ -16,7 +17,7 @@ QUADS(9, grad_rotations);
 QUADS(10, grad_sh);
 QUADS_OUT(11, grad_net_out);
 
-// By the rotation's four channels q.
+// Gradient with respect to the rotation's four channels q.
 vec4 rotation_gradient(vec4 camera, vec4 q, vec4 grad) {
     const vec4 by_unit = hamilton(vec4(camera.x, -camera.yzw), grad);
     const float norm = sqrt(dot(q, q));

@@ -1,16 +1,17 @@
 #version 460
-// Network output to one 3D Gaussian per pixel: channels depth, [offset 3,] opacity, scale 3, rotation 4,
+// Turn the network's output into one 3D Gaussian per pixel: channels depth, [offset 3,] opacity, scale 3, rotation 4,
 // dc 3, [rest 9].
 //   p = ray * (sigmoid(depth) * (zfar - znear) + znear + origin) + offset
 //   means = r.xyz / (r.w + 1e-10), r = [p, 1] view_to_world      opacities = sigmoid, scales = exp
 //   rotations = quaternion * q / max(|q|, 1e-12)   sh = dc, then the rest turned with the camera
 // One invocation computes one Gaussian.
 // Bindings: net_out, rays, view_to_world, quaternion, focal, origin, means, opacities, scales,
-// rotations, sh. Constants: 10 offset, 11 degree.
+// rotations, sh. Specialisation: kOffset, kDegree.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/gaussian_head_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
 layout(set = 0, binding = 6, std430) writeonly buffer Means { float means[]; };

@@ -11,7 +11,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Gamma { float gamma[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Beta { float beta[]; };
@@ -23,7 +23,7 @@ layout(set = 0, binding = 7, std430) writeonly buffer Sums { vec2 sums[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
 #include "reduce.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 uint place(uint c, uint p) { return ((c / 4) * dims.n * dims.p + gl_WorkGroupID.y * dims.p + p) * 4 + c % 4; }
 

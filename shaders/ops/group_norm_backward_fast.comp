@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, gamma);
 QUADS(2, beta);
@@ -20,7 +20,7 @@ layout(set = 0, binding = 7, std430) writeonly buffer Sums { vec2 sums[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
 #include "reduce.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 const uint kUnroll = 2;
 

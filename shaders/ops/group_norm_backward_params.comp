@@ -1,11 +1,11 @@
 #version 460
-// grad_beta[c] = sum_n sums[n,c].x, grad_gamma[c] = sum_n sums[n,c].y; both are added to what is
-// there when accumulate is set.
+// grad_beta[c] = sum_n sums[n,c].x, grad_gamma[c] = sum_n sums[n,c].y; both add to the existing
+// values when accumulate is set.
 // One invocation computes one channel. Bindings: sums [N,C] vec2, grad_gamma [C], grad_beta [C].
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Sums { vec2 sums[]; };
 layout(set = 0, binding = 1, std430) buffer GradGamma { float grad_gamma[]; };  // accumulates
 layout(set = 0, binding = 2, std430) buffer GradBeta { float grad_beta[]; };    // accumulates

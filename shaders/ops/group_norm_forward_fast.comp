@@ -8,7 +8,7 @@
 #include "store.glsl"
 #include "params/group_norm_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, gamma);
 QUADS(2, beta);
@@ -18,7 +18,7 @@ layout(set = 0, binding = 5, std430) writeonly buffer Rstd { float rstd_out[]; }
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
 #include "reduce.glsl"
-#include "silu.glsl"
+#include "activations/silu.glsl"
 
 // Loads per loop turn: enough work to hide the loop's masking on lavapipe.
 const uint kUnroll = 4;

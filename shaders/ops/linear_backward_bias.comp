@@ -1,11 +1,11 @@
 #version 460
-// grad_bias[o] = scale * sum_r grad_y[r][o], added to what is there when accumulate is set.
+// grad_bias[o] = scale * sum_r grad_y[r][o], added to the existing values when accumulate is set.
 // One workgroup computes one quad of outputs. Bindings: grad_y as quads [out/4][rows], grad_bias
 // [out].
 #extension GL_GOOGLE_include_directive : require
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer GradY { vec4 grad_y[]; };
 layout(set = 0, binding = 1, std430) buffer GradBias { float grad_bias[]; };  // accumulates
 layout(push_constant) uniform Push { LinearParams dims; };

@@ -6,7 +6,7 @@
 #include "load.glsl"
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_y);
 layout(set = 0, binding = 1, std430) buffer GradBias { float grad_bias[]; };  // accumulates
 layout(push_constant) uniform Push { LinearParams dims; };

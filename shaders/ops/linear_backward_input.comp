@@ -7,7 +7,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Weight { float weight[]; };
 layout(set = 0, binding = 1, std430) readonly buffer GradY { float grad_y[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer GradX { vec4 grad_x[]; };

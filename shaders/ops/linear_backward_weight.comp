@@ -1,13 +1,13 @@
 #version 460
 // partial[s][o][k] = sum of grad_y[r][o] * x[r][k] over the rows r of slice s.
-// Rows are summed in blocks of 64, then the blocks: rows run to 10^5, where one running sum would cost
-// two digits. linear_backward_weight_reduce.comp sums the slices.
+// Rows are summed in blocks of 64, then the blocks: over 10^5 rows one running sum would cost two
+// digits. linear_backward_weight_reduce.comp sums the slices.
 // One invocation computes one weight of one slice.
 // Bindings: x, grad_y, partial [slices][out][ceil(in/4) * 4]; x and grad_y as quads [features/4][rows].
 #extension GL_GOOGLE_include_directive : require
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { float x[]; };
 layout(set = 0, binding = 1, std430) readonly buffer GradY { float grad_y[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Partial { float partial[]; };

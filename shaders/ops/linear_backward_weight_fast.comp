@@ -1,11 +1,11 @@
 #version 460
 // partial[s] = grad_y^T x over the rows of slice s, as register tiles: lane l of every 8 holds one
-// quad of input features and, from its own quad of output features, gives four of the factors that
-// constant shuffles broadcast. Rows are summed in blocks of 64, then the blocks, as in
+// quad of input features and one of output features, four of the factors that constant shuffles
+// broadcast. Rows are summed in blocks of 64, then the blocks, as in
 // linear_backward_weight.comp; linear_backward_weight_reduce.comp sums the slices.
 // One subgroup of 8 lanes computes 4 kOutQuads by 32 weights of one slice.
 // Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], partial [slices][out][in/4] vec4.
-// Specialisation: 0 workgroup size, 10 kOutQuads, up to 8.
+// Specialisation: workgroup size, kOutQuads, up to 8.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -14,8 +14,8 @@
 #include "store.glsl"
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kOutQuads = 8;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kLinearOutQuadsId) const uint kOutQuads = 8;
 QUADS(0, x);
 QUADS(1, grad_y);
 QUADS_OUT(2, partial);
@@ -49,7 +49,7 @@ void main() {
         for (uint r = first; r < last; r += kDepth) {
             vec4 v[kDepth];
             vec4 g[kDepth];
-            // First one operand, then the other: lanes are a power of two of bytes apart, so that the lines of both
+            // First one operand, then the other: lanes are a power of two bytes apart, so that the lines of both
             // together would not fit one set of the cache.
             [[unroll]] for (uint u = 0; u < kDepth; ++u) {
                 const vec4 value = LD4(x, x_at + min(r + u, last - 1));

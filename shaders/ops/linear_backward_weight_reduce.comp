@@ -1,11 +1,11 @@
 #version 460
-// grad_weight[o][k] = scale * sum_s partial[s][o][k], added to what is there when accumulate is set.
+// grad_weight[o][k] = scale * sum_s partial[s][o][k], added to the existing values when accumulate is set.
 // One invocation computes one weight.
 // Bindings: partial [slices][out][ceil(in/4) * 4], grad_weight [out,in] row-major.
 #extension GL_GOOGLE_include_directive : require
 #include "params/linear_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { float partial[]; };
 layout(set = 0, binding = 1, std430) buffer GradWeight { float grad_weight[]; };  // accumulates
 layout(push_constant) uniform Push { LinearParams dims; };

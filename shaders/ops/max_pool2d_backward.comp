@@ -1,5 +1,5 @@
 #version 460
-// grad_x = grad_y of the window where x is the first of its greatest, row by row; else 0.
+// grad_x = grad_y of the window if x is its first maximum, row by row; else 0.
 // One invocation computes one quad of grad_x. Bindings: x, grad_y, grad_x, all quads.
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/max_pool2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS(1, grad_y);
 QUADS_OUT(2, grad_x);
@@ -25,7 +25,7 @@ void main() {
     const uint rows = params.height / 2;
     const uint columns = params.width / 2;
     const bool inside = row / 2 < rows && column / 2 < columns;
-    // Outside of all windows the first one is read, and nothing of it used.
+    // Outside all windows the first one is read but not used.
     const uint at = inside ? (plane * params.height + row / 2 * 2) * params.width + column / 2 * 2 : 0;
     const uint step = inside ? params.width : 0;
     const uint next = inside ? 1 : 0;

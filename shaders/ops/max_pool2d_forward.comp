@@ -1,12 +1,12 @@
 #version 460
-// y[i,j] = the greatest of x[2i..2i+1, 2j..2j+1]; a last odd row or column is passed over.
+// y[i,j] = the maximum of x[2i..2i+1, 2j..2j+1]; a last odd row or column is ignored.
 // One invocation computes one quad of y. Bindings: x, y, both quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/max_pool2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS_OUT(1, y);
 layout(push_constant) uniform Push { MaxPool2dParams params; };

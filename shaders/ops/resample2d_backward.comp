@@ -1,13 +1,13 @@
 #version 460
-// grad_x = grad_y resampled the other way, with the same filter; the equations are in resample2d.glsl.
+// grad_x = grad_y resampled in the opposite direction, with the same filter; the equations are in resample2d.glsl.
 // One invocation computes one quad. Bindings: grad_y (named x, as in the include) quads, filter [taps], grad_x quads.
-// Specialisation: 10, 11 as there.
+// Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/resample2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 layout(set = 0, binding = 1, std430) readonly buffer Filter { float filter_taps[]; };
 QUADS_OUT(2, grad_x);

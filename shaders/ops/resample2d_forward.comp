@@ -1,12 +1,12 @@
 #version 460
 // y = x resampled, to twice or half the size; the equations are in resample2d.glsl.
-// One invocation computes one quad. Bindings: x quads, filter [taps], y quads. Specialisation: 10, 11 as there.
+// One invocation computes one quad. Bindings: x quads, filter [taps], y quads. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/resample2d_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 layout(set = 0, binding = 1, std430) readonly buffer Filter { float filter_taps[]; };
 QUADS_OUT(2, y);

@@ -7,7 +7,7 @@
 #include "store.glsl"
 #include "params/split3_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, grad_a);
 QUADS(1, grad_b);
 QUADS(2, grad_c);

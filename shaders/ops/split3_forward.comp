@@ -6,7 +6,7 @@
 #include "store.glsl"
 #include "params/split3_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
 QUADS_OUT(1, a);
 QUADS_OUT(2, b);

@@ -1,15 +1,15 @@
 #version 460
-// y[i * out_stride + out_offset + c] = x[i * in_stride + in_offset + c] for c < channels; or += where
-// kAccumulate is set. Channels are a constant: lavapipe divides vectors of integers one by one.
+// y[i * out_stride + out_offset + c] = x[i * in_stride + in_offset + c] for c < channels; or += if
+// kAccumulate is set. Channels are a constant, because lavapipe divides vectors of integers one by one.
 // One invocation copies one float. Bindings: x, y, both arrays of float.
-// Specialisation: 10 = channels, 11 = add to y.
+// Specialisation: kChannels, kAccumulate: add to y.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/strided_copy_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kChannels = 1;
-layout(constant_id = 11) const bool kAccumulate = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kStridedCopyChannelsId) const uint kChannels = 1;
+layout(constant_id = kStridedCopyAccumulateId) const bool kAccumulate = false;
 UINTS(0, x);
 layout(set = 0, binding = 1, std430) buffer Y { float y[]; };  // accumulates
 layout(push_constant) uniform Push { StridedCopyParams params; };

@@ -1,16 +1,16 @@
 #version 460
-// As strided_copy.comp where y has no gaps, out_stride = channels and out_offset = 0, begin = 0
-// and count a multiple of 4. One invocation copies four floats, as lavapipe stores a vec4 at little more than the
-// cost of a float. Bindings: x array of float, y array of vec4.
+// As strided_copy.comp for y without gaps: out_stride = channels, out_offset = 0, begin = 0 and count a
+// multiple of 4. One invocation copies four floats, because lavapipe stores a vec4 at little more than the cost of a
+// float. Bindings: x array of float, y array of vec4.
 // Specialisation as strided_copy.comp.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/strided_copy_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kChannels = 1;
-layout(constant_id = 11) const bool kAccumulate = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kStridedCopyChannelsId) const uint kChannels = 1;
+layout(constant_id = kStridedCopyAccumulateId) const bool kAccumulate = false;
 UINTS(0, x);
 layout(set = 0, binding = 1, std430) buffer Y { vec4 y[]; };  // accumulates
 layout(push_constant) uniform Push { StridedCopyParams params; };

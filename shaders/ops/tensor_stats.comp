@@ -1,13 +1,13 @@
 #version 460
 // Statistics of one chunk of x: least and greatest finite element, mean of the finite ones, counts
-// of finite, NaN and infinite ones. NaN and infinity are told by their bits: drivers differ in what
-// comparisons make of them.
+// of finite, NaN and infinite ones. NaN and infinity are recognised by their bits, because drivers differ
+// in comparing them.
 // One workgroup computes one chunk. Bindings: x [elements], partial [chunks] of 2 uvec4:
 // the bits of (min, max, mean / 2, 0), and (finite, nan, inf, 0).
 #extension GL_GOOGLE_include_directive : require
 #include "params/tensor_stats_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer X { uint x[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Partial { uvec4 partial[]; };
 layout(push_constant) uniform Push { TensorStatsParams dims; };

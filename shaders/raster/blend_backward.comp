@@ -1,6 +1,6 @@
 #version 460
-// Gradient of blend_forward.comp by the splats: for each (tile, Gaussian) one record, written to
-// the pair's slot, so that each Gaussian's records are contiguous.
+// Gradient of blend_forward.comp by the splats: one record per (tile, Gaussian). Each goes to its pair's
+// slot, so that a Gaussian's records are contiguous.
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
 // Record: sums over the tile's pixels, q = mean - pixel centre:
@@ -8,13 +8,13 @@
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background, state, grad_image
 // [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4.
-// Specialisation: 10 = grad_depth is given, 11 = absolute sums. Workgroup of kTileSize^2 invocations.
+// Specialisation: kDepth: grad_depth is given, kAbsolute: absolute sums. Workgroup of kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kDepth = false;
-layout(constant_id = 11) const bool kAbsolute = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendDepthId) const bool kDepth = false;
+layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };

@@ -1,11 +1,11 @@
 #version 460
-// As blend_backward.comp for devices whose shaders run on a CPU: 8 lanes take a block of 8 x 8 pixels of a
-// tile, a column each, and the four blocks of the tile one after the other. 8 list entries are looked at at
-// once, one per lane; those that can reach the block are passed to all lanes in turn. A lane sums its pixels, a
-// butterfly the lanes, and the entry's lane adds up the blocks. Needs subgroups of at least 8.
+// As blend_backward.comp for devices whose shaders run on a CPU. 8 lanes take the four blocks of 8 x 8 pixels
+// of a tile one after the other, one column per lane. They test 8 list entries at once, one per lane, and pass
+// those that can reach the block to all lanes in turn. A lane sums its pixels, a butterfly sums the lanes, and
+// the entry's lane sums the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
-// blend_backward.comp; 12 = walk the whole list, also what no pixel reached; 13 = blend entries that cannot
-// reach a block, too; 14 = the gradient passes the limit of alpha, as params.straight_through says there.
+// blend_backward.comp; kEarlyOut: walk no entries that no pixel reached; kSkipBlocks: blend none that cannot
+// reach a block; kStraightThrough: the gradient passes the limit of alpha, as params.straight_through says there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -15,12 +15,12 @@
 #include "load.glsl"
 #include "store.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kDepth = false;
-layout(constant_id = 11) const bool kAbsolute = false;
-layout(constant_id = 12) const bool kWholeList = false;
-layout(constant_id = 13) const bool kWholeTile = false;
-layout(constant_id = 14) const bool kStraightThrough = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendDepthId) const bool kDepth = false;
+layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
+layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
+layout(constant_id = kBlendStraightThroughId) const bool kStraightThrough = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -42,15 +42,15 @@ const int kBlocks = 4;
 const int kPixels = kBlocks * kRows;
 const uint kSums = 12;
 
-// Entries that are walked block by block, which may take 33 turns of loops for 8 of them; more are walked once
-// for all blocks, which takes 9 and gives the same bits. lavapipe has 65535 (src/ops/launch.h), enough for
-// 15880 entries by block.
+// Up to this many entries are walked block by block, with up to 33 turns of a loop per 8 entries. Longer lists
+// are walked once for all blocks, with 9 turns per 8 and the same bits. lavapipe ends loops after 65535 turns
+// (src/vk/launch.h), enough for 15880 entries by block.
 const uint kMostByBlock = 14000;
 
-// Per pixel of the lane, block by block: transmittance, what lies behind, gradients, entries before the stop.
+// Per pixel of the lane, block by block: transmittance, D, gradients, entries before the stop.
 float t[kPixels], behind[kPixels], g_r[kPixels], g_g[kPixels], g_b[kPixels], g_z[kPixels], stop[kPixels];
 
-// A list entry: splat with the mean relative to the tile's corner, and place in the list.
+// A list entry: its splat, with the mean relative to the tile's corner, and its position in the list.
 struct Entry {
     vec4 a;  // mean, opacity, depth
     vec4 l;  // l11, l21, l22, reach
@@ -83,7 +83,7 @@ float lanes_sum(float v) {
 // First pixel of a block, relative to the tile's.
 uvec2 block_at(int block) { return uvec2(block & 1, block >> 1) * 8u; }
 
-// One entry over one block: its sums over the pixels, which the lane whose own it is adds to its record.
+// One entry over one block: sums over the pixels, which the entry's own lane adds to its record.
 void blend_block(const int block, uint lane, Entry e, bool own, inout float record[kSums]) {
     const vec2 first = vec2(block_at(block)) + vec2(lane, 0) + 0.5;
     precise float qx = e.a.x - first.x;
@@ -126,7 +126,8 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
     }
 }
 
-// The entries of `kept`, one bit for each lane, last first: over one block, or over all four. e: the lane's own.
+// Blends back the entries of `kept` (one bit per lane), last first, over one block or all four. e: this lane's
+// entry.
 void walk(const int block, const bool all, uint lane, uint kept, Entry e, inout float record[kSums]) {
     if (kept == 0) return;
     [[dont_unroll]] do {
@@ -143,7 +144,7 @@ void walk(const int block, const bool all, uint lane, uint kept, Entry e, inout 
     } while (kept != 0);
 }
 
-// Pixels of block `block`. Returns: entries that one of them reached.
+// Loads the pixels of block `block`. Returns the number of entries that any of them reached.
 float load_block(const int block, uint lane, uvec2 corner, uint view, vec3 background_rgb) {
     float last = 0.0;
     [[unroll]] for (int r = 0; r < kRows; ++r) {
@@ -186,13 +187,13 @@ void main() {
                            load_block(2, lane, corner, view, background_rgb),
                            load_block(3, lane, corner, view, background_rgb));
     const uint length = range.y - range.x;
-    const uvec4 ends = kWholeList ? uvec4(length) : min(uvec4(last), uvec4(length));
+    const uvec4 ends = kEarlyOut ? min(uvec4(last), uvec4(length)) : uvec4(length);
     const uint walked = (max(max(ends.x, ends.y), max(ends.z, ends.w)) + 7u) & ~7u;
     float nothing[kSums];
     [[unroll]] for (uint i = 0; i < kSums; ++i) nothing[i] = 0.0;
     for (uint k = walked; k < length; k += 8)
         if (k + lane < length) store(LD1(slots, range.x + k + lane), nothing);
-    const bool by_block = !kWholeTile && walked <= kMostByBlock;
+    const bool by_block = kSkipBlocks && walked <= kMostByBlock;
     for (uint k = by_block ? walked : 0; k > 0;) {
         k -= 8;
         const uint entry = range.x + min(k + lane, length - 1);

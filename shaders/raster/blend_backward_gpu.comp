@@ -1,17 +1,17 @@
 #version 460
-// As blend_backward.comp for GPUs: sums by subgroup, then over the subgroups in their order, with one
-// barrier per list entry; the walk begins at the last entry that any pixel blended.
-// Work per workgroup and invocation, bindings and specialisation as there; 12 = walk the whole list, also
-// what no pixel reached. Subgroups of at least 8.
+// As blend_backward.comp for GPUs: it sums each subgroup, then the subgroups in order, with one barrier
+// per list entry. The walk begins at the last entry that any pixel blended.
+// Work per workgroup and invocation, bindings and specialisation as there; kEarlyOut: walk no
+// entries that no pixel reached. Subgroups of at least 8.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require
 #include "blend.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kDepth = false;
-layout(constant_id = 11) const bool kAbsolute = false;
-layout(constant_id = 12) const bool kWholeList = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendDepthId) const bool kDepth = false;
+layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
@@ -51,7 +51,7 @@ void main() {
     barrier();
     atomicMax(last_entry, stop);
     barrier();
-    const uint walked = kWholeList ? range.y : min(last_entry, range.y);
+    const uint walked = kEarlyOut ? min(last_entry, range.y) : range.y;
     for (uint i = walked + lane; i < range.y; i += gl_WorkGroupSize.x) {
         record_a[slots[i]] = vec4(0);
         record_b[slots[i]] = vec4(0);
@@ -90,7 +90,7 @@ void main() {
         }
         barrier();
         if (lane < 3) {
-            // Kahan's compensation: a plain sum of 32 loses what the gates of the gradient allow.
+            // Kahan's compensation: a plain sum of 32 exceeds the tolerance of the gradients.
             precise vec4 sum = vec4(0), lost = vec4(0);
             for (uint s = 0; s < gl_NumSubgroups; ++s) {
                 precise vec4 term = sums[side][lane][s] - lost;

@@ -5,16 +5,17 @@
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4; image [V,H,W]
 // vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w
-// depth, expected depth, contributors, 0). Specialisation: 10 = write extra, 11 = end where every pixel has
-// stopped (kernels for GPUs; the same bits), 13 = blend normals instead of colours, without background.
+// depth, expected depth, contributors, 0). Specialisation: kExtra: write extra, kEarlyOut: end where every
+// pixel has stopped (not in plain use; the same bits), kNormals: blend normals instead of colours, without
+// background.
 // The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kExtra = false;
-layout(constant_id = 11) const bool kEarlyOut = false;
-layout(constant_id = 13) const bool kNormals = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendExtraId) const bool kExtra = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
+layout(constant_id = kBlendNormalsId) const bool kNormals = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
@@ -29,8 +30,8 @@ const uint kBatch = 64;
 shared vec4 batch_a[kBatch];
 shared vec4 batch_b[kBatch];
 shared vec4 batch_c[kBatch];
-shared uint running[2];  // whether a pixel goes on; batches use them in turn, so that one is read while
-                         // the other is filled
+shared uint running[2];  // whether a pixel goes on; batches alternate, so that one is read while the
+                         // other is filled
 
 void main() {
     const uint lane = gl_LocalInvocationID.x;

@@ -1,12 +1,12 @@
 #version 460
-// As blend_forward.comp for devices whose shaders run on a CPU, almost without branches: 8 lanes take
-// 8 columns of a tile and kRows rows each. They look at 8 list entries at a time, one per lane, let those
-// that can reach the 8 x 8 block wait until there are 8, and blend these, passed round by constant
-// shuffles. Needs a workgroup of one subgroup of at least 8.
-// One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses: there are
-// 16 * 16 / (8 * kRows) for each tile of a row in x, the rows of tiles in y, the views in z.
-// Bindings and constant 10 as blend_forward.comp; 11 = leave out the test whether all pixels stopped,
-// 12 = blend entries that cannot reach the block, too; 13 as there.
+// As blend_forward.comp for devices whose shaders run on a CPU, almost without branches. 8 lanes take
+// 8 columns of a tile and kRows rows each. They test 8 list entries at a time, one per lane, collect those
+// that can reach the 8 x 8 block, and blend them 8 at a time, passed round by constant shuffles. Needs a
+// workgroup of one subgroup of at least 8.
+// One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses. In x there are
+// 16 * 16 / (8 * kRows) workgroups per tile of a row, in y the rows of tiles, in z the views.
+// Bindings and specialisation as blend_forward.comp; kSkipBlocks: blend no entries that cannot reach the
+// block.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -17,11 +17,11 @@
 #include "load.glsl"
 #include "store.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kExtra = false;
-layout(constant_id = 13) const bool kNormals = false;
-layout(constant_id = 11) const bool kNoEarlyOut = false;
-layout(constant_id = 12) const bool kWholeTile = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kBlendExtraId) const bool kExtra = false;
+layout(constant_id = kBlendNormalsId) const bool kNormals = false;
+layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
+layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -37,19 +37,19 @@ layout(push_constant) uniform Push { BlendParams params; };
 
 const int kRows = 8;
 
-// List entries that wait to be blended, in the order of the lanes: the first 8, and those after them.
+// Collected list entries in the order of the lanes: the first 8, and those after them.
 struct Waiting {
     uint count;
     uint entries, next_entries;
 };
 
-// The place of the set bit of an octet that has n set bits before it; anything if there is none.
+// Position of the set bit of an octet that has n set bits before it; undefined if there is none.
 uint place_of_bit(uint bits, int n) {
     [[unroll]] for (int s = 0; s < 7; ++s) bits = s < n ? bits & (bits - 1) : bits;
     return uint(findLSB(bits));
 }
 
-// Look at list entries from `seen` on until 8 wait, or the list ends.
+// Test list entries from `seen` on until 8 are collected, or the list ends.
 void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting waiting) {
     if (seen >= range.y || waiting.count >= 8) return;
     do {
@@ -58,7 +58,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
         const bool keep = seen + lane < range.y &&
-                          (kWholeTile || reaches_block(low, mean, b));
+                          (!kSkipBlocks || reaches_block(low, mean, b));
         const uint kept = subgroupBallot(keep).x & 0xFFu;
         const int before = int(lane) - int(waiting.count);  // of those kept
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
@@ -68,7 +68,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
     } while (seen < range.y && waiting.count < 8);
 }
 
-// None below kAlphaMin, at most kAlphaMax. By comparison: lavapipe's min adds one for NaN, which no entry is.
+// 0 below kAlphaMin, at most kAlphaMax. Uses a comparison, as lavapipe's min also tests for NaN.
 float limit_alpha(float raw) {
     const float seen = raw >= kAlphaMin ? raw : 0.0;
     return seen > kAlphaMax ? kAlphaMax : seen;
@@ -95,7 +95,7 @@ void main() {
     const float stop_below = params.stop_below;
     const bool column_inside = corner.x + at.x < params.width;
 
-    // Transmittance; once a pixel has stopped, minus that at which it did.
+    // Transmittance, negated once the pixel has stopped.
     float t[kRows], entries[kRows], contributors[kRows], depth[kRows];
     vec3 color[kRows];
     [[unroll]] for (int r = 0; r < kRows; ++r) {
@@ -148,7 +148,7 @@ void main() {
                 }
             }
         }
-        if (!kNoEarlyOut) {
+        if (kEarlyOut) {
             float most = t[0];
             [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, t[r]);
             stopped = subgroupAll(most <= 0.0);

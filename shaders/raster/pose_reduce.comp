@@ -1,10 +1,10 @@
 #version 460
-// dL/d[R|t] of each view: the workgroups' sums of project_backward.comp added in a fixed order.
-// One workgroup does one view. Bindings: partial [groups][V][3] vec4; pose [V][3] vec4.
+// dL/d[R|t] of each view: adds the workgroups' sums of project_backward.comp in a fixed order.
+// One workgroup computes one view. Bindings: partial [groups][V][3] vec4; pose [V][3] vec4.
 #extension GL_GOOGLE_include_directive : require
 #include "params/pose_reduce_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { vec4 partial[]; };
 layout(set = 0, binding = 1, std430) buffer Pose { vec4 pose[]; };  // accumulates
 layout(push_constant) uniform Push { PoseReduceParams params; };

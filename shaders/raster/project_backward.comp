@@ -1,12 +1,12 @@
 #version 460
-// Sums each Gaussian's records of the blending backward pass, in their fixed order, and carries the
+// Sums each Gaussian's records of blending's backward pass in their fixed order, and carries the
 // gradient back through projection.glsl and the spherical harmonics, over all views.
-// One invocation computes one Gaussian. Those that reached no tile, or that no pixel saw, cost a store.
+// One invocation computes one Gaussian. Those that reached no tile or no pixel only cost a store.
 // Bindings: gaussians, colors, cameras, splats, counts, begins, record_a, record_b, record_c;
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
 // pose [groups][V][3] vec4 (rows of dL/d[R|t] of this workgroup).
-// Specialisation: 10 = degree, 11 = write exported, 12 = write pose, 13 = kFlags.
+// Specialisation: kDegree, kExport: write exported, kPose: write pose, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -14,11 +14,11 @@
 #include "projection_backward.glsl"
 #include "sh.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kDegree = 0;
-layout(constant_id = 11) const bool kExport = false;
-layout(constant_id = 12) const bool kPose = false;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
+layout(constant_id = kProjectExportId) const bool kExport = false;
+layout(constant_id = kProjectPoseId) const bool kPose = false;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);
@@ -45,7 +45,7 @@ vec4 grad_q;
 float grad_opacity;
 float grad_sh[48];
 
-// Gradient by the direction's end, the mean; adds to grad_sh.
+// Gradient by the mean through the viewing direction. Adds to grad_sh.
 vec3 color_backward(uint index, vec3 mean, vec3 position, vec3 color, vec3 g) {
     if ((kFlags & kFlagDirectColors) != 0) {
         grad_sh[0] += g.x;
@@ -80,7 +80,7 @@ struct Gaussian {
     float opacity;
 };
 
-// Sums of an item's records, and its opacity after compensation (0: it reached no tile).
+// Sums of an item's records, and its opacity after compensation (0 if it reached no tile).
 struct Records {
     vec4 a, b, c;
     float opacity;
@@ -88,7 +88,7 @@ struct Records {
 
 vec4 pose0, pose1, pose2;  // rows of dL/d[R|t] of one item
 
-// Adds one view's share to the gradients above.
+// Add one view's share to the gradients above.
 void item_backward(uint index, uint v, uint item, Gaussian from, Records records) {
     View view;
     LOAD_VIEW(view, cameras, v);
@@ -110,7 +110,7 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
     grad_q += quaternion_backward(from.q, gradient.rq);
     grad_opacity += gradient.opacity;
     if (kPose) {
-        // The camera's position is -R^T t, and the direction ends there.
+        // The direction starts at the camera's position, -R^T t.
         const vec3 moved = view.rotation * by_direction;
         const mat3 rotation = transpose(pose_gradient.rotation + outerProduct(moved, view.position));
         const vec3 translation = pose_gradient.translation + moved;
@@ -162,7 +162,7 @@ void main() {
                 records.c += LD4(record_c, i);
             }
         }
-        // Of what no pixel saw, all sums are zeros, and so is its gradient.
+        // If no pixel saw it, all sums and its gradient are zeros.
         if (records.a != vec4(0) || records.b != vec4(0) || records.c != vec4(0)) {
             item_backward(index, v, item, gaussian, records);
         } else if (kExport && present && params.accumulate == 0) {

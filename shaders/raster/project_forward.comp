@@ -1,14 +1,14 @@
 #version 460
 // Project every Gaussian into every view, count the tiles it can reach and, if a pixel may see it, evaluate
 // its colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
-// One invocation computes one item (gl_WorkGroupID.z is the view); what is culled, or not finite, gets
+// One invocation computes one item (gl_WorkGroupID.z is the view). Items that are culled or not finite get
 // radius 0, no tiles and the key 0xFFFFFFFF.
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2.
-// Specialisation: 10 = degree of the spherical harmonics, 13 = kFlags.
+// Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -17,9 +17,9 @@
 #include "sh.glsl"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kDegree = 0;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
 QUADS(2, cameras);
@@ -37,7 +37,7 @@ const float kRootHalfLog2e = 0.849321800288;
 
 bool is_set(uint flag) { return (kFlags & flag) != 0; }
 
-// Radius in pixels per axis; 0 if no pixel of the image can see it.
+// Radius in pixels per axis; 0 if no pixel of the image can see the Gaussian.
 vec2 visible_radius(Projection p, vec2 mean, float opacity) {
     const vec2 size = vec2(params.width, params.height);
     if (is_set(kFlagGsplat)) {
@@ -57,7 +57,7 @@ vec2 visible_radius(Projection p, vec2 mean, float opacity) {
     return any(lessThanEqual(last, first)) ? vec2(0) : vec2(r);
 }
 
-// 3dgs divides by z + kHomogeneousMin, in coordinates whose origin is the middle of the image.
+// 3dgs divides by z + kHomogeneousMin, with the origin in the middle of the image.
 vec2 image_mean(View view, vec3 m) {
     const vec2 f = view.intrinsics.xy, centre = view.intrinsics.zw;
     if (is_set(kFlagGsplat)) return f * (m.xy / m.z) + centre;
@@ -91,7 +91,7 @@ uint tile_count(vec4 a, vec4 b, float half_size, uint view, out uvec2 packed) {
                                        ivec2(params.row_begin, params.row_end));
     uint count = 0;
     const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
-    int row = f.rect.y;  // lanes end at different turns, but lose no sum here (shaders/README.md)
+    int row = f.rect.y;  // lanes may end at different turns: no sum crosses lanes (shaders/README.md)
     int top = row;       // first row that has tiles
     if (row < f.rect.w) do {
         const ivec2 columns = tile_columns(f, row, size);
@@ -146,7 +146,7 @@ void main() {
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
     vec3 color = vec3(0);
-    // Not of what has tiles alone: whether it is there depends neither on the window nor on a skip.
+    // Also without tiles: the value must not depend on the window or on a skip.
     const bool dense = a.z >= kAlphaMin;
     if (valid && (dense || !is_set(kFlagCull))) {
         color = splat_color(index, g0.xyz - view.position);

@@ -1,16 +1,16 @@
 #version 460
 // Normal of every Gaussian in every view: the axis of its smallest scale (the first of equals), in
-// coordinates of the camera, on the camera's side. One invocation computes one item (gl_WorkGroupID.z is
-// the view); what reaches no tile gets 0.
+// camera coordinates, facing the camera. One invocation computes one item (gl_WorkGroupID.z is the
+// view). Items that reach no tile get 0.
 // Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
-// Specialisation: 13 = kFlags.
+// Specialisation: kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "projection.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, cameras);
 UINTS(2, counts);

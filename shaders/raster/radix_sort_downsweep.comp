@@ -1,20 +1,20 @@
 #version 460
-// Moves every entry to its place: the entries of smaller digits, then those of the same digit in
-// lanes before, then those before it in its own lane. Chunks as in radix_sort_upsweep.comp.
-// Keys 0xFFFFFFFF are left out by the first pass; the number of entries that stay goes to `kept`.
+// Moves every entry to its place: after the entries of smaller digits, those of its digit in earlier
+// lanes, and those of its digit before it in its own lane. Chunks as in radix_sort_upsweep.comp.
+// The first pass leaves out keys 0xFFFFFFFF and writes the number of remaining entries to `kept`.
 // Bindings: inputs, entries, input_count, kept, table, totals, seconds; entries_out, seconds_out; range.
-// Specialisation: 10 = most bits of a digit, 12 = each entry has a second value, 15 = digits by the range
-// of the keys.
+// Specialisation: kBits: most of a digit, kSecond: each entry has a second value, kRanged: digits by the
+// range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 4;
-layout(constant_id = 12) const bool kSecond = false;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 4;
+layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, inputs);
 UINT_QUADS(1, entries);
 UINTS(2, input_count);

@@ -1,7 +1,7 @@
 #version 460
-// As radix_sort_downsweep.comp for devices whose shaders run on a CPU: with the entries' ranks a workgroup
-// of 8 lanes walks one chunk, 16 entries at a time, which writes to few cache lines at once; 8 chunks would
-// write to 8 times as many.
+// As radix_sort_downsweep.comp for devices whose shaders run on a CPU. Using the entries' ranks, the 8 lanes of
+// a workgroup walk one chunk together, 16 entries at a time. A chunk per lane would write to 8 times as many
+// cache lines at once.
 // Bindings: inputs, entries, input_count, kept, places [lanes][bins], ranks, seconds; entries_out,
 // seconds_out; range. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
@@ -10,10 +10,10 @@
 #include "store.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 12) const bool kSecond = false;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
+layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, inputs);
 UINT_QUADS(1, entries);
 UINTS(2, input_count);
@@ -28,7 +28,7 @@ layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
 
-// Moves the entries of `pairs`, two to a lane. `from_input` as in radix_sort_upsweep_cpu.comp.
+// Moves the entries of `pairs`, two per lane. `from_input` as in radix_sort_upsweep_cpu.comp.
 void move_entries(const bool from_input, uvec2 pairs, uint lane, uint count, uint row, Digit digit) {
     uint at = pairs.x + lane;
     if (at < pairs.y) do {

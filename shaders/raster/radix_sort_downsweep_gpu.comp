@@ -1,17 +1,17 @@
 #version 460
-// As radix_sort_downsweep.comp for GPUs: the workgroup walks its chunk in steps of its size. Within a
-// step an entry's rank among those of its digit is the number before it in its subgroup, found with a
-// ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in the subgroups before it.
-// Bindings (but range) and specialisation 10, 12 as there. Any subgroup size; a workgroup of whole subgroups.
+// As radix_sort_downsweep.comp for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
+// rank within a step is the number of entries of its digit before it: in its subgroup, found with one
+// ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in earlier subgroups.
+// Bindings (but range) and specialisation kBits, kSecond as there. Any subgroup size; a workgroup of whole subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_basic : require
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 12) const bool kSecond = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
+layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
 layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
 layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };
@@ -30,7 +30,7 @@ const uint kMaxSubgroups = 16;  // of a workgroup of 128; subgroups smaller than
 shared uint places[kBins];      // next place of each digit
 shared uint ranks[kMaxSubgroups * kBins];
 
-// The places of each digit's first entry in this chunk.
+// Where each digit's first entry of this chunk goes.
 void first_places() {
     const uint l = gl_LocalInvocationID.x;
     for (uint bin = l; bin < kBins; bin += gl_WorkGroupSize.x) ranks[bin] = totals[bin];

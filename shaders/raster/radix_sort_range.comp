@@ -1,13 +1,13 @@
 #version 460
-// Least key, and least complement of a key, of those that are not 0xFFFFFFFF; range [2] holds ~0 before.
-// One invocation does a contiguous chunk. Integer minima do not depend on their order.
+// Least key and least complement of a key, without keys 0xFFFFFFFF; range [2] starts as ~0. One
+// invocation reads one contiguous chunk. Integer minima do not depend on their order.
 // Bindings: entries (key, value; read 2 at a time), input_count; range.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 UINT_QUADS(0, entries);
 UINTS(1, input_count);
 layout(set = 0, binding = 2, std430) buffer Range { uint range[]; };  // accumulates

@@ -1,14 +1,14 @@
 #version 460
 // Exclusive sums over the lanes of the table of radix_sort_upsweep.comp, for each bin, and the bins'
-// totals. One invocation does one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
-// kept, range. Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
+// totals. One invocation computes one bin. Bindings: table [lanes][bins] in place, totals [bins], input_count,
+// kept, range. Specialisation: kBits: most bits of a digit, kRanged: digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 4;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 4;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 layout(set = 0, binding = 0, std430) buffer Table { uint table[]; };  // accumulates
 layout(set = 0, binding = 1, std430) writeonly buffer Totals { uint totals[]; };
 layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };

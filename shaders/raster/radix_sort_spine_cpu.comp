@@ -1,9 +1,9 @@
 #version 460
-// As radix_sort_spine.comp for devices whose shaders run on a CPU, and the places of the digits, too:
-// places [lanes][bins] where a lane's first entry of each digit goes. One workgroup of 8 lanes, four bins each;
-// needs a workgroup of one subgroup.
-// Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: 10 = most bits of a digit,
-// 15 = digits by the range of the keys.
+// As radix_sort_spine.comp for devices whose shaders run on a CPU. It also writes places [lanes][bins]: where
+// a lane's first entry of each digit goes. One workgroup of 8 lanes, which must be one subgroup; each lane
+// takes four bins at a time.
+// Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: kBits: most bits of a digit,
+// kRanged: digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -11,9 +11,9 @@
 #include "store.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, table);
 UINTS(1, input_count);
 UINTS(2, range);
@@ -37,7 +37,7 @@ void main() {
         const bool inside = first + lane < quads;
         uvec4 totals = uvec4(0);
         uint l = 0;
-        do {  // 8 per turn: lavapipe limits turns (src/ops/launch.h)
+        do {  // 8 per turn: lavapipe limits turns (src/vk/launch.h)
             [[unroll]] for (uint j = 0; j < 8; ++j)
                 totals += l + j < lanes ? LDU4(table, (l + j) * quads + first + lane) : uvec4(0);
             l += 8;

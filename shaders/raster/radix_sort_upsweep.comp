@@ -1,19 +1,19 @@
 #version 460
-// Counts digits for one pass of a stable least-significant-digit radix sort: every lane owns a
-// contiguous chunk of the entries and counters of its own, so that there are no atomics, and stability
-// comes for free. They are private: lavapipe takes three times as long for shared memory.
+// Counts digits for one pass of a stable least-significant-digit radix sort. Every lane owns a
+// contiguous chunk of the entries and its own counters, which needs no atomics and keeps the sort stable.
+// The counters are private: lavapipe takes three times as long with shared memory.
 // table [lanes][bins].
 // Bindings: inputs, entries [capacity] uvec2 (key, value; read 2 at a time; inputs in the first pass),
 // input_count, kept; table; range of radix_sort_range.comp.
-// Specialisation: 10 = most bits of a digit, 15 = digits by the range of the keys.
+// Specialisation: kBits: most of a digit, kRanged: digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 4;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 4;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, inputs);
 UINT_QUADS(1, entries);
 UINTS(2, input_count);

@@ -1,17 +1,18 @@
 #version 460
-// As radix_sort_upsweep.comp for devices whose shaders run on a CPU: it also writes each entry's rank among
-// those of its digit in its chunk. With them entries can be moved in any order
+// As radix_sort_upsweep.comp for devices whose shaders run on a CPU. It also writes each entry's rank among
+// the entries of its digit in its chunk, so that entries can be moved in any order
 // (radix_sort_downsweep_cpu.comp).
-// ranks [capacity / 2, rounded up to even] uint: of two entries, 16 bits each. Bindings and specialisation as there.
+// ranks [capacity / 2, rounded up to even] uint: of two entries, 16 bits each. Bindings and specialisation as
+// there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
-layout(constant_id = 15) const bool kRanged = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, inputs);
 UINT_QUADS(1, entries);
 UINTS(2, input_count);
@@ -25,7 +26,7 @@ layout(push_constant) uniform Push { RadixSortParams params; };
 
 uint counters[1u << kBits];
 
-// Counts the entries of `quads`. `from_input` is constant: a choice in the loop would read both arrays.
+// Counts the entries of `quads`. `from_input` is constant: a branch in the loop would read both arrays.
 void count_entries(const bool from_input, uvec2 quads, uint count, Digit digit) {
     uint i = quads.x;
     if (i < quads.y) do {

@@ -1,13 +1,13 @@
 #version 460
 // As radix_sort_upsweep.comp for GPUs: a workgroup, not a lane, owns a contiguous chunk, reads it in
 // order of its invocations and counts with atomics in shared memory. table [workgroups][bins].
-// Bindings (but range) and specialisation 10 as there.
+// Bindings (without range) and kBits as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/radix_sort_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const uint kBits = 8;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
 layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
 layout(set = 0, binding = 2, std430) readonly buffer InputCount { uint input_count[]; };

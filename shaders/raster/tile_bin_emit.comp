@@ -1,10 +1,10 @@
 #version 460
-// One pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort by
-// tile alone gives lists in depth order. One invocation does one entry of the order. Footprints that
-// are not packed are left to tile_bin_emit_large.comp; the order of its list does not matter.
+// Writes one pair for every tile that a Gaussian reaches, Gaussians in depth order, so that a stable sort
+// by tile gives lists in depth order. One invocation computes one entry of the order. Footprints that are
+// not packed go to a list, in any order, for tile_bin_emit_large.comp.
 // Bindings: order uvec2 (depth, item), begins [sorted], slot_begins [V*N], sorted, pair_count,
 // footprints; pairs uvec2 (tile, item), slots [pairs] record of the backward pass, large [sorted] entries
-// of the order, stats. Specialisation: 10 = slots wanted.
+// of the order, stats. Specialisation: kSlots: slots are wanted.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -12,8 +12,8 @@
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSlots = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 UINTS(0, order);
 UINTS(1, begins);
 UINTS(2, slot_begins);
@@ -44,7 +44,7 @@ void main() {
     if (count == 0) return;
     TileWalk walk = first_tile(packed);
     uint pair = 0, taken;
-    do {  // what a turn without a tile stores, the next one stores over
+    do {  // the next turn overwrites what a turn without a tile stores
         ST2(pairs, begin + pair, uvec2(take_tile(walk, taken), item));
         if (kSlots) slots[begin + pair] = slot + pair;
         pair += taken;

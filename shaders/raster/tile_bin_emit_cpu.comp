@@ -1,10 +1,11 @@
 #version 460
-// As tile_bin_emit.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes walks a chunk of the depth
-// order, of tile_bin_reduce_cpu.comp, and knows where each entry's pairs begin; it stores first pairs of large
-// footprints alone. Each workgroup sums all chunks and decides as tile_bin_scan.comp does, which costs less than a
-// dispatch of its own. Needs a workgroup of one subgroup.
-// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, sorted, pair_count (written here), footprints;
-// pairs, slots, large, begins [sorted] of entries with large footprints, stats. Specialisation as there.
+// As tile_bin_emit.comp for devices whose shaders run on a CPU. A workgroup of 8 lanes walks one chunk of the
+// depth order (those of tile_bin_reduce_cpu.comp) and computes where each entry's pairs begin; it stores this
+// only for large footprints. Each workgroup sums all chunks and decides as tile_bin_scan.comp does, which is
+// cheaper than another dispatch. Needs a workgroup of one subgroup.
+// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, sorted, pair_count (written here),
+// footprints; pairs, slots, large, begins [sorted] of entries with large footprints, stats. Specialisation as
+// there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -15,8 +16,8 @@
 #include "saturating.glsl"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSlots = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 UINTS(0, order);
 UINTS(1, sums);
 UINTS(2, slot_begins);
@@ -32,13 +33,13 @@ layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "tile_bin.glsl"
 
-// A lane's entry of the depth order, and where its pairs begin.
+// A lane's entry of the depth order and where its pairs begin.
 struct Entry {
     uint at, item, count, begin;
     uvec2 packed;
 };
 
-// Those from `first` on, of which there are 8 or what is left to `end`. base: pairs before them, then after them.
+// The next entries from `first`, up to 8 before `end`. base: pairs before them; then up to their end.
 Entry entry_of_lane(uint first, uint end, uint lane, inout uint base) {
     Entry e;
     e.at = first + lane;
@@ -94,7 +95,7 @@ void main() {
             const uint slot = kSlots ? LD1(slot_begins, e.item) : 0;
             TileWalk walk = first_tile(e.packed);
             uint pair = 0, taken;
-            do {  // what a turn without a tile stores, the next one stores over
+            do {  // the next turn overwrites what a turn without a tile stores
                 ST2(pairs, e.begin + pair, uvec2(take_tile(walk, taken), e.item));
                 if (kSlots) slots[e.begin + pair] = slot + pair;
                 pair += taken;
@@ -102,7 +103,7 @@ void main() {
         }
         i += 8;
     } while (i < chunk.y);
-    // In a walk of their own: lavapipe does both sides of a choice, and large footprints are rare.
+    // A separate walk: lavapipe runs both sides of a branch, and large footprints are rare.
     if (!subgroupAny(any_large)) return;
     base = chunk_base;
     i = chunk.x;

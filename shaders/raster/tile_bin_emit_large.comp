@@ -1,19 +1,19 @@
 #version 460
-// As tile_bin_emit.comp for the footprints that are not packed; they are worked out again. One
-// invocation does every stride-th of them, as many as its loops may take (src/ops/launch.h); mostly
-// there are none, and each group that does nothing costs time. Should it find
-// fewer tiles than were counted, the rest gets the key 0xFFFFFFFF, which the sort leaves out.
+// As tile_bin_emit.comp for the footprints that are not packed, which it computes again. One invocation
+// takes every stride-th of them, as many as its loops allow (src/vk/launch.h): usually there are none, and
+// each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
+// 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots.
-// Specialisation: 10 = slots wanted, 13 = kFlags.
+// Specialisation: kSlots: slots are wanted, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/tile_bin_params.h"
 #include "tile_footprint.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSlots = false;
-layout(constant_id = 13) const uint kFlags = 0;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
+layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, splats);
 UINTS(1, order);
 UINTS(2, begins);

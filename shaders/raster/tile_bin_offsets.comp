@@ -2,13 +2,13 @@
 // First pair of every entry of the depth order, or first record of every item: chunks as in
 // tile_bin_reduce.comp.
 // Bindings: counts [V*N] in that order, sorted (entries of the depth order), sums [lanes]; begins.
-// Specialisation: 10 = by index.
+// Specialisation: kByIndex.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kByIndex = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinByIndexId) const bool kByIndex = false;
 UINTS(0, counts);
 UINTS(1, sorted);
 UINTS(2, sums);

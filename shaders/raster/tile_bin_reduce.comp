@@ -1,16 +1,15 @@
 #version 460
-// Sums of the tile counts over contiguous chunks of the depth order, one lane each; sums that would
-// pass 2^32 - 1 stay there. The counts by depth are kept for tile_bin_offsets.comp, as they come from all
-// over the memory.
+// Sums the tile counts over contiguous chunks of the depth order, one lane each. Sums saturate at
+// 2^32 - 1. The counts by depth are kept for tile_bin_offsets.comp, as they are scattered in memory.
 // Bindings: counts [V*N], order uvec2 (depth, item), sorted (its length); sums [lanes], ordered [V*N].
-// Specialisation: 10 = by index instead of depth; nothing is kept.
+// Specialisation: kByIndex: by index instead of depth; nothing is kept.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kByIndex = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinByIndexId) const bool kByIndex = false;
 UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);

@@ -1,7 +1,7 @@
 #version 460
-// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums a chunk. No counts are
-// kept and no chunks summed, as tile_bin_emit_cpu.comp does that; statistics that later kernels add to are zeroed
-// here. Needs a workgroup of one subgroup.
+// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums one chunk. It
+// keeps no counts and sums no chunks, as tile_bin_emit_cpu.comp does, and zeroes the statistics that later
+// kernels add to. Needs a workgroup of one subgroup.
 // Bindings: counts, order, sorted; sums, stats. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -10,8 +10,8 @@
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kByIndex = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinByIndexId) const bool kByIndex = false;
 UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);
@@ -26,7 +26,7 @@ void main() {
     const uvec2 chunk = tile_chunk(gl_WorkGroupID.x, kByIndex ? params.items : LD1(sorted, 0));
     uint sum = 0;
     uint i = chunk.x;
-    if (i < chunk.y) do {  // as many turns for all lanes
+    if (i < chunk.y) do {  // every lane takes the same number of turns
         const uint at = min(i + lane, chunk.y - 1);
         const uint count = LD1(counts, kByIndex ? at : LD1(order, 2 * at + 1));
         sum = saturating_add(sum, i + lane < chunk.y ? count : 0);

@@ -1,16 +1,16 @@
 #version 460
-// Exclusive sum of the lanes' sums, and with it the number of pairs: what this pass does next is
-// decided here, on the device (on CPU devices by tile_bin_emit_cpu.comp). More pairs than fit: none is
-// made, and the host reads how many there are. One workgroup of one invocation.
+// Exclusive sum of the lanes' sums, and with it the number of pairs. It decides here, on the device,
+// whether the pass draws (on CPU devices tile_bin_emit_cpu.comp does). If more pairs are needed than fit,
+// none is made, and the host reads their number. One workgroup of one invocation.
 // Bindings: sums [lanes] in place, sorted (entries of the depth order), stats
 // (include/params/tile_bin_params.h), pairs (their number, for the sort).
-// Specialisation: 10 = nothing but the sums.
+// Specialisation: kByIndex: nothing but the sums.
 #extension GL_GOOGLE_include_directive : require
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 10) const bool kSumsOnly = false;
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kTileBinByIndexId) const bool kByIndex = false;
 layout(set = 0, binding = 0, std430) buffer Sums { uint sums[]; };  // accumulates
 layout(set = 0, binding = 1, std430) readonly buffer Sorted { uint sorted[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Stats { uint stats[]; };
@@ -25,7 +25,7 @@ void main() {
         sums[lane] = total;
         total = saturating_add(total, sum);
     }
-    if (kSumsOnly) return;
+    if (kByIndex) return;
     const bool fits = total <= params.capacity;
     stats[kStatVisible] = sorted[0];
     stats[kStatNeeded] = total;

@@ -1,12 +1,12 @@
 #version 460
-// Where each tile's list lies among the sorted pairs, by binary search: [first, last). One invocation
-// does one tile. Bindings: pairs uvec2 (tile, value; sorted), sorted (their number); ranges [tiles]
+// Finds each tile's list [first, last) in the sorted pairs by binary search. One invocation computes
+// one tile. Bindings: pairs uvec2 (tile, value; sorted), sorted (their number); ranges [tiles]
 // uvec2, stats.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 UINTS(0, pairs);
 UINTS(1, sorted);
 layout(set = 0, binding = 2, std430) writeonly buffer Ranges { uvec2 ranges[]; };

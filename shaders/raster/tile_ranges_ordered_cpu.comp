@@ -1,11 +1,11 @@
 #version 460
-// As tile_ranges.comp for devices whose shaders run on a CPU, and the order in which workgroups of blending take
-// the tiles: lavapipe gives each thread one contiguous run of workgroups, and a tile with a long list keeps its
-// thread busy. Tiles are ranked by length, longest first, ties by index, and dealt to halves of the order back and
-// forth (first, second, second, first, ...), those of each half to its halves likewise, and so on: rank r comes in
-// the order of its Gray code's bits reversed, so that for 2, 4, 8 ... threads the runs are about equally long.
-// One workgroup with an invocation for each tile, a multiple of 8 and at most 512, so that both take one dispatch;
-// 8 lanes share what they read. Needs subgroups of at least 8.
+// As tile_ranges.comp for devices whose shaders run on a CPU. It also writes the order in which workgroups of
+// blending take the tiles: lavapipe gives each thread one contiguous run of workgroups, and a tile with a long
+// list keeps its thread busy. Tiles are ranked by length, longest first, ties by index. They are dealt to the
+// halves of the order back and forth (first, second, second, first, ...), then in the same way to the halves of
+// each half, and so on: rank r moves to the bit-reversed Gray code of r. For 2, 4, 8 ... threads the runs are
+// then about equally long. One workgroup with one invocation per tile, a multiple of 8 and at most 512, so that
+// one dispatch does both; 8 lanes share what they read. Needs subgroups of at least 8.
 // Bindings: pairs, sorted; ranges, stats, as there; order [tiles].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -13,7 +13,7 @@
 #include "load.glsl"
 #include "params/tile_bin_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 UINTS(0, pairs);
 UINTS(1, sorted);
 layout(set = 0, binding = 2, std430) writeonly buffer Ranges { uvec2 ranges[]; };

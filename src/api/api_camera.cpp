@@ -4,7 +4,7 @@
 #include "api/api_guard.h"
 #include "api/camera_value.h"
 #include "api/handles.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/transforms_json.h"
@@ -53,10 +53,12 @@ Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc)
     return set;
 }
 
-std::string json_list(const std::vector<std::string>& texts) {
-    std::string list;
-    for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + json_quote(text);
-    return "[" + list + "]";
+std::string report_of(const io::CameraSet& set) {
+    JsonWriter json;
+    json.begin_object().key("names").begin_array();
+    for (const scene::Camera& camera : set.cameras) json.value(camera.name);
+    json.end().key("warnings").list(set.warnings).end();
+    return json.text();
 }
 
 }  // namespace
@@ -145,16 +147,9 @@ splat_result splat_camera_load(const char* path, const splat_camera_file_desc* d
 
 splat_result splat_camera_load_report(const char* path, const splat_camera_file_desc* desc,
                                       char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const io::CameraSet set, load(path, desc));
-        std::vector<std::string> names;
-        for (const scene::Camera& camera : set.cameras) names.push_back(camera.name);
-        const std::string text =
-            "{\"names\": " + json_list(names) + ", \"warnings\": " + json_list(set.warnings) + "}";
-        given = api::give_text(text.c_str(), text.size(), buffer, capacity, needed);
-        return {};
+        return give(report_of(set));
     });
-    return result != SPLAT_OK ? result : given;
 }

@@ -1,7 +1,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "data/dataset_check.h"
-#include "data/synthetic.h"
+#include "synthetic/object_writer.h"
 
 using namespace splat;
 
@@ -17,10 +17,10 @@ std::uint32_t value_or(std::uint32_t value, std::uint32_t fallback) {
     return value != 0 ? value : fallback;
 }
 
-Result<data::SyntheticDesc> synthetic_desc(const splat_synthetic_desc* desc) {
+Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
     SPLAT_TRY(api::check_desc(desc, "splat_synthetic_desc", sizeof(splat_synthetic_desc), 0));
     SPLAT_TRY(api::require(desc->path, "desc.path"));
-    data::SyntheticDesc value;
+    synthetic::WriterDesc value;
     value.path = desc->path;
     if (desc->category != nullptr) value.category = desc->category;
     value.seed = desc->seed;
@@ -61,14 +61,10 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
 
 splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                   size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Datasets::find(dataset, "dataset"));
-        given =
-            api::give_text(object->report.data(), object->report.size(), buffer, capacity, needed);
-        return {};
+        return give(object->report);
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
@@ -91,24 +87,20 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
 
 splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
                                  size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
         SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+        return give(text);
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_dataset_destroy(splat_dataset dataset) {
-    return api::guarded(
-        [&]() -> Status { return api::Datasets::remove(dataset, "dataset").status(); });
+    return api::destroy<api::Datasets>(dataset, "dataset");
 }
 
 splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const data::SyntheticDesc value, synthetic_desc(desc));
-        return data::write_synthetic(value, index);
+        SPLAT_ASSIGN(const synthetic::WriterDesc value, synthetic_desc(desc));
+        return synthetic::write_object(value, index);
     });
 }

@@ -82,8 +82,7 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
 
 splat_result give_profile(splat_device device, char* buffer, size_t capacity, size_t* needed,
                           std::string (vk::Profile::*text)(const std::string&) const) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
         vk::Context& context = *object->context;
         const std::lock_guard lock(context.mutex);
@@ -91,11 +90,8 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
             return error(
                 Code::kInvalidState,
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
-        const std::string profile = (context.profile()->*text)(context.device().info().name);
-        given = api::give_text(profile.c_str(), profile.size(), buffer, capacity, needed);
-        return {};
+        return give((context.profile()->*text)(context.device().info().name));
     });
-    return result != SPLAT_OK ? result : given;
 }
 
 }  // namespace
@@ -133,8 +129,8 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
             complete = *desc;
         }
         SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
-        auto object = std::make_shared<api::DeviceObject>();
-        SPLAT_ASSIGN(object->context, vk::Context::create(wanted));
+        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, vk::Context::create(wanted));
+        auto object = std::make_shared<api::DeviceObject>(std::move(context));
         *device = api::Devices::add(std::move(object));
         return {};
     });
@@ -144,7 +140,7 @@ splat_result splat_device_destroy(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
         if (object == nullptr) return {};
-        // Now rather than with the last child: a finaliser may never run.
+        // Not left to the last child: a finaliser of another language may never run.
         const std::lock_guard lock(object->context->mutex);
         object->context->pipelines().save();
         return {};

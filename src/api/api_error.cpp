@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -9,7 +10,7 @@ namespace {
 
 constexpr const char* kOutOfMemory = "host memory ran out; free some and repeat the call";
 
-/// The thread's last error. Text that finds no memory is replaced by the constant above.
+/// The last error of a thread. If there is no memory for its text, kOutOfMemory stands in.
 struct LastError {
     std::string text;
     bool out_of_memory = false;
@@ -48,14 +49,14 @@ Status require(const void* pointer, const char* argument) {
     return error(Code::kInvalidArgument, "%s is NULL", argument);
 }
 
-splat_result give_text(const char* text, std::size_t length, char* buffer, std::size_t capacity,
+splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
                        std::size_t* needed) {
-    if (needed != nullptr) *needed = length + 1;
+    if (needed != nullptr) *needed = text.size() + 1;
     if (buffer == nullptr || capacity == 0) return SPLAT_INCOMPLETE;
-    const std::size_t copied = length < capacity ? length : capacity - 1;
-    std::memcpy(buffer, text, copied);
+    const std::size_t copied = std::min(text.size(), capacity - 1);
+    std::memcpy(buffer, text.data(), copied);
     buffer[copied] = '\0';
-    return copied == length ? SPLAT_OK : SPLAT_INCOMPLETE;
+    return copied == text.size() ? SPLAT_OK : SPLAT_INCOMPLETE;
 }
 
 }  // namespace splat::api
@@ -90,8 +91,7 @@ const char* splat_last_error_message(void) {
 }
 
 splat_result splat_last_error_copy(char* buffer, size_t capacity, size_t* needed) {
-    const char* text = api::last_text();
-    return api::give_text(text, std::strlen(text), buffer, capacity, needed);
+    return api::give_text(api::last_text(), buffer, capacity, needed);
 }
 
 splat_result splat_log_set_callback(splat_log_callback callback, void* user,

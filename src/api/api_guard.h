@@ -1,19 +1,20 @@
 #pragma once
 
 #include <new>
+#include <string_view>
 
 #include "core/status.h"
 #include "splat.h"
 
 namespace splat::api {
 
-/// Keep the text as the calling thread's last error and return the code.
+/// Make this the calling thread's last error and return its code.
 splat_result fail(const Status& status) noexcept;
 
-/// The same for a failed allocation; needs no memory.
+/// The same for a failed allocation. Allocates nothing.
 splat_result fail_out_of_memory() noexcept;
 
-/// Run the body of an entry point: nothing leaves it but a splat_result.
+/// Run the body of an entry point and turn errors and exceptions into a splat_result.
 template <class Body>
 splat_result guarded(Body&& body) noexcept {
     try {
@@ -29,7 +30,7 @@ splat_result guarded(Body&& body) noexcept {
 /// Errors: kInvalidArgument, naming `argument`.
 Status require(const void* pointer, const char* argument);
 
-/// Check what every *_desc starts with. `known_flags` are the bits that mean something.
+/// Check the members that every *_desc starts with. Flags outside `known_flags` are refused.
 template <class Desc>
 Status check_desc(const Desc* desc, const char* type, std::size_t first_version_size,
                   std::uint32_t known_flags) {
@@ -46,7 +47,7 @@ Status check_desc(const Desc* desc, const char* type, std::size_t first_version_
     return {};
 }
 
-/// Copy a caller's struct of inputs, as much as its version has, and zeros beyond.
+/// Copy as much of a caller's input struct as its version has; the rest becomes zeros.
 template <class Input>
 Status take_input(const Input* given, const char* argument, const char* type,
                   std::size_t first_version_size, Input& taken) {
@@ -59,7 +60,7 @@ Status take_input(const Input* given, const char* argument, const char* type,
     return {};
 }
 
-/// Check the struct_size of an *_info that the caller wants filled.
+/// Check the struct_size of an *_info to fill.
 template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
     if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
@@ -77,8 +78,23 @@ void give(const Info& filled, Info* info) {
     info->struct_size = size;
 }
 
-/// Copy text with its NUL; SPLAT_INCOMPLETE if it was cut.
-splat_result give_text(const char* text, std::size_t length, char* buffer, std::size_t capacity,
+/// Copy text and a NUL to the buffer. Returns SPLAT_INCOMPLETE if the text was cut.
+splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
                        std::size_t* needed);
+
+/// Run the body of an entry point that fills a caller's text buffer: `body(give)` calls
+/// `give(text)`.
+template <class Body>
+splat_result guarded_text(char* buffer, std::size_t capacity, std::size_t* needed,
+                          Body&& body) noexcept {
+    splat_result given = SPLAT_OK;
+    const splat_result result = guarded([&]() -> Status {
+        return body([&](std::string_view text) -> Status {
+            given = give_text(text, buffer, capacity, needed);
+            return {};
+        });
+    });
+    return result != SPLAT_OK ? result : given;
+}
 
 }  // namespace splat::api

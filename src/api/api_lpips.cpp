@@ -33,8 +33,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
             tensors.push_back(&file->file.tensors);
             files.push_back(std::move(file));
         }
-        auto object = std::make_shared<api::LpipsObject>();
-        object->context = owner->context;
+        auto object = std::make_shared<api::LpipsObject>(owner->context);
         object->side = desc->side;
         model::LpipsDesc wanted;
         wanted.side = desc->side;
@@ -44,7 +43,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
             SPLAT_TRY(object->context->device().alive());
             for (const io::NamedTensors* given : tensors) SPLAT_TRY(given->unchanged());
             SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *lpips = api::Lpipses::add(std::move(object));
         return {};
     });
@@ -73,8 +72,5 @@ splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float*
 }
 
 splat_result splat_lpips_destroy(splat_lpips lpips) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Lpipses::remove(lpips, "lpips"));
-        return {};
-    });
+    return api::destroy<api::Lpipses>(lpips, "lpips");
 }

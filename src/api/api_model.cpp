@@ -6,12 +6,11 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/network_arrays.h"
+#include "config/config_file.h"
 #include "core/finite.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "model/adapters.h"
-#include "model/config_file.h"
 #include "scene/activate.h"
-#include "train/train_config.h"
 
 using namespace splat;
 
@@ -19,17 +18,10 @@ namespace {
 
 using ModelPointer = std::shared_ptr<api::ModelObject>;
 
-Result<model::PredictorConfig> config_of(const char* text) {
-    if (text == nullptr) return model::PredictorConfig();
+Result<config::PredictorConfig> config_of(const char* text) {
+    if (text == nullptr) return config::PredictorConfig();
     SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
-    SPLAT_TRY(train::check_names(config));
-    return model::predictor_config(config);
-}
-
-std::string json_names(const std::vector<std::string>& names) {
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + json_quote(name);
-    return "[" + list + "]";
+    return config::predictor_config(config);
 }
 
 std::string report_of(api::ModelObject& object) {
@@ -39,30 +31,23 @@ std::string report_of(api::ModelObject& object) {
         if (parameter.trainable) trainable += parameter.shape.elements();
     const nn::ExecutorMemory& memory = predictor.executor().memory();
     const model::LoadReport& load = object.load;
-    const auto flag = [](bool value) { return value ? "true" : "false"; };
-    return format(
-               "{\"parameters\": %llu, \"trainable\": %llu, \"slices\": %u, "
-               "\"bytes\": {\"activations\": %llu, \"prepared\": %llu},\n \"load\": "
-               "{\"rays_differ\": %s, \"rays_taken\": %s, ",
-               static_cast<unsigned long long>(object.predictor->parameters().elements()),
-               static_cast<unsigned long long>(trainable), predictor.slices(),
-               static_cast<unsigned long long>(memory.arenas - memory.prepared),
-               static_cast<unsigned long long>(memory.prepared), flag(load.rays_differ),
-               flag(load.rays_taken)) +
-           "\"copied\": " + json_names(load.copied) + ", \"widened\": " + json_names(load.widened) +
-           ", \"fresh\": " + json_names(load.fresh) +
-           ", \"left_out\": " + json_names(load.left_out) +
-           "},\n \"config\": " + model::config_text(predictor.config()) + "}";
+    JsonWriter json;
+    json.begin_object().member("parameters", object.predictor->parameters().elements());
+    json.member("trainable", trainable).member("slices", predictor.slices());
+    json.key("bytes").begin_object().member("activations", memory.arenas - memory.prepared);
+    json.member("prepared", memory.prepared).end();
+    json.newline(1).key("load").begin_object().member("rays_differ", load.rays_differ);
+    json.member("rays_taken", load.rays_taken).key("copied").list(load.copied);
+    json.key("widened").list(load.widened).key("fresh").list(load.fresh);
+    json.key("left_out").list(load.left_out).end();
+    json.newline(1).key("config").raw(config::config_text(predictor.config())).end();
+    return json.text();
 }
 
 /// A live model and its device, locked while `body` runs.
 template <class Body>
 splat_result locked(splat_model model, Body&& body) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ModelPointer object, api::Models::find(model, "model"));
-        const std::lock_guard lock(object->context->mutex);
-        return body(*object);
-    });
+    return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
 /// Identity poses where the caller gives none.
@@ -79,7 +64,7 @@ struct Poses {
 };
 
 Status run(api::ModelObject& object, const splat_model_input& input) {
-    const model::PredictorConfig& c = object.predictor->config();
+    const config::PredictorConfig& c = object.predictor->config();
     const std::size_t images = std::size_t{object.objects} * c.views;
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
     SPLAT_TRY(api::require(input.images, "splat_model_input.images"));
@@ -122,7 +107,7 @@ constexpr std::pair<model::Predictor::Input, const char*> kInputs[] = {
     {model::Predictor::Input::kEmbedding, "grad:embedding"},
     {model::Predictor::Input::kTokens, "grad:tokens"}};
 
-/// A result, a parameter or its gradient.
+/// Find a result, a parameter or a gradient by its name.
 Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& name) {
     const auto outputs = object.predictor->outputs();
     const std::pair<const char*, vk::BufferView> results[] = {
@@ -139,9 +124,9 @@ Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& na
         object.predictor->parameters().find(gradient ? name.substr(5) : name);
     if (parameter == nullptr)
         return error(Code::kInvalidArgument,
-                     "'%s' is no result (means, opacities, scales, rotations, sh, raw), no "
-                     "parameter of the model, and no gradient: grad: before a parameter's name, "
-                     "images, embedding or tokens",
+                     "'%s' is not a result (means, opacities, scales, rotations, sh, raw), a "
+                     "parameter, or a gradient ('grad:' and a parameter's name, images, "
+                     "embedding or tokens)",
                      name.c_str());
     if (!gradient) return parameter->value;
     if (parameter->grad.block == nullptr)
@@ -156,7 +141,7 @@ Status read_view(api::ModelObject& object, const vk::BufferView& view, std::vect
     return object.context->read(view, values.data(), values.size() * sizeof(float));
 }
 
-/// Object `i` of outputs that hold several.
+/// The values of object `i`.
 std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, std::uint32_t i) {
     const auto count = static_cast<std::ptrdiff_t>(all.size() / objects);
     return {all.begin() + i * count, all.begin() + (i + 1) * count};
@@ -181,7 +166,7 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
     made.sh = part(sh, object.objects, index);
     // Scenes hold logarithms and logits, as files of Gaussians do.
     made.log_scales = part(scales, object.objects, index);
-    // exp() of the network's output may be 0 in float32: a flat Gaussian, which still is drawn.
+    // exp() of the network's output may be 0 in float32. Such a flat Gaussian is still drawn.
     constexpr float kLeastScale = std::numeric_limits<float>::min();
     for (float& scale : made.log_scales) scale = std::log(std::max(scale, kLeastScale));
     made.opacity_logits = part(opacities, object.objects, index);
@@ -192,14 +177,14 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
 
 }  // namespace
 
-Result<model::Precision> api::precision_of(std::int32_t precision, const char* field) {
+Result<config::Precision> api::precision_of(std::int32_t precision, const char* field) {
     switch (precision) {
         case SPLAT_PRECISION_BALANCED:
-            return model::Precision::kBalanced;
+            return config::Precision::kBalanced;
         case SPLAT_PRECISION_STRICT:
-            return model::Precision::kStrict;
+            return config::Precision::kStrict;
         case SPLAT_PRECISION_FAST:
-            return model::Precision::kFast;
+            return config::Precision::kFast;
         default:
             return error(Code::kInvalidArgument, "%s is %d, expected 0 to %d", field, precision,
                          SPLAT_PRECISION_FAST);
@@ -224,7 +209,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         model::PredictorOptions options;
         SPLAT_ASSIGN(options.build.precision,
                      api::precision_of(desc->precision, "splat_model_desc.precision"));
-        SPLAT_ASSIGN(const model::PredictorConfig config, config_of(desc->config));
+        SPLAT_ASSIGN(const config::PredictorConfig config, config_of(desc->config));
         if (desc->objects > 4096)
             return error(Code::kInvalidArgument,
                          "splat_model_desc.objects is %u, expected at most 4096", desc->objects);
@@ -234,14 +219,13 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         options.keep_prepared = (desc->flags & SPLAT_MODEL_LOW_MEMORY) == 0;
         options.recompute = (desc->flags & SPLAT_MODEL_RECOMPUTE) != 0;
         options.input_gradient = (desc->flags & SPLAT_MODEL_INPUT_GRADIENTS) != 0;
-        auto object = std::make_shared<api::ModelObject>();
-        object->context = owner->context;
+        auto object = std::make_shared<api::ModelObject>(owner->context);
         object->objects = options.objects;
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(object->predictor,
                          model::Predictor::create(*object->context, config, options));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *model = api::Models::add(std::move(object));
         return {};
     });
@@ -305,13 +289,10 @@ splat_result splat_model_export(splat_model model, uint32_t what, splat_weights*
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = locked(model, [&](api::ModelObject& object) -> Status {
-        const std::string text = report_of(object);
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
+        return api::use<api::Models>(
+            model, "model", [&](api::ModelObject& object) { return give(report_of(object)); });
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
@@ -419,8 +400,5 @@ splat_result splat_model_zero_gradients(splat_model model) {
 }
 
 splat_result splat_model_destroy(splat_model model) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::remove(model, "model"));
-        return {};
-    });
+    return api::destroy<api::Models>(model, "model");
 }

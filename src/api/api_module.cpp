@@ -1,6 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 
 using namespace splat;
 
@@ -9,11 +9,7 @@ namespace {
 /// A live module and its device, locked while `body` runs.
 template <class Body>
 splat_result locked(splat_module module, Body&& body) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
-        const std::lock_guard lock(object->context->mutex);
-        return body(*object);
-    });
+    return api::guarded([&] { return api::use<api::Modules>(module, "module", body); });
 }
 
 Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
@@ -56,28 +52,33 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     return desc;
 }
 
-std::string shape_json(const std::string& name, const Shape& shape) {
-    return format("{\"name\": %s, \"shape\": %s", json_quote(name).c_str(), shape.text().c_str());
+void begin_tensor(JsonWriter& json, const std::string& name, const Shape& shape) {
+    json.begin_object().member("name", name).key("shape").raw(shape.text());
 }
 
-std::string ports_json(const std::vector<model::ModulePort>& ports) {
-    std::string list;
-    for (const model::ModulePort& port : ports)
-        list += (list.empty() ? "" : ", ") + shape_json(port.name, port.shape) + "}";
-    return "[" + list + "]";
+void add_ports(JsonWriter& json, const char* key, const std::vector<model::ModulePort>& ports) {
+    json.newline(1).key(key).begin_array();
+    for (const model::ModulePort& port : ports) {
+        begin_tensor(json, port.name, port.shape);
+        json.end();
+    }
+    json.end();
 }
 
 std::string report_of(model::Module& module) {
-    std::string parameters;
-    for (const nn::Parameter& p : module.parameters().all())
-        parameters += (parameters.empty() ? "" : ",\n  ") + shape_json(p.name, p.shape) +
-                      format(", \"trainable\": %s}", p.trainable ? "true" : "false");
-    return format(
-        "{\"type\": %s,\n \"inputs\": %s,\n \"outputs\": %s,\n \"parameters\": [%s],\n "
-        "\"bytes\": %llu}",
-        json_quote(module.type()).c_str(), ports_json(module.names().inputs).c_str(),
-        ports_json(module.names().outputs).c_str(), parameters.c_str(),
-        static_cast<unsigned long long>(module.memory().arenas - module.memory().prepared));
+    JsonWriter json;
+    json.begin_object().member("type", module.type());
+    add_ports(json, "inputs", module.names().inputs);
+    add_ports(json, "outputs", module.names().outputs);
+    json.newline(1).key("parameters").begin_array();
+    for (const nn::Parameter& p : module.parameters().all()) {
+        json.newline(2);
+        begin_tensor(json, p.name, p.shape);
+        json.member("trainable", p.trainable).end();
+    }
+    json.end().newline(1);
+    json.member("bytes", module.memory().arenas - module.memory().prepared).end();
+    return json.text();
 }
 
 }  // namespace
@@ -91,12 +92,11 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
             desc, "splat_module_desc", sizeof(splat_module_desc),
             SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
         SPLAT_ASSIGN(const model::ModuleDesc wanted, desc_of(*desc));
-        auto object = std::make_shared<api::ModuleObject>();
-        object->context = owner->context;
+        auto object = std::make_shared<api::ModuleObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *module = api::Modules::add(std::move(object));
         return {};
     });
@@ -108,13 +108,11 @@ splat_result splat_module_init(splat_module module, uint64_t seed) {
 
 splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                  size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = locked(module, [&](api::ModuleObject& object) -> Status {
-        const std::string text = report_of(*object.module);
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
+        return api::use<api::Modules>(module, "module", [&](api::ModuleObject& object) {
+            return give(report_of(*object.module));
+        });
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_module_write(splat_module module, const char* name, const float* values,
@@ -149,8 +147,5 @@ splat_result splat_module_zero_gradients(splat_module module) {
 }
 
 splat_result splat_module_destroy(splat_module module) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Modules::remove(module, "module"));
-        return {};
-    });
+    return api::destroy<api::Modules>(module, "module");
 }

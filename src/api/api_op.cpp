@@ -1,8 +1,8 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/tensor_arguments.h"
-#include "core/json.h"
-#include "nn/op_table.h"
+#include "core/json_writer.h"
+#include "ops/op_table.h"
 
 using namespace splat;
 
@@ -37,7 +37,7 @@ class TensorList {
     const vk::Context& context_;
 };
 
-/// No two results of one pass in one place. `tensors` may hold NULLs.
+/// Refuse a tensor that is given for two results. NULLs are skipped.
 Status check_distinct(const char* op, const char* field, std::span<const splat_tensor> tensors) {
     for (std::size_t i = 0; i < tensors.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
@@ -47,7 +47,7 @@ Status check_distinct(const char* op, const char* field, std::span<const splat_t
     return {};
 }
 
-Status check_counts(const nn::OpRow& row, const splat_op_desc& desc) {
+Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
     if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
         return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
                      row.name, desc.input_count, row.inputs.size());
@@ -66,7 +66,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
     SPLAT_TRY(api::check_desc(desc, "splat_op_desc", sizeof(splat_op_desc), SPLAT_OP_ACCUMULATE));
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
-    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc->type));
+    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));
     std::vector<JsonScalar> attributes;
     if (desc->attributes != nullptr) {
@@ -77,21 +77,20 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     nn::OpInstance::Tensors tensors;
     tensors.accumulate = (desc->flags & SPLAT_OP_ACCUMULATE) != 0;
     for (std::size_t i = 0; i < row->inputs.size(); ++i) {
-        const nn::Port& port = row->inputs[i];
+        const ops::Port& port = row->inputs[i];
         SPLAT_TRY(list.add(desc->inputs[i], "", port.name, port.optional, tensors.inputs));
         if (desc->grad_inputs != nullptr)
             SPLAT_TRY(
                 list.add(desc->grad_inputs[i], "grad_", port.name, true, tensors.grad_inputs));
     }
     for (std::size_t i = 0; i < row->outputs.size(); ++i) {
-        const nn::Port& port = row->outputs[i];
+        const ops::Port& port = row->outputs[i];
         SPLAT_TRY(list.add(desc->outputs[i], "", port.name, false, tensors.outputs));
         if (desc->grad_outputs != nullptr)
             SPLAT_TRY(
                 list.add(desc->grad_outputs[i], "grad_", port.name, false, tensors.grad_outputs));
     }
-    auto object = std::make_shared<api::OpObject>();
-    object->context = owner->context;
+    auto object = std::make_shared<api::OpObject>(owner->context);
     object->tensors = std::move(list.tensors);
     const std::lock_guard lock(object->context->mutex);
     SPLAT_ASSIGN(object->op, nn::OpInstance::create(*object->context, *row, attributes, tensors));
@@ -107,46 +106,40 @@ splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
     });
 }
 
-/// ["a", "b"]
-template <class Items, class Text>
-std::string json_list(const Items& items, Text&& text) {
-    std::string list;
-    for (const auto& item : items) list += (list.empty() ? "" : ", ") + text(item);
-    return "[" + list + "]";
+void add_ports(JsonWriter& json, const char* key, std::span<const ops::Port> ports) {
+    json.key(key).begin_array();
+    for (const ops::Port& port : ports)
+        json.value(std::string(port.name) + (port.optional ? "?" : ""));
+    json.end();
 }
 
-std::string describe(const nn::OpRow& row) {
-    const auto port = [](const nn::Port& p) {
-        return json_quote(std::string(p.name) + (p.optional ? "?" : ""));
-    };
-    const auto attribute = [](const nn::Attribute& a) {
-        return format("{\"name\": %s, \"type\": %s, \"default\": %s, \"about\": %s}",
-                      json_quote(a.name).c_str(), json_quote(a.type).c_str(), a.fallback,
-                      json_quote(a.about).c_str());
-    };
-    return format(
-        "\n {\"name\": %s, \"equation\": %s,\n  \"inputs\": %s, \"outputs\": %s, \"saved\": %s,\n"
-        "  \"attributes\": %s}",
-        json_quote(row.name).c_str(), json_quote(row.equation).c_str(),
-        json_list(row.inputs, port).c_str(), json_list(row.outputs, port).c_str(),
-        json_list(row.saved, [](const char* name) { return json_quote(name); }).c_str(),
-        json_list(row.attributes, attribute).c_str());
+void describe(JsonWriter& json, const ops::OpRow& row) {
+    json.newline(1).begin_object().member("name", row.name).member("equation", row.equation);
+    json.newline(2);
+    add_ports(json, "inputs", row.inputs);
+    add_ports(json, "outputs", row.outputs);
+    json.key("saved").list(row.saved);
+    json.newline(2).key("attributes").begin_array();
+    for (const ops::Attribute& a : row.attributes) {
+        json.begin_object().member("name", a.name).member("type", a.type);
+        json.key("default").raw(a.fallback).member("about", a.about).end();
+    }
+    json.end().end();
 }
 
 std::string make_list() {
-    return json_list(nn::op_table(), [](const nn::OpRow* row) { return describe(*row); });
+    JsonWriter json;
+    json.begin_array();
+    for (const ops::OpRow* row : ops::op_table()) describe(json, *row);
+    json.end();
+    return json.text();
 }
 
 }  // namespace
 
 splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
-        const std::string list = make_list();
-        given = api::give_text(list.c_str(), list.size(), buffer, capacity, needed);
-        return {};
-    });
-    return result != SPLAT_OK ? result : given;
+    return api::guarded_text(buffer, capacity, needed,
+                             [&](auto give) -> Status { return give(make_list()); });
 }
 
 splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
@@ -167,8 +160,5 @@ splat_result splat_op_backward(splat_op op) {
 }
 
 splat_result splat_op_destroy(splat_op op) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Ops::remove(op, "op"));
-        return {};
-    });
+    return api::destroy<api::Ops>(op, "op");
 }

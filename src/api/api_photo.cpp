@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "api/api_guard.h"
+#include "core/json_writer.h"
 #include "data/photograph.h"
 
 using namespace splat;
@@ -32,12 +33,20 @@ void give_plane(const std::vector<float>& from, float* to) {
     if (to != nullptr) std::copy(from.begin(), from.end(), to);
 }
 
+std::string report_of(const data::Photograph& photo) {
+    JsonWriter json;
+    json.begin_object().member("width", photo.width).member("height", photo.height);
+    json.member("mask", photo.mask_from).key("square").begin_array();
+    for (const auto value : {photo.x, photo.y, photo.side}) json.number(value, 6);
+    json.end().end();
+    return json.text();
+}
+
 }  // namespace
 
 splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views* out, char* buffer,
                               size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_TRY(
             api::check_desc(desc, "splat_photo_desc", sizeof(splat_photo_desc), SPLAT_PHOTO_WHOLE));
         SPLAT_TRY(api::require(out, "out"));
@@ -52,11 +61,6 @@ splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views*
         give_plane(photo.depth, out->depths);
         give_plane(photo.normal, out->normals);
         give_plane(photo.mask, out->masks);
-        const std::string text =
-            format("{\"width\": %u, \"height\": %u, \"mask\": \"%s\", \"square\": [%g, %g, %g]}",
-                   photo.width, photo.height, photo.mask_from, photo.x, photo.y, photo.side);
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+        return give(report_of(photo));
     });
-    return result == SPLAT_OK ? given : result;
 }

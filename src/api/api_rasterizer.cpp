@@ -10,7 +10,7 @@ using namespace splat;
 namespace {
 
 using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
-using PackedPointer = std::shared_ptr<api::PackedScene>;
+using CopyPointer = std::shared_ptr<api::SceneCopy>;
 
 Status check_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
@@ -71,10 +71,10 @@ Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
     return desc;
 }
 
-/// Memory of the gradients, now: so that a backward call does not fail for want of it.
+/// Allocate the gradients at creation, so that a backward call cannot run out of memory for them.
 Status allocate_gradients(api::RasterizerObject& object, const raster::RasterDesc& desc) {
     vk::Context& context = *object.context;
-    SPLAT_ASSIGN(object.gradients, raster::allocate_packed(context, desc));
+    SPLAT_ASSIGN(object.grad_gaussians, raster::allocate_packed(context, desc));
     SPLAT_ASSIGN(object.grad_image,
                  context.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
                                            "gradient of the image"));
@@ -90,8 +90,7 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     SPLAT_TRY(
         api::check_desc(from, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
     SPLAT_ASSIGN(const raster::RasterDesc desc, raster_desc(*from));
-    auto object = std::make_shared<api::RasterizerObject>();
-    object->context = owner->context;
+    auto object = std::make_shared<api::RasterizerObject>(owner->context);
     const std::lock_guard lock(owner->context->mutex);
     SPLAT_TRY(owner->context->device().alive());
     SPLAT_ASSIGN(object->rasterizer, raster::Rasterizer::create(*owner->context, desc));
@@ -99,11 +98,11 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     return object;
 }
 
-/// What both ways to draw are given, checked.
+/// Check and pack the cameras and the background of a forward call.
 Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
                                         std::uint32_t count, const float* background) {
     SPLAT_TRY(api::require(cameras, "cameras"));
-    if (count != desc.views)  // before any is read: `cameras` may hold fewer
+    if (count != desc.views)  // before reading: `cameras` may hold fewer
         return error(Code::kInvalidArgument,
                      "count is %u, but the rasterizer was made for %u views", count, desc.views);
     std::vector<scene::Camera> views;
@@ -119,9 +118,9 @@ Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const sp
     return raster::pack_views(desc, views, color);
 }
 
-/// The scene on the rasterizer's device, packed for its degree; uploaded if it is not there yet. The
-/// scene's mutex is held by the caller.
-Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::RasterizerObject& object) {
+/// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
+/// caller holds the scene's mutex.
+Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterizerObject& object) {
     static std::atomic<std::uint64_t> versions{0};
     const raster::RasterDesc& desc = object.rasterizer->desc();
     if (desc.direct_colors)
@@ -132,26 +131,24 @@ Result<PackedPointer> packed_scene(api::SceneObject& scene, const api::Rasterize
         return error(Code::kInvalidArgument,
                      "the scene has %zu Gaussians, but the rasterizer was made for %u",
                      scene.gaussians.count(), desc.gaussians);
-    for (const PackedPointer& packed : scene.packed)
-        if (packed->context == object.context && packed->sh_degree == desc.sh_degree) return packed;
-    auto packed = std::make_shared<api::PackedScene>();
-    packed->context = object.context;
-    packed->sh_degree = desc.sh_degree;
-    packed->bands = scene.gaussians.sh_degree;
-    packed->version = ++versions;
+    for (const CopyPointer& copy : scene.copies)
+        if (copy->context == object.context && copy->sh_degree == desc.sh_degree) return copy;
+    auto copy = std::make_shared<api::SceneCopy>(object.context);
+    copy->sh_degree = desc.sh_degree;
     {
         const std::lock_guard lock(object.context->mutex);
         SPLAT_TRY(object.context->device().alive());
-        SPLAT_ASSIGN(packed->arrays, raster::allocate_packed(*object.context, desc));
-        SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, packed->arrays));
+        SPLAT_ASSIGN(copy->buffers, raster::allocate_packed(*object.context, desc));
+        SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, copy->buffers));
     }
-    scene.packed.push_back(packed);
-    return packed;
+    copy->packed = copy->buffers.scene(++versions, scene.gaussians.sh_degree);
+    scene.copies.push_back(copy);
+    return copy;
 }
 
-/// Check the tensors, and take them into `views`.
+/// Check the tensors and put their views into `to`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
-                       const splat_gaussians_desc& from, raster::AttributeViews& views) {
+                       const splat_gaussians_desc& from, raster::GaussianAttributes& to) {
     const std::int64_t n = desc.gaussians;
     const std::int64_t k = scene::sh_coefficients(desc.sh_degree);
     if (n > 0) {
@@ -167,33 +164,32 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
                      "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
                      "colours",
                      desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
-    SPLAT_TRY(arguments.read(from.means, "means", {n, 3}, views.means));
-    SPLAT_TRY(arguments.read(from.scales, "scales", {n, 3}, views.scales));
-    SPLAT_TRY(arguments.read(from.rotations, "rotations", {n, 4}, views.rotations));
-    SPLAT_TRY(arguments.read(from.opacities, "opacities", {n}, views.opacities));
-    SPLAT_TRY(arguments.read(from.colors, "colors", {n, 3}, views.colors));
-    return arguments.read(from.sh, "sh", {n, k, 3}, views.colors);
+    SPLAT_TRY(arguments.read(from.means, "means", {n, 3}, to.means));
+    SPLAT_TRY(arguments.read(from.scales, "scales", {n, 3}, to.scales));
+    SPLAT_TRY(arguments.read(from.rotations, "rotations", {n, 4}, to.rotations));
+    SPLAT_TRY(arguments.read(from.opacities, "opacities", {n}, to.opacities));
+    SPLAT_TRY(arguments.read(from.colors, "colors", {n, 3}, to.colors));
+    return arguments.read(from.sh, "sh", {n, k, 3}, to.colors);
 }
 
-/// After a call, however it ended, the rasterizer keeps the scene that its lists name: the one drawn, or
-/// where that was not recorded the one before.
-struct KeepNamed {
+/// Keeps the scene that the rasterizer's command lists name when a call ends: the one drawn, or the
+/// one before if the call failed before it recorded.
+struct NamedSceneKeeper {
     api::RasterizerObject& object;
-    const raster::SceneInput& input;
-    PackedPointer& packed;
+    CopyPointer& drawn;
 
-    ~KeepNamed() {
-        if (object.rasterizer->names(input)) std::swap(object.scene, packed);
+    ~NamedSceneKeeper() {
+        if (object.rasterizer->names(drawn->packed)) std::swap(object.scene, drawn);
     }
 };
 
-Status pack(api::RasterizerObject& object, const raster::AttributeViews& views) {
+Status pack(api::RasterizerObject& object, const raster::GaussianAttributes& attributes) {
     const raster::RasterDesc& desc = object.rasterizer->desc();
-    if (object.inputs.gaussians.bytes() == 0) {
+    if (object.inputs.bytes() == 0) {
         SPLAT_ASSIGN(object.inputs, raster::allocate_packed(*object.context, desc));
     }
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::pack_attributes(recorder, desc, views, object.inputs.input()));
+    SPLAT_TRY(raster::pack_attributes(recorder, desc, attributes, object.inputs.scene()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     SPLAT_TRY(object.context->make_ready(list));
     object.rasterizer->invalidate();
@@ -220,16 +216,14 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_s
         SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(object->rasterizer->desc(), cameras, count, background));
-        PackedPointer packed;  // destroyed without the mutex, which its destructor locks
+        CopyPointer copy;  // destroyed after the mutex is released: its destructor locks it
         {
             const std::lock_guard lock(from->mutex);
-            SPLAT_ASSIGN(packed, packed_scene(*from, *object));
+            SPLAT_ASSIGN(copy, copy_of(*from, *object));
         }
         const std::lock_guard lock(object->context->mutex);
-        raster::SceneInput input = packed->arrays.input(packed->version);
-        input.sh_degree = packed->bands;
-        const KeepNamed keep{*object, input, packed};
-        return object->rasterizer->forward(input, views);
+        const NamedSceneKeeper keeper{*object, copy};
+        return object->rasterizer->forward(copy->packed, views);
     });
 }
 
@@ -245,12 +239,12 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
         SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(desc, cameras, count, background));
         api::TensorArguments arguments(*object->context, "rasterizer");
-        raster::AttributeViews attributes;
+        raster::GaussianAttributes attributes;
         SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(pack(*object, attributes));
-        return object->rasterizer->forward(object->inputs.input(), views);
+        return object->rasterizer->forward(object->inputs.scene(), views);
     });
 }
 
@@ -261,9 +255,8 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
         const std::lock_guard lock(object->context->mutex);
         const raster::RasterStats& stats = object->rasterizer->stats();
         splat_rasterizer_info filled{};
-        filled.bytes = object->rasterizer->workspace().bytes() + object->inputs.gaussians.bytes() +
-                       object->inputs.colors.bytes() + object->gradients.gaussians.bytes() +
-                       object->gradients.colors.bytes() + object->grad_image.bytes() +
+        filled.bytes = object->rasterizer->workspace().bytes() + object->inputs.bytes() +
+                       object->grad_gaussians.bytes() + object->grad_image.bytes() +
                        object->grad_depth.bytes();
         if (object->rasterizer->drawn()) {
             filled.passes = stats.passes;
@@ -280,8 +273,5 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
 }
 
 splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::remove(rasterizer, "rasterizer"));
-        return {};
-    });
+    return api::destroy<api::Rasterizers>(rasterizer, "rasterizer");
 }

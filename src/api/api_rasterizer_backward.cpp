@@ -9,7 +9,7 @@ namespace {
 /// The tensors of a splat_gradients_desc.
 struct GradientTensors {
     vk::BufferView rgb, alpha, depth;
-    raster::AttributeViews attributes;
+    raster::GaussianAttributes attributes;
     vk::BufferView means2d, means2d_abs, pose;
 };
 
@@ -18,7 +18,7 @@ Status check_made_for(bool made, const char* name, const char* flag) {
     return error(Code::kInvalidState, "%s needs a rasterizer made %s", name, flag);
 }
 
-/// Errors: kInvalidState, for a tensor that this rasterizer has no use for.
+/// Errors: kInvalidState for a tensor that this rasterizer was not made for.
 Status check_purpose(const raster::RasterDesc& desc, const splat_gradients_desc& from) {
     SPLAT_TRY(check_made_for(desc.backward, "backward", "with SPLAT_RASTERIZER_BACKWARD"));
     SPLAT_TRY(check_made_for(desc.grad_depth || from.grad_depth == nullptr, "grad_depth",
@@ -45,7 +45,7 @@ Status check_tensors(api::TensorArguments& list, const raster::RasterDesc& desc,
     SPLAT_TRY(list.read(from.grad_rgb, "grad_rgb", {v, h, w, 3}, to.rgb));
     SPLAT_TRY(list.read(from.grad_alpha, "grad_alpha", {v, h, w}, to.alpha));
     SPLAT_TRY(list.read(from.grad_depth, "grad_depth", {v, h, w}, to.depth));
-    raster::AttributeViews& a = to.attributes;
+    raster::GaussianAttributes& a = to.attributes;
     SPLAT_TRY(list.write(from.grad_means, "grad_means", {n, 3}, a.means));
     SPLAT_TRY(list.write(from.grad_scales, "grad_scales", {n, 3}, a.scales));
     SPLAT_TRY(list.write(from.grad_rotations, "grad_rotations", {n, 4}, a.rotations));
@@ -61,7 +61,7 @@ bool present(const vk::BufferView& view) {
     return view.buffer != VK_NULL_HANDLE;
 }
 
-/// The gradients by the outputs into the layout of the kernels.
+/// Copy the gradients by the outputs into the kernels' layout.
 Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     const std::uint64_t pixels = object.rasterizer->desc().pixels();
     const vk::BufferView& image = object.grad_image.range();
@@ -81,13 +81,13 @@ Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     return object.context->run(list);
 }
 
-/// The gradients by the inputs from the layout of the kernels.
+/// Copy the gradients by the inputs out of the kernels' layout.
 Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, bool accumulate) {
     const raster::RasterDesc& desc = object.rasterizer->desc();
     const raster::Workspace& space = object.rasterizer->workspace();
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::unpack_attributes(recorder, desc, object.gradients.input(),
-                                        tensors.attributes, accumulate));
+    SPLAT_TRY(raster::unpack_gradients(recorder, desc, object.grad_gaussians.gradients(),
+                                       tensors.attributes, accumulate));
     if (present(tensors.means2d))
         SPLAT_TRY(ops::strided_copy(recorder, {desc.items(), 2, {12, 0}, {2, 0}, accumulate},
                                     space.exported.range(), tensors.means2d));
@@ -120,8 +120,9 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
             return error(Code::kInvalidState,
                          "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
         SPLAT_TRY(pack(*object, tensors));
-        SPLAT_TRY(object->rasterizer->backward(
-            object->grad_image.range(), object->grad_depth.range(), object->gradients.input()));
+        SPLAT_TRY(object->rasterizer->backward(object->grad_image.range(),
+                                               object->grad_depth.range(),
+                                               object->grad_gaussians.gradients()));
         return unpack(*object, tensors, (gradients->flags & SPLAT_GRADIENTS_ACCUMULATE) != 0);
     });
 }

@@ -10,12 +10,12 @@ namespace {
 
 using raster::Workspace;
 
-/// Where an output lies in the workspace; its elements are pixels or items.
+/// Where an output lies in the workspace. Its elements are pixels or items.
 struct OutputRow {
     const char* name;
-    vk::Buffer Workspace::*buffer;  ///< null: made of others, on the host
+    vk::Buffer Workspace::*buffer;  ///< null: the host computes it from others
     bool per_pixel;
-    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH or _NORMALS, if it needs one
+    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH or _NORMALS if required, else 0
     std::uint32_t channels;
     ops::Stride layout;
 };

@@ -48,14 +48,14 @@ splat_scene add_scene(scene::Gaussians gaussians) {
     return api::Scenes::add(std::move(object));
 }
 
-/// Replace the Gaussians of a scene by those that `make` gives of them, or leave it as it was.
+/// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
 template <class Make>
 splat_result replace(splat_scene scene, Make&& make) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(object->gaussians, make(std::as_const(object->gaussians)));
-        object->packed.clear();
+        object->copies.clear();
         return {};
     });
 }
@@ -66,7 +66,7 @@ Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
                  elements * sizeof(float));
 }
 
-/// An attribute that a call reads or writes. Errors: what is NULL, no attribute, or too small.
+/// The attribute that a call names. Errors: NULL arguments, an unknown name, too few bytes.
 Result<const api::SceneAttribute*> attribute_of(const api::SceneObject& object, const char* name,
                                                 const float* values, std::size_t bytes) {
     SPLAT_TRY(api::require(name, "name"));
@@ -97,7 +97,7 @@ splat_scene_info info_of(const scene::Statistics& s) {
     return info;
 }
 
-/// The Gaussians of live scenes; each is locked while it is copied.
+/// Copies of the Gaussians of live scenes. Each scene is locked while it is copied.
 Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::uint32_t count) {
     std::vector<scene::Gaussians> copies;
     std::uint64_t total = 0;
@@ -126,14 +126,11 @@ splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene
 
 splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
                                      size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         const std::string& report = object->report;
-        given = api::give_text(report.c_str(), report.size(), buffer, capacity, needed);
-        return {};
+        return give(report);
     });
-    return result != SPLAT_OK ? result : given;
 }
 
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
@@ -157,7 +154,7 @@ splat_result splat_scene_write(splat_scene scene, const char* name, const float*
                      attribute_of(*object, name, values, bytes));
         const std::size_t elements = (object->gaussians.*attribute->array).size();
         SPLAT_TRY(api::set_attribute(*attribute, {values, elements}, object->gaussians));
-        object->packed.clear();
+        object->copies.clear();
         return {};
     });
 }
@@ -251,8 +248,5 @@ splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
 }
 
 splat_result splat_scene_destroy(splat_scene scene) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::remove(scene, "scene"));
-        return {};
-    });
+    return api::destroy<api::Scenes>(scene, "scene");
 }

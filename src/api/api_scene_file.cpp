@@ -3,7 +3,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "io/file.h"
 #include "io/scene_file.h"
 #include "scene/arrays.h"
@@ -12,15 +12,9 @@ using namespace splat;
 
 namespace {
 
-static_assert(static_cast<int>(io::SceneFormat::kPly) + 1 == SPLAT_SCENE_PLY);
-static_assert(static_cast<int>(io::SceneFormat::kSpz) + 1 == SPLAT_SCENE_SPZ);
 static_assert(static_cast<int>(scene::Frame::kRdf) + 1 == SPLAT_FRAME_RDF);
 static_assert(static_cast<int>(scene::Frame::kRub) + 1 == SPLAT_FRAME_RUB);
 static_assert(static_cast<int>(scene::Frame::kLdf) + 1 == SPLAT_FRAME_LDF);
-
-/// Names that make io write the format of the same index.
-constexpr const char* kMemoryNames[] = {"memory", "memory.ply", "memory.ply", "memory.splat",
-                                        "memory.spz"};
 
 Status check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
     if (value >= least && value <= most) return {};
@@ -34,11 +28,17 @@ Result<splat_scene_file_desc> complete(const splat_scene_file_desc* desc) {
     splat_scene_file_desc full{};
     if (desc == nullptr) return full;
     SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full, 0));
-    SPLAT_TRY(check_range("format", desc->format, 0, SPLAT_SCENE_SPZ));
+    SPLAT_TRY(check_range("format", desc->format, 0, std::ssize(io::scene_formats())));
     SPLAT_TRY(check_range("frame", desc->frame, 0, SPLAT_FRAME_LDF));
     SPLAT_TRY(check_range("sh_degree", desc->sh_degree, SPLAT_SH_CONSTANT, scene::kMaxShDegree));
     if (desc->spz_version != 0) SPLAT_TRY(check_range("spz_version", desc->spz_version, 3, 4));
     return *desc;
+}
+
+/// Null where the desc leaves it open.
+const io::SceneFormat* format_of(const splat_scene_file_desc& desc) {
+    if (desc.format == 0) return nullptr;
+    return &io::scene_formats()[static_cast<std::size_t>(desc.format - 1)];
 }
 
 std::optional<scene::Frame> frame_of(const splat_scene_file_desc& desc) {
@@ -52,27 +52,34 @@ std::optional<std::uint32_t> degree_of(const splat_scene_file_desc& desc) {
 }
 
 std::string report_text(const io::LoadReport& report) {
-    std::string ignored;
-    for (const std::string& name : report.ignored)
-        ignored += (ignored.empty() ? "" : ", ") + json_quote(name);
-    return format(
-        "{\"format\": %s, \"version\": %u, \"count\": %llu, \"sh_degree\": %u, \"frame\": \"%s\", "
-        "\"ignored\": [%s], \"non_finite_values\": %llu, \"bad_rotations\": %llu}",
-        json_quote(report.format).c_str(), report.version,
-        static_cast<unsigned long long>(report.count), report.sh_degree,
-        scene::frame_name(report.frame), ignored.c_str(),
-        static_cast<unsigned long long>(report.non_finite_values),
-        static_cast<unsigned long long>(report.bad_rotations));
+    JsonWriter json;
+    json.begin_object().member("format", report.format).member("version", report.version);
+    json.member("count", report.count).member("sh_degree", report.sh_degree);
+    json.member("frame", scene::frame_name(report.frame)).key("ignored").list(report.ignored);
+    json.member("non_finite_values", report.non_finite_values);
+    json.member("bad_rotations", report.bad_rotations).end();
+    return json.text();
+}
+
+std::string formats_text() {
+    JsonWriter json;
+    json.begin_array();
+    for (const io::SceneFormat& format : io::scene_formats()) {
+        json.newline(1).begin_object().member("name", format.name);
+        json.member("id", &format - io::scene_formats().data() + 1);
+        json.member("extension", format.extension).member("holds", format.holds);
+        json.member("frame", scene::frame_name(format.frame));
+        json.member("max_sh_degree", format.max_sh_degree);
+        json.member("written", format.write != nullptr).end();
+    }
+    return json.end().text();
 }
 
 Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_file_desc& desc) {
     io::LoadOptions options;
     options.frame = frame_of(desc);
     if (desc.max_count != 0) options.max_count = desc.max_count;
-    SPLAT_ASSIGN(io::LoadedScene loaded,
-                 desc.format == 0 ? io::read_scene(file, name, options)
-                                  : io::read_scene_as(static_cast<io::SceneFormat>(desc.format - 1),
-                                                      file, name, options));
+    SPLAT_ASSIGN(io::LoadedScene loaded, io::read_scene(file, name, options, format_of(desc)));
     auto object = std::make_shared<api::SceneObject>();
     object->report = report_text(loaded.report);
     if (const auto degree = degree_of(desc))
@@ -82,20 +89,22 @@ Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_fil
     return api::Scenes::add(std::move(object));
 }
 
-Result<io::Buffer> file_of(api::SceneObject& object, const char* name,
+Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
                            const splat_scene_file_desc& desc) {
-    if (desc.format == SPLAT_SCENE_COMPRESSED_PLY)
-        return error(Code::kUnsupported, "compressed .ply is read only; write .ply or .spz");
     io::SaveOptions options;
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);
     if (desc.spz_version != 0) options.spz_version = desc.spz_version;
     const std::lock_guard lock(object.mutex);
-    return io::write_scene(object.gaussians, desc.format != 0 ? kMemoryNames[desc.format] : name,
-                           options);
+    return io::write_scene(object.gaussians, format, options);
 }
 
 }  // namespace
+
+splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed,
+                             [](auto give) { return give(formats_text()); });
+}
 
 splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                               splat_scene* scene) {
@@ -127,7 +136,11 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
-        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, path, full));
+        const io::SceneFormat* format = format_of(full);
+        if (format == nullptr) {
+            SPLAT_ASSIGN(format, io::written_scene_format(path));
+        }
+        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         return io::write_file(path, file);
     });
 }
@@ -138,11 +151,12 @@ splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_d
     const splat_result result = api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
-        if (full.format == 0)
+        const io::SceneFormat* const format = format_of(full);
+        if (format == nullptr)
             return error(Code::kInvalidArgument,
-                         "splat_scene_file_desc.format is 0, but memory has no extension: say "
-                         "which");
-        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, "", full));
+                         "splat_scene_file_desc.format is 0, but memory has no extension; name a "
+                         "SPLAT_SCENE_ format");
+        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         if (needed != nullptr) *needed = file.size();
         if (buffer == nullptr || capacity < file.size())
             given = SPLAT_INCOMPLETE;

@@ -22,8 +22,7 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
     if (desc->rank > SPLAT_MAX_RANK)
         return error(Code::kInvalidArgument, "splat_tensor_desc.rank is %u, expected at most %d",
                      desc->rank, SPLAT_MAX_RANK);
-    auto tensor = std::make_shared<api::TensorObject>();
-    tensor->context = owner->context;
+    auto tensor = std::make_shared<api::TensorObject>(owner->context);
     tensor->name = desc->name != nullptr ? desc->name : "unnamed";
     tensor->dtype = desc->dtype == 0 ? SPLAT_DTYPE_F32 : desc->dtype;
     SPLAT_ASSIGN(const Shape shape,
@@ -68,8 +67,8 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
-    // A mapped tensor is copied in one step that cannot fail half-way; a staged one goes through a
-    // copy of our own first.
+    // From host-visible memory one copy, which cannot fail half-way; staged reads go to a copy
+    // first.
     if (layout.contiguous && vk::Memory::host(tensor.view) != nullptr)
         return context.read(tensor.view, data, tensor.bytes());
     std::vector<std::byte> contiguous(tensor.bytes());
@@ -240,8 +239,5 @@ splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) 
 }
 
 splat_result splat_tensor_destroy(splat_tensor tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::remove(tensor, "tensor"));
-        return {};
-    });
+    return api::destroy<api::Tensors>(tensor, "tensor");
 }

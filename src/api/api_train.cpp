@@ -4,48 +4,40 @@
 #include "api/camera_value.h"
 #include "api/handles.h"
 #include "api/network_arrays.h"
+#include "config/config_file.h"
+#include "core/json_writer.h"
 #include "eval/image_scores.h"
-#include "model/config_file.h"
 
 using namespace splat;
 
 namespace {
 
-struct Configurations {
-    model::PredictorConfig network;
-    train::TrainConfig training;
-};
-
-Result<Configurations> configurations_of(const char* text, std::span<const std::string> values) {
+Result<config::Settings> settings_of(const char* text, std::span<const std::string> values) {
     Config config("configuration");
     if (text != nullptr) {
         SPLAT_ASSIGN(config, read_config(text, "configuration"));
     }
-    SPLAT_ASSIGN(config, train::with_values(config, values));
-    Configurations made;
-    SPLAT_ASSIGN(made.network, model::predictor_config(config));
-    SPLAT_ASSIGN(made.training, train::train_config(config));
+    SPLAT_ASSIGN(config, config::with_values(config, values));
+    config::Settings made;
+    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.training, config::train_config(config));
     return made;
 }
 
 /// A live trainer, its device locked while `body` runs.
 template <class Body>
 splat_result locked(splat_trainer trainer, Body&& body) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
-        const std::lock_guard lock(object->context->mutex);
-        return body(*object);
-    });
+    return api::guarded([&] { return api::use<api::Trainers>(trainer, "trainer", body); });
 }
 
-/// The caller's arrays with the lengths that the configuration says.
+/// The caller's arrays, with the lengths that the configuration implies.
 struct Arrays {
     std::vector<scene::Camera> cameras;
     train::TrainBatch batch;
 };
 
-Status take(const splat_trainer_batch& from, const model::PredictorConfig& network,
-            const train::TrainConfig& training, Arrays& to) {
+Status take(const splat_trainer_batch& from, const config::PredictorConfig& network,
+            const config::TrainConfig& training, Arrays& to) {
     SPLAT_TRY(api::require(from.images, "splat_trainer_batch.images"));
     SPLAT_TRY(api::require(from.view_to_world, "splat_trainer_batch.view_to_world"));
     SPLAT_TRY(api::require(from.quaternions, "splat_trainer_batch.quaternions"));
@@ -89,24 +81,39 @@ splat_trainer_info info_of(const train::TrainStep& step) {
     return info;
 }
 
+std::string report_of(train::Trainer& trainer) {
+    model::Predictor& predictor = trainer.predictor();
+    std::uint64_t trainable = 0;
+    for (const nn::Parameter& parameter : predictor.parameters().all())
+        if (parameter.trainable) trainable += parameter.shape.elements();
+    JsonWriter json;
+    json.begin_object().member("step", trainer.steps()).member("attempts", trainer.attempts());
+    json.member("parameters", predictor.parameters().elements()).member("trainable", trainable);
+    json.key("config")
+        .raw(config::merged_config_text({predictor.config(), trainer.config()}))
+        .end();
+    return json.text();
+}
+
 }  // namespace
+
+splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed,
+                             [](auto give) { return give(config::keys_json()); });
+}
 
 splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
                                 char* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         if (count > 0) SPLAT_TRY(api::require(values, "values"));
         std::vector<std::string> texts;
         for (size_t i = 0; i < count; ++i) {
             SPLAT_TRY(api::require(values[i], format("values[%zu]", i).c_str()));
             texts.emplace_back(values[i]);
         }
-        SPLAT_ASSIGN(const Configurations made, configurations_of(text, texts));
-        const std::string merged = train::merged_config_text(made.network, made.training);
-        given = api::give_text(merged.data(), merged.size(), buffer, capacity, needed);
-        return {};
+        SPLAT_ASSIGN(const config::Settings made, settings_of(text, texts));
+        return give(config::merged_config_text(made));
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
@@ -115,26 +122,24 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(trainer, "trainer"));
         SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
-        SPLAT_ASSIGN(const Configurations made, configurations_of(desc->config, {}));
-        auto object = std::make_shared<api::TrainerObject>();
-        object->context = owner->context;
+        SPLAT_ASSIGN(const config::Settings made, settings_of(desc->config, {}));
+        auto object = std::make_shared<api::TrainerObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_TRY(object->context->device().alive());
             SPLAT_ASSIGN(object->trainer,
                          train::Trainer::create(*object->context, made.network, made.training));
-        }  // an object that add() cannot take is destroyed there, which locks again
+        }  // unlocked: if add() throws, the object is destroyed, which locks
         *trainer = api::Trainers::add(std::move(object));
         return {};
     });
 }
 
 splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
-    return api::guarded([&]() -> Status {  // not locked: add() may destroy what it cannot take
+    return api::guarded([&]() -> Status {  // not locked: if add() throws, the model is destroyed
         SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
         SPLAT_TRY(api::require(model, "model"));
-        auto made = std::make_shared<api::ModelObject>();
-        made->context = object->context;
+        auto made = std::make_shared<api::ModelObject>(object->context);
         made->objects = object->trainer->config().micro_batch;
         made->predictor = {object->trainer, &object->trainer->predictor()};
         *model = api::Models::add(std::move(made));
@@ -161,23 +166,11 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
 
 splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                   size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = locked(trainer, [&](api::TrainerObject& object) -> Status {
-        train::Trainer& made = *object.trainer;
-        std::uint64_t trainable = 0;
-        for (const nn::Parameter& parameter : made.predictor().parameters().all())
-            if (parameter.trainable) trainable += parameter.shape.elements();
-        const auto number = [](std::uint64_t value) { return std::to_string(value); };
-        const std::string text =
-            "{\"step\": " + number(made.steps()) + ", \"attempts\": " + number(made.attempts()) +
-            ", \"parameters\": " + number(made.predictor().parameters().elements()) +
-            ", \"trainable\": " + number(trainable) +
-            ", \"config\": " + train::merged_config_text(made.predictor().config(), made.config()) +
-            "}";
-        given = api::give_text(text.data(), text.size(), buffer, capacity, needed);
-        return {};
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
+        return api::use<api::Trainers>(trainer, "trainer", [&](api::TrainerObject& object) {
+            return give(report_of(*object.trainer));
+        });
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) {
@@ -185,7 +178,7 @@ splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) 
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, object.trainer->averaged_state());
-        made->report = "{\"format\": \"model\", \"metadata\": {}, \"warnings\": []}";
+        made->report = api::weights_report(made->file, "model");
         *weights = api::Weights::add(std::move(made));
         return {};
     });
@@ -208,10 +201,7 @@ splat_result splat_trainer_resume(splat_trainer trainer, const char* path) {
 }
 
 splat_result splat_trainer_destroy(splat_trainer trainer) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainers::remove(trainer, "trainer"));
-        return {};
-    });
+    return api::destroy<api::Trainers>(trainer, "trainer");
 }
 
 splat_result splat_image_compare(const float* a, const float* b, uint32_t channels, uint32_t height,

@@ -1,7 +1,7 @@
 #include <string>
 
 #include "api/api_guard.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "vk/shaders.h"
 
 #define SPLAT_TEXT_(x) #x
@@ -10,22 +10,22 @@
 namespace {
 
 #ifdef NDEBUG
-constexpr const char* kAssertions = "false";
+constexpr bool kAssertions = false;
 #else
-constexpr const char* kAssertions = "true";
+constexpr bool kAssertions = true;
 #endif
 
 std::string make_build_info() {
-    std::string shaders;
-    for (const splat::vk::ShaderModule& module : splat::vk::shader_modules())
-        shaders += splat::format("%s\n  {\"name\": \"%s\", \"hash\": \"%s\", \"bytes\": %zu}",
-                                 shaders.empty() ? "" : ",", module.name, module.sha256,
-                                 module.words.size_bytes());
-    return splat::format(
-        "{\"version\": \"%s\", \"compiler\": %s, \"assertions\": %s, \"fault_points\": %s,\n"
-        " \"shaders\": [%s]}",
-        splat_version_string(), splat::json_quote(__VERSION__).c_str(), kAssertions,
-        SPLAT_FAULT_POINTS != 0 ? "true" : "false", shaders.c_str());
+    splat::JsonWriter json;
+    json.begin_object().member("version", splat_version_string()).member("compiler", __VERSION__);
+    json.member("assertions", kAssertions).member("fault_points", SPLAT_FAULT_POINTS != 0);
+    json.newline(1).key("shaders").begin_array();
+    for (const splat::vk::ShaderModule& module : splat::vk::shader_modules()) {
+        json.newline(2).begin_object().member("name", module.name).member("hash", module.sha256);
+        json.member("bytes", module.words.size_bytes()).end();
+    }
+    json.end().end();
+    return json.text();
 }
 
 }  // namespace

@@ -3,20 +3,17 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "model/adapters.h"
 
 using namespace splat;
 
 std::string api::weights_report(const io::WeightsFile& file, const char* format) {
-    std::string metadata;
-    for (const auto& [key, value] : file.metadata)
-        metadata += (metadata.empty() ? "" : ", ") + json_quote(key) + ": " + json_quote(value);
-    std::string warnings;
-    for (const std::string& warning : file.warnings)
-        warnings += (warnings.empty() ? "" : ", ") + json_quote(warning);
-    return std::string("{\"format\": \"") + format + "\", \"metadata\": {" + metadata +
-           "}, \"warnings\": [" + warnings + "]}";
+    JsonWriter json;
+    json.begin_object().member("format", format).key("metadata").begin_object();
+    for (const auto& [key, value] : file.metadata) json.member(key, value);
+    json.end().key("warnings").list(file.warnings).end();
+    return json.text();
 }
 
 Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights weights,
@@ -28,7 +25,7 @@ Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights we
 
 namespace {
 
-/// The tensor of live weights; `object` keeps it.
+/// A tensor of live weights. `object` keeps it alive.
 Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t index,
                                          std::shared_ptr<api::WeightsObject>& object) {
     SPLAT_ASSIGN(object, api::Weights::find(weights, "weights"));
@@ -122,14 +119,10 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
 
 splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                   size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
-        given =
-            api::give_text(object->report.data(), object->report.size(), buffer, capacity, needed);
-        return {};
+        return give(object->report);
     });
-    return result == SPLAT_OK ? given : result;
 }
 
 splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
@@ -154,7 +147,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         SPLAT_ASSIGN(made->file.tensors,
                      model::merge_adapters(from->file.tensors, given->file.tensors, alpha,
                                            (flags & SPLAT_FOLD_OUT) ? -1 : 1));
-        SPLAT_TRY(from->file.tensors.unchanged());  // while they were folded
+        SPLAT_TRY(from->file.tensors.unchanged());  // files may have changed during the fold
         SPLAT_TRY(given->file.tensors.unchanged());
         for (const auto& entry : from->file.metadata)  // the result has no adapters
             if (entry.first != "lora_alpha" && entry.first != "lora_rank")
@@ -166,6 +159,5 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
 }
 
 splat_result splat_weights_destroy(splat_weights weights) {
-    return api::guarded(
-        [&]() -> Status { return api::Weights::remove(weights, "weights").status(); });
+    return api::destroy<api::Weights>(weights, "weights");
 }

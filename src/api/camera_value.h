@@ -7,7 +7,7 @@
 
 namespace splat::api {
 
-/// The C API's camera and the one of scene/camera.h; `name` appears in messages.
+/// Conversion between splat_camera and scene::Camera. Messages use `name`.
 inline scene::Camera camera_of(const splat_camera& from, std::string name) {
     scene::Camera camera{std::move(name), from.width, from.height, from.fx,
                          from.fy,         from.cx,    from.cy,     {}};

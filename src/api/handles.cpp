@@ -1,6 +1,5 @@
 #include "api/handles.h"
 
-#include <mutex>
 #include <unordered_map>
 
 namespace splat::api {
@@ -38,11 +37,11 @@ struct Entry {
 
 struct Registry {
     std::mutex mutex;
-    std::uintptr_t next = 0x1000;  // above the zero page, so that small integers are never handles
+    std::uintptr_t next = 0x1000;  // small integers are never handles
     std::unordered_map<std::uintptr_t, Entry> entries;
 };
 
-/// Never destroyed: handles may be given up while the process exits.
+/// Never destroyed: the process may destroy handles while it exits.
 Registry& registry() {
     static Registry* const instance = new Registry;
     return *instance;
@@ -56,7 +55,7 @@ Status check(const Registry& all, std::uintptr_t key, const char* argument) {
     const auto found = all.entries.find(key);
     if (found == all.entries.end())
         return error(Code::kInvalidHandle,
-                     "%s is no live handle (destroyed, or never one), expected a %s", argument,
+                     "%s is not a live handle (destroyed, or never one), expected a %s", argument,
                      kind);
     if (found->second.kind != kind)
         return error(Code::kInvalidHandle, "%s is a %s, expected a %s", argument,
@@ -65,52 +64,6 @@ Status check(const Registry& all, std::uintptr_t key, const char* argument) {
 }
 
 }  // namespace
-
-TensorObject::~TensorObject() {
-    const std::lock_guard lock(context->mutex);
-    buffer = vk::Buffer();
-}
-
-OpObject::~OpObject() {
-    const std::lock_guard lock(context->mutex);
-    op.reset();
-}
-
-ModelObject::~ModelObject() {
-    const std::lock_guard lock(context->mutex);
-    predictor.reset();
-}
-
-ModuleObject::~ModuleObject() {
-    const std::lock_guard lock(context->mutex);
-    module.reset();
-}
-
-TrainerObject::~TrainerObject() {
-    const std::lock_guard lock(context->mutex);
-    trainer.reset();
-}
-
-LpipsObject::~LpipsObject() {
-    const std::lock_guard lock(context->mutex);
-    net.reset();
-}
-
-PackedScene::~PackedScene() {
-    if (context == nullptr) return;
-    const std::lock_guard lock(context->mutex);
-    arrays = {};
-}
-
-RasterizerObject::~RasterizerObject() {
-    if (context == nullptr) return;
-    const std::lock_guard lock(context->mutex);
-    rasterizer.reset();
-    inputs = {};
-    gradients = {};
-    grad_image = {};
-    grad_depth = {};
-}
 
 template <class Object, class Handle>
 Handle Handles<Object, Handle>::add(std::shared_ptr<Object> object) {

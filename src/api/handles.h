@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "api/api_guard.h"
 #include "data/dataset.h"
 #include "io/weights_file.h"
 #include "model/lpips_net.h"
@@ -18,64 +19,80 @@
 
 namespace splat::api {
 
-/// What stands behind splat_device.
-struct DeviceObject {
+/// Base of the objects of a device. Keeps the device open until their other members are destroyed.
+struct OfDevice {
+    explicit OfDevice(std::shared_ptr<vk::Context> owner) : context(std::move(owner)) {}
     std::shared_ptr<vk::Context> context;
 };
 
+/// A member of such an object, destroyed under the context's mutex. Nothing in it may lock that
+/// mutex.
+template <class Part>
+class OnDevice : public Part {
+  public:
+    explicit OnDevice(const OfDevice& object) : context_(*object.context) {}
+    OnDevice(const OnDevice&) = delete;
+    OnDevice& operator=(const OnDevice&) = delete;
+    ~OnDevice() {
+        const std::lock_guard lock(context_.mutex);
+        static_cast<Part&>(*this) = Part();
+    }
+    using Part::operator=;
+
+  private:
+    vk::Context& context_;
+};
+
+/// What stands behind splat_device.
+using DeviceObject = OfDevice;
+
 /// What stands behind splat_tensor: row-major elements on the device.
-struct TensorObject {
-    std::shared_ptr<vk::Context> context;  ///< keeps the device open; destroyed after `buffer`
+struct TensorObject : OfDevice {
+    using OfDevice::OfDevice;
     std::string name;
     splat_dtype dtype = SPLAT_DTYPE_F32;
-    vk::Buffer buffer;
+    OnDevice<vk::Buffer> buffer{*this};
     vk::BufferView view;
     splat_access mapped = 0;             ///< 0 while not mapped
     std::vector<std::byte> mapped_copy;  ///< where device memory is not host-visible
 
-    ~TensorObject();
     [[nodiscard]] std::uint64_t bytes() const { return view.shape.elements() * 4; }
 };
 
 /// What stands behind splat_op.
-struct OpObject {
-    std::shared_ptr<vk::Context> context;
-    std::vector<std::shared_ptr<TensorObject>> tensors;
-    std::unique_ptr<nn::OpInstance> op;
-
-    ~OpObject();
+struct OpObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::vector<std::shared_ptr<TensorObject>> tensors;  ///< destroyed after `op`
+    OnDevice<std::unique_ptr<nn::OpInstance>> op{*this};
 };
 
-/// A scene on a device, activated and packed with the bands up to a degree. Never changes.
-struct PackedScene {
-    std::shared_ptr<vk::Context> context;
+/// A copy of a scene on a device, activated and packed with the bands up to a degree. Never
+/// changes.
+struct SceneCopy : OfDevice {
+    using OfDevice::OfDevice;
     std::uint32_t sh_degree = 0;
-    std::uint32_t bands = 0;    ///< degree of the scene itself; those above are zeros
-    std::uint64_t version = 0;  ///< of no other PackedScene of the process
-    raster::PackedArrays arrays;
-
-    ~PackedScene();
+    OnDevice<raster::PackedBuffers> buffers{*this};
+    raster::PackedGaussians packed;  ///< the buffers; no other copy of the process has its version
 };
 
 /// What stands behind splat_scene. Its mutex is locked before that of a context, never after.
 struct SceneObject {
     std::mutex mutex;
     scene::Gaussians gaussians;
-    std::string report = "{}";                         ///< JSON
-    std::vector<std::shared_ptr<PackedScene>> packed;  ///< of the Gaussians as they are
+    std::string report = "{}";                       ///< JSON
+    std::vector<std::shared_ptr<SceneCopy>> copies;  ///< of the Gaussians as they are
 };
 
 /// What stands behind splat_rasterizer.
-struct RasterizerObject {
-    std::shared_ptr<vk::Context> context;
-    std::unique_ptr<raster::Rasterizer> rasterizer;
-    raster::PackedArrays inputs;  ///< of tensors; empty before the first such call
-    raster::PackedArrays gradients;
-    vk::Buffer grad_image;               ///< [V,H,W] quads
-    vk::Buffer grad_depth;               ///< [V,H,W]
-    std::shared_ptr<PackedScene> scene;  ///< the one that recorded command lists may name
-
-    ~RasterizerObject();
+struct RasterizerObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::shared_ptr<SceneCopy> scene;  ///< the one that recorded command lists may name
+    /// The Gaussians of a forward call from tensors; empty before the first such call.
+    OnDevice<raster::PackedBuffers> inputs{*this};
+    OnDevice<raster::PackedBuffers> grad_gaussians{*this};
+    OnDevice<vk::Buffer> grad_image{*this};  ///< [V,H,W] quads
+    OnDevice<vk::Buffer> grad_depth{*this};  ///< [V,H,W]
+    OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
 };
 
 /// What stands behind splat_weights. Never changes.
@@ -94,54 +111,46 @@ struct DatasetObject {
 std::string weights_report(const io::WeightsFile& file, const char* format);
 
 /// What stands behind splat_model.
-struct ModelObject {
-    std::shared_ptr<vk::Context> context;
-    std::uint32_t objects = 1;                    ///< of a batch
-    std::shared_ptr<model::Predictor> predictor;  ///< its own, or a trainer's
-    model::LoadReport load;                       ///< of the latest load
+struct ModelObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::uint32_t objects = 1;                                     ///< of a batch
+    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
+    model::LoadReport load;                                        ///< of the latest load
     bool ran = false;
-    bool went_back = false;  ///< gradients of inputs are there
-
-    ~ModelObject();
+    bool went_back = false;  ///< input gradients are valid
 };
 
 /// What stands behind splat_module.
-struct ModuleObject {
-    std::shared_ptr<vk::Context> context;
-    std::unique_ptr<model::Module> module;
-
-    ~ModuleObject();
+struct ModuleObject : OfDevice {
+    using OfDevice::OfDevice;
+    OnDevice<std::unique_ptr<model::Module>> module{*this};
 };
 
 /// SPLAT_PRECISION_* of a desc's `field`. Errors: kInvalidArgument.
 Result<model::Precision> precision_of(std::int32_t precision, const char* field);
 
 /// What stands behind splat_trainer.
-struct TrainerObject {
-    std::shared_ptr<vk::Context> context;
-    std::shared_ptr<train::Trainer> trainer;
-
-    ~TrainerObject();
+struct TrainerObject : OfDevice {
+    using OfDevice::OfDevice;
+    OnDevice<std::shared_ptr<train::Trainer>> trainer{*this};
 };
 
 /// What stands behind splat_lpips.
-struct LpipsObject {
-    std::shared_ptr<vk::Context> context;
+struct LpipsObject : OfDevice {
+    using OfDevice::OfDevice;
     std::uint32_t side = 0;
-    std::unique_ptr<model::LpipsNet> net;
-
-    ~LpipsObject();
+    OnDevice<std::unique_ptr<model::LpipsNet>> net{*this};
 };
 
-/// Live handles. A handle is a number that is never given twice, so a stale or foreign one is
-/// recognised, not followed.
+/// Live handles. A handle is a number that is used once, so a stale or foreign one is recognised
+/// and never followed.
 ///
 /// Errors: kInvalidHandle, naming `argument`; kOutOfHostMemory by exception.
 template <class Object, class Handle>
 struct Handles {
     static Handle add(std::shared_ptr<Object> object);
     static Result<std::shared_ptr<Object>> find(Handle handle, const char* argument);
-    /// Also takes NULL, which gives an empty pointer.
+    /// Accepts NULL, for which the pointer is empty.
     static Result<std::shared_ptr<Object>> remove(Handle handle, const char* argument);
 };
 
@@ -169,7 +178,22 @@ extern template struct Handles<ModuleObject, splat_module>;
 extern template struct Handles<TrainerObject, splat_trainer>;
 extern template struct Handles<LpipsObject, splat_lpips>;
 
-/// Live weights whose values are to be used now. Errors: as Handles::find(), NamedTensors::unchanged().
+/// Lock the device of a live handle's object and call `body(object)`.
+template <class Kind, class Handle, class Body>
+Status use(Handle handle, const char* argument, Body&& body) {
+    SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+    const std::lock_guard lock(object->context->mutex);
+    return body(*object);
+}
+
+/// Remove a handle: the body of splat_*_destroy. The object lives on while others need it.
+template <class Kind, class Handle>
+splat_result destroy(Handle handle, const char* argument) {
+    return guarded([&] { return Kind::remove(handle, argument).status(); });
+}
+
+/// Live weights, whose file must not have changed. Errors: Handles::find(),
+/// NamedTensors::unchanged().
 Result<std::shared_ptr<WeightsObject>> weights_to_use(splat_weights weights, const char* argument);
 
 }  // namespace splat::api

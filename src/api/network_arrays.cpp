@@ -3,7 +3,7 @@
 namespace splat::api {
 namespace {
 
-/// `use` says what the configuration has that makes the array wanted, or why it is not.
+/// `use` names the setting for which the array is needed, or not used.
 Status check_array(const char* type, const char* name, const float* values, std::uint32_t wanted,
                    const std::string& use) {
     if ((values != nullptr) == (wanted > 0)) return {};
@@ -15,14 +15,14 @@ Status check_array(const char* type, const char* name, const float* values, std:
                  type, name, use.c_str());
 }
 
-std::string channel_names(const model::PredictorConfig& c) {
+std::string channel_names(const config::PredictorConfig& c) {
     return std::string("RGB") + (c.depth ? ", depth" : "") + (c.normal ? ", normal" : "") +
            (c.mask ? ", mask" : "") + (c.origin_distance ? ", origin distance" : "");
 }
 
 }  // namespace
 
-Status check_network_arrays(const NetworkArrays& given, const model::PredictorConfig& c,
+Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& c,
                             std::uint32_t objects) {
     if (given.channels != 0 && given.channels != c.input_channels())
         return error(Code::kShape, "%s.channels is %u, expected %u: %s", given.type, given.channels,
@@ -32,7 +32,7 @@ Status check_network_arrays(const NetworkArrays& given, const model::PredictorCo
                      objects);
     SPLAT_TRY(check_array(given.type, "focals", given.focals, c.fov_degrees == 0 ? 2 : 0,
                           format("data.fov %g", static_cast<double>(c.fov_degrees))));
-    const bool custom = c.embedding == model::Embedding::kCustom;
+    const bool custom = c.embedding == config::Embedding::kCustom;
     SPLAT_TRY(check_array(given.type, "embedding", given.embedding,
                           custom ? c.embedding_length() : 0,
                           custom ? "a custom embedding" : "no custom embedding"));

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "model/predictor_config.h"
+#include "config/predictor_config.h"
 
 namespace splat::api {
 
-/// What splat_model_input and splat_trainer_batch have beside images and poses.
+/// The optional members of splat_model_input and splat_trainer_batch.
 struct NetworkArrays {
     const char* type;  ///< the struct's name
     const float* focals;
@@ -14,9 +14,9 @@ struct NetworkArrays {
     std::uint32_t objects;   ///< 0: not checked
 };
 
-/// Errors  kInvalidArgument for an array that the configuration needs and that is NULL, or that it has no
-///         use for; kShape for another number of channels or of objects than `objects`
-Status check_network_arrays(const NetworkArrays& given, const model::PredictorConfig& config,
+/// Errors  kInvalidArgument if an array that the configuration needs is NULL, or one that it does
+///         not use is given; kShape if the channels or the objects differ from the expected
+Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& config,
                             std::uint32_t objects);
 
 }  // namespace splat::api

@@ -14,17 +14,17 @@ struct SceneAttribute {
     bool activated;                               ///< scale or opacity instead of what is stored
 };
 
-/// Errors: kInvalidArgument, with the names that there are.
+/// Errors: kInvalidArgument, listing the valid names.
 Result<const SceneAttribute*> find_attribute(const char* name);
 
-/// [n,3] and so on. Errors: kInvalidState without Gaussians.
+/// Its shape, such as [n,3]. Errors: kInvalidState without Gaussians.
 Result<Shape> attribute_shape(const SceneAttribute& attribute, const scene::Gaussians& scene);
 
-/// The values as they are read. Precision: activation in float64, rounded once.
+/// Values as the API reads them. Precision: activated in float64, rounded once.
 std::vector<float> attribute_values(const SceneAttribute& attribute, const scene::Gaussians& scene);
 
-/// Set them. Errors: kInvalidArgument for a scale that is not > 0 or an opacity outside 0 to 1; the
-/// scene is then as it was.
+/// Set the values. Errors: kInvalidArgument for a scale that is not > 0 or an opacity outside 0 to
+/// 1; the scene then stays as it was.
 Status set_attribute(const SceneAttribute& attribute, std::span<const float> values,
                      scene::Gaussians& scene);
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t kElementBytes = 4;
 
-/// Distinct if, in the order of their strides, each dimension steps over all that the smaller ones
-/// span. Sufficient, and met by every permuted or padded layout.
+/// Elements are distinct if, sorted by stride, each dimension steps over the span of the smaller
+/// ones. This is sufficient, and true of every permuted or padded layout.
 bool is_distinct(const Shape& shape, std::span<const std::int64_t> strides) {
     std::vector<std::uint32_t> order(shape.rank());
     std::iota(order.begin(), order.end(), 0U);

@@ -8,8 +8,7 @@
 
 namespace splat::api {
 
-/// Where the elements of a tensor lie in the caller's memory: strides in elements, one per
-/// dimension.
+/// Layout of a tensor in the caller's memory: one stride per dimension, in elements.
 struct HostLayout {
     std::vector<std::int64_t> strides;
     bool contiguous = false;  ///< row-major without gaps

@@ -14,21 +14,22 @@ Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const cha
 /// Errors: kInvalidState.
 Status check_unmapped(const TensorObject& tensor);
 
-/// The tensors of one call, checked one by one and kept alive until it ends.
+/// The tensors of one call. Checks each and keeps it alive until the call ends.
 class TensorArguments {
   public:
     TensorArguments(const vk::Context& context, const char* owner)
         : context_(context), owner_(owner) {}
 
-    /// The view of a tensor of this shape; of NULL, no view. Errors: those of find_tensor(); kShape.
+    /// Set `view` to a tensor of this shape; NULL leaves it empty. Errors: those of find_tensor();
+    /// kShape.
     Status read(splat_tensor tensor, const char* name, std::initializer_list<std::int64_t> dims,
                 vk::BufferView& view);
-    /// The same for a tensor that is written. Errors: also kInvalidArgument if it is another
-    /// argument of the call too; what is read is added first.
+    /// The same for a tensor that the call writes. Errors: also kInvalidArgument if another
+    /// argument of the call is the same tensor. Add the tensors that are read first.
     Status write(splat_tensor tensor, const char* name, std::initializer_list<std::int64_t> dims,
                  vk::BufferView& view);
 
-    /// To be called with the context's mutex held. Errors: kInvalidState.
+    /// Call with the context's mutex held. Errors: kInvalidState.
     [[nodiscard]] Status check_unmapped() const;
 
   private:

@@ -23,7 +23,7 @@ constexpr std::uint64_t ceil_div(std::uint64_t a, std::uint64_t b) {
     return a / b + (a % b != 0);
 }
 
-/// The least multiple of `step` that is >= a.
+/// The smallest multiple of `step` that is >= a.
 constexpr std::uint64_t round_up(std::uint64_t a, std::uint64_t step) {
     return ceil_div(a, step) * step;
 }

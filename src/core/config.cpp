@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "core/json.h"
+#include "core/json_writer.h"
 
 namespace splat {
 namespace {
@@ -212,56 +212,72 @@ Result<Config> read_config(std::string_view text, const std::string& what) {
 
 namespace {
 
-std::string scalar_text(const ConfigScalar& value) {
-    if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-    if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
-    if (const auto* real = std::get_if<double>(&value)) {
+void write_scalar(JsonWriter& json, const ConfigScalar& value) {
+    if (const auto* flag = std::get_if<bool>(&value)) {
+        json.value(*flag);
+    } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+        json.value(*whole);
+    } else if (const auto* real = std::get_if<double>(&value)) {
         // 17 digits give every double back; the shortest text that does is easier to read.
-        for (int digits = 6; digits < 17; ++digits) {
-            std::string text = format("%.*g", digits, *real);
-            if (std::strtod(text.c_str(), nullptr) == *real) return text;
-        }
-        return format("%.17g", *real);
+        int digits = 6;
+        while (digits < 17 && std::strtod(format("%.*g", digits, *real).c_str(), nullptr) != *real)
+            ++digits;
+        json.number(*real, digits);
+    } else if (const auto* text = std::get_if<std::string>(&value)) {
+        json.value(*text);
+    } else {
+        json.raw("null");
     }
-    if (const auto* text = std::get_if<std::string>(&value)) return json_quote(*text);
-    return "null";
 }
 
-std::string entry_text(const ConfigEntry& entry) {
-    if (entry.map) return "{}";
-    if (!entry.list) return scalar_text(entry.values[0]);
-    std::string text;
-    for (const ConfigScalar& value : entry.values)
-        text += (text.empty() ? "" : ", ") + scalar_text(value);
-    return "[" + text + "]";
+void write_entry(JsonWriter& json, const ConfigEntry& entry) {
+    if (entry.map) {
+        json.begin_object().end();
+    } else if (entry.list) {
+        json.begin_array();
+        for (const ConfigScalar& value : entry.values) write_scalar(json, value);
+        json.end();
+    } else {
+        write_scalar(json, entry.values[0]);
+    }
 }
 
 /// The members of the map whose keys start with `prefix`, which ends in a dot or is empty.
-std::string map_text(const std::vector<ConfigEntry>& entries, const std::string& prefix,
-                     int depth) {
+void write_map(JsonWriter& json, const std::vector<ConfigEntry>& entries, const std::string& prefix,
+               int indent) {
     std::vector<std::string> done;
-    std::string text;
-    const std::string indent(static_cast<std::size_t>(2 * depth + 2), ' ');
+    json.begin_object();
     for (const ConfigEntry& entry : entries) {
         if (!entry.key.starts_with(prefix)) continue;
         const std::string name =
             entry.key.substr(prefix.size(), entry.key.find('.', prefix.size()) - prefix.size());
-        if (std::find(done.begin(), done.end(), name) != done.end()) continue;
+        if (is_in(name, done)) continue;
         done.push_back(name);
         const std::string inside = prefix + name + ".";
         const bool nested = std::any_of(entries.begin(), entries.end(), [&](const ConfigEntry& e) {
             return e.key.starts_with(inside);
         });
-        text += (text.empty() ? "" : ",\n") + indent + json_quote(name) + ": " +
-                (nested ? map_text(entries, inside, depth + 1) : entry_text(entry));
+        json.newline(indent + 2).key(name);
+        if (nested)
+            write_map(json, entries, inside, indent + 2);
+        else
+            write_entry(json, entry);
     }
-    return "{\n" + text + "\n" + indent.substr(2) + "}";
+    json.newline(indent).end();
 }
 
 }  // namespace
 
+std::string config_value_text(const ConfigEntry& entry) {
+    JsonWriter json;
+    write_entry(json, entry);
+    return json.text();
+}
+
 std::string config_json(const Config& config) {
-    return map_text(config.entries(), "", 0) + "\n";
+    JsonWriter json;
+    write_map(json, config.entries(), "", 0);
+    return json.text() + "\n";
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -21,17 +21,17 @@ struct ConfigEntry {
     bool map = false;   ///< of the file; no value, its members follow with longer keys
 };
 
-/// A configuration as a flat table in the order of its file. An element of a list that is a map or a
-/// list itself has its index for a name: "defaults.0.dataset".
+/// A configuration as a flat table in the order of its file. A map or list inside a list goes by its
+/// index: "defaults.0.dataset".
 class Config {
   public:
     /// `what` names the file in messages.
     explicit Config(std::string what) : what_(std::move(what)) {}
 
-    /// Errors: kInvalidArgument for a key that is there, and beyond kMaxConfigEntries.
+    /// Errors: kInvalidArgument for a duplicate key, and beyond kMaxConfigEntries.
     Status add(ConfigEntry entry);
 
-    /// A value at the end of the list with this key.
+    /// Append a value to the list of this key.
     Status append(const std::string& key, ConfigScalar value);
 
     /// Replace the entry of this key, or add it.
@@ -47,7 +47,7 @@ class Config {
     template <class T>
     [[nodiscard]] Result<T> get(const std::string& key, T otherwise) const;
 
-    /// The same of a list.
+    /// The same for a list.
     template <class T>
     [[nodiscard]] Result<std::vector<T>> get_list(const std::string& key,
                                                   std::vector<T> otherwise) const;
@@ -57,7 +57,7 @@ class Config {
     [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known,
                                         const std::vector<std::string>& sections) const;
 
-    /// Errors: kInvalidArgument for a name on the outside that is not in `known`, likewise.
+    /// Errors: kInvalidArgument, with the nearest known name, for an outermost name that is not in `known`.
     [[nodiscard]] Status refuse_unknown_sections(const std::vector<std::string>& known) const;
 
   private:
@@ -74,25 +74,28 @@ inline constexpr int kMaxConfigDepth = 32;
 /// null, booleans (true, yes, on and their opposites, as in YAML 1.1), decimal numbers, or texts;
 /// quoted ones are texts. "${...}" stays a text.
 ///
-/// Errors       kInvalidArgument with the line, for text that is no YAML, nests or is larger than the
-///              limits, has a key twice, no map on the outside, or a second document; kUnsupported for
+/// Errors       kInvalidArgument with the line, for text that is not YAML, nests too deep, is too large,
+///              has a duplicate key, no map on the outside, or a second document; kUnsupported for
 ///              anchors, aliases, tags and merge keys
 Result<Config> read_yaml_config(std::string_view text, const std::string& what);
 
-/// A JSON object. Errors: as visit_json(), and for a key that is there twice.
+/// A JSON object. Errors: as visit_json(), and for a duplicate key.
 Result<Config> read_json_config(std::string_view text, const std::string& what);
 
 /// Either: JSON if the first letter is a brace.
 Result<Config> read_config(std::string_view text, const std::string& what);
 
-/// The same table as a JSON object, its maps nested again; read_json_config() reads it back. Lists of
-/// lists and maps become maps whose names are indices.
+/// The value of one entry as JSON; numbers with the fewest digits, at least six, that read back equal.
+std::string config_value_text(const ConfigEntry& entry);
+
+/// The table as a JSON object with nested maps, which read_json_config() reads back. Lists of lists and
+/// of maps become maps with indices as names.
 std::string config_json(const Config& config);
 
-/// How many insertions, deletions and replacements of a letter lead from a to b.
+/// Number of insertions, deletions and replacements of a letter that lead from a to b.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The word that may have been meant; empty if none is near, that is within a third of its letters.
+/// The nearest of the words; empty if none is within a third of its letters.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace splat

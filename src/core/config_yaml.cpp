@@ -39,7 +39,7 @@ bool is_digits(std::string_view text) {
 }
 
 /// A number, or nothing: "12", "-1.5", ".5", "1e-5", ".inf". Other spellings of YAML (octal,
-/// hexadecimal, by sixties) stay texts, since they are more often meant as such.
+/// hexadecimal, sexagesimal) stay texts, because they are more often meant so.
 std::optional<ConfigScalar> number_of(std::string_view text) {
     std::string_view size = text;
     const bool negative = size.starts_with('-');
@@ -118,7 +118,7 @@ class YamlReader {
             return error(Code::kOutOfHostMemory, "%s: no memory to parse it",
                          config_.what().c_str());
         line_ = parser_.problem_mark.line + 1;
-        return bad(std::string("no valid YAML: ") +
+        return bad(std::string("not valid YAML: ") +
                    (parser_.problem != nullptr ? parser_.problem : "unknown problem"));
     }
 
@@ -157,7 +157,7 @@ class YamlReader {
         return {};
     }
 
-    /// The key of the value that comes now.
+    /// The key of the next value.
     std::string next_key() {
         Level& level = levels_.back();
         const std::string name = level.list ? std::to_string(level.index++) : *level.key;
@@ -173,7 +173,7 @@ class YamlReader {
             levels_.push_back({"", false});
             return {};
         }
-        if (!levels_.back().list && !levels_.back().key) return bad("a key that is no scalar");
+        if (!levels_.back().list && !levels_.back().key) return bad("a key that is not a scalar");
         const std::string key = next_key();
         SPLAT_TRY(add({key, {}, list, !list}));
         levels_.push_back({key, list});

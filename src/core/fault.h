@@ -17,14 +17,14 @@ namespace splat::fault {
 #if SPLAT_FAULT_POINTS
 inline constexpr std::uint64_t kForever = ~std::uint64_t{0};
 
-/// From now on the hits number first, first + 1, … first + count - 1 (counted from 1) of point
-/// `name` fail, on all threads. A nullptr name counts the hits of all points together.
+/// Make hits first, first + 1, … first + count - 1 (counted from 1) of point `name` fail, on all
+/// threads. A nullptr name counts the hits of all points together.
 void arm(const char* name, std::uint64_t first, std::uint64_t count = kForever);
 
 /// Stop failing. Returns the hits since arm().
 std::uint64_t disarm();
 
-/// Count a visit of point `name`; true if it shall fail.
+/// Count a hit of point `name`; true if it must fail.
 bool hit(const char* name);
 #endif
 

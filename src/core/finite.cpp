@@ -8,7 +8,7 @@
 namespace splat {
 namespace {
 
-constexpr std::size_t kBlock = 256;  ///< known to the compiler, so that it takes several at a time
+constexpr std::size_t kBlock = 256;  ///< a constant, so that the compiler vectorises the loop
 
 bool all_finite(std::span<const float, kBlock> values) {
     constexpr std::uint32_t kExponent = 0x7F800000;

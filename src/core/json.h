@@ -14,13 +14,12 @@ namespace splat {
 
 using Json = nlohmann::ordered_json;
 
-/// Limits for text that comes from outside (a file, the C API).
+/// Limits for text from outside (a file, the C API).
 inline constexpr std::size_t kMaxJsonBytes = 16u << 20;
 inline constexpr int kMaxJsonDepth = 64;
 
-/// Parse one JSON value. Errors: kInvalidArgument with position, for text that is no JSON, is
-/// larger than kMaxJsonBytes or nests deeper than kMaxJsonDepth; `what` names the text in the
-/// message.
+/// Parse one JSON value. Errors: kInvalidArgument with position, for text that is not JSON, is larger
+/// than kMaxJsonBytes or nests deeper than kMaxJsonDepth; `what` names the text in the message.
 Result<Json> parse_json(std::string_view text, const char* what);
 
 /// A member of a flat JSON object.
@@ -29,9 +28,9 @@ struct JsonScalar {
     std::variant<std::int64_t, double, bool> value;
 };
 
-/// Parse an object of numbers and booleans without building a tree: nlohmann's destroys itself with
-/// allocations, which ends the process where memory has run out, so entry points of the C API must
-/// not use it. Errors: kInvalidArgument for anything else than such an object.
+/// Parse an object of numbers and booleans without building a tree: nlohmann's tree allocates when it is
+/// destroyed, which ends the process when memory has run out, so entry points of the C API must not use
+/// it. Errors: kInvalidArgument for anything but such an object.
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what);
 
 /// One step on the way to a value: a member of an object, or an element of an array.
@@ -41,12 +40,12 @@ struct JsonStep {
     bool array = false;
 };
 
-/// A value, or the start of an object or array; of the other members those of its kind count.
+/// A value, or the start of an object or array; only members of its kind are valid.
 struct JsonEvent {
     enum class Kind { kNull, kBool, kInteger, kReal, kText, kObject, kArray };
     Kind kind = Kind::kNull;
     std::span<const JsonStep> path;  ///< from the outermost value inwards
-    std::int64_t integer = 0;        ///< and of a bool
+    std::int64_t integer = 0;        ///< also a bool
     double real = 0;                 ///< also a whole number of more than 63 bits
     std::string_view text;
 };
@@ -56,7 +55,7 @@ struct JsonEvent {
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit);
 
-/// A JSON string: quoted and escaped; what is no UTF-8 becomes U+FFFD.
+/// A JSON string: quoted and escaped; invalid UTF-8 becomes U+FFFD.
 std::string json_quote(std::string_view text);
 
 }  // namespace splat

@@ -11,8 +11,8 @@
 
 namespace splat {
 
-/// A JSON value that comes from outside. Unlike nlohmann's it takes no memory to destroy, so that a
-/// reader can give up where memory has run out; see parse_flat_json.
+/// A JSON value from outside. Unlike nlohmann's it is destroyed without allocating, so that a reader can
+/// give up when memory has run out; see parse_flat_json.
 struct JsonTree {
     using List = std::vector<JsonTree>;
     using Object = std::vector<std::pair<std::string, JsonTree>>;
@@ -21,9 +21,9 @@ struct JsonTree {
 
     [[nodiscard]] bool is_null() const { return value.index() == 0; }
     [[nodiscard]] bool is_object() const { return std::holds_alternative<Object>(value); }
-    /// Nothing if it is no number.
+    /// Nothing if it is not a number.
     [[nodiscard]] std::optional<double> number() const;
-    /// Null if it is no string, no array.
+    /// Null if it is not a string or array.
     [[nodiscard]] const std::string* text() const { return std::get_if<std::string>(&value); }
     [[nodiscard]] const List* list() const { return std::get_if<List>(&value); }
     /// The last member of this name, or null.

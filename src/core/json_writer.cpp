@@ -29,6 +29,7 @@ JsonWriter& JsonWriter::open(char begin, char end) {
 
 JsonWriter& JsonWriter::end() {
     SPLAT_ASSERT(!open_.empty() && !has_key_);
+    if (indent_ >= 0) text_.append(1, '\n').append(static_cast<std::size_t>(indent_), ' ');
     text_ += open_.back();
     open_.pop_back();
     first_ = false;

@@ -8,7 +8,7 @@
 
 namespace splat {
 
-/// Writes JSON text front to back. It builds no tree: where memory has run out, nlohmann's ends the process
+/// Writes JSON text front to back, without a tree: nlohmann's tree ends the process when memory has run out
 /// (see parse_flat_json), so entry points of the C API use this.
 ///
 ///     JsonWriter json;
@@ -40,7 +40,7 @@ class JsonWriter {
     /// With at most this many significant digits; NaN and infinities, which JSON lacks, become null.
     JsonWriter& number(double value, int digits);
 
-    /// A value that is JSON already.
+    /// A value given as JSON text.
     JsonWriter& raw(std::string_view json);
 
     /// An array of plain values.
@@ -56,7 +56,7 @@ class JsonWriter {
         return key(name).value(content);
     }
 
-    /// The next member or element starts on a line of its own, after `indent` blanks.
+    /// Start the next member, element or closing bracket on a new line, after `indent` blanks.
     JsonWriter& newline(int indent = 0);
 
     /// The whole text; every object and array must be closed.
@@ -64,12 +64,12 @@ class JsonWriter {
 
   private:
     JsonWriter& open(char begin, char end);
-    void separate();  ///< from what stands before
+    void separate();  ///< from the preceding member or element
 
     std::string text_;
     std::string open_;  ///< the brackets that end() will write
     bool compact_;
-    bool first_ = true;  ///< nothing stands before in this object or array
+    bool first_ = true;  ///< this object or array is still empty
     bool has_key_ = false;
     int indent_ = -1;  ///< of the next line; -1: no line break
 };

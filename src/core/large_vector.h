@@ -11,16 +11,15 @@ namespace splat {
 
 inline constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;  ///< of x86-64
 
-/// Asks for large pages where they fit: the first touch of each page is a fault, and a gigabyte in
-/// pages of 4 KiB has 262,144 of them. Advice only: a system without it, or a smaller block, stays as
-/// it is.
+/// Request large pages where they fit: the first touch of each page is a fault, and a gigabyte has
+/// 262,144 pages of 4 KiB. Advice only: without support, or for a smaller block, nothing changes.
 void advise_large_pages(void* memory, std::size_t bytes);
 
-/// The same, and has the system fill all pages at once, for memory that is written from end to end.
+/// The same, and have the system fill all pages at once, for memory that is written completely.
 void populate_pages(void* memory, std::size_t bytes);
 
-/// Blocks of 64 KiB or more come with their pages. Elements that are made without a value are
-/// undefined, so that memory is not written before what belongs there is read.
+/// Allocates blocks of 64 KiB or more with their pages filled. Elements created without a value are
+/// undefined, so that memory is written only once.
 template <class T>
 class PageAllocator {
   public:
@@ -59,8 +58,8 @@ class PageAllocator {
     }
 };
 
-/// A vector of numbers that are written as soon as they are there: resize() leaves new ones
-/// undefined. What is small may come as a plain vector, and go as one.
+/// A vector of numbers that the caller writes at once: resize() leaves new ones undefined. Small ones
+/// convert from and to a plain vector.
 template <class T>
 class LargeVector : public std::vector<T, PageAllocator<T>> {
   public:

@@ -33,7 +33,7 @@ Status parallel_for(std::size_t count, std::size_t threads,
     try {
         for (std::size_t i = 1; i < threads; ++i)
             others.push_back(std::async(std::launch::async, take_turns));
-    } catch (const std::system_error&) {  // no thread is left; those that there are do the work
+    } catch (const std::system_error&) {  // no thread is left; the existing ones do the work
     }
     Failure first = take_turns();
     for (std::future<Failure>& other : others) {

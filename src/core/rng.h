@@ -6,8 +6,8 @@
 namespace splat {
 
 /// Philox 4x32-10: four random words from a counter and a key, the same as philox() of
-/// shaders/include/philox.glsl. Without state, so that every element of a tensor has its own numbers,
-/// whoever computes them, and a pass can be repeated.
+/// shaders/include/philox.glsl. It has no state, so that every element of a tensor has its own numbers,
+/// whichever thread computes them, and a pass can be repeated.
 ///
 /// Source: Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3".
 constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,

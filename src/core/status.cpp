@@ -74,7 +74,7 @@ const char* code_name(Code code) {
 const char* code_sentence(Code code) {
     const CodeRow* row = find(code);
     return row != nullptr ? row->sentence
-                          : "This number is no result code of this library version.";
+                          : "This number is not a result code of this library version.";
 }
 
 std::string format(const char* pattern, ...) {

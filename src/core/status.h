@@ -46,7 +46,7 @@ class [[nodiscard]] Status {
     std::string message_;
 };
 
-/// A value or the Status that says why there is none.
+/// A value, or the Status that says why it is missing.
 template <class T>
 class [[nodiscard]] Result {
   public:

@@ -24,7 +24,7 @@ struct Sequence {
     std::size_t start = 0;  ///< of the first frame in the file
 };
 
-/// Folders of splits below a path that is one category's, or holds one.
+/// Folders of splits below the folder of a category, or below a folder that holds some.
 Result<fs::path> category_folder(const fs::path& path, const std::string& split) {
     if (is_file(path / split / "camera_Rs.npz")) return path;
     std::vector<std::string> found;

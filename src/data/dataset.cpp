@@ -23,7 +23,7 @@ struct Format {
     Result<std::unique_ptr<DatasetReader>> (*open)(const ReaderDesc& desc);
 };
 
-/// In the order in which they are tried.
+/// Tried in this order.
 constexpr Format kFormats[] = {{"srn", is_srn, open_srn},
                                {"co3d", is_co3d, open_co3d},
                                {"nmr", is_nmr, open_nmr},
@@ -45,10 +45,9 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     if (!desc.format.empty())
         return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
                      desc.format.c_str(), format_names().c_str());
-    return error(
-        Code::kInvalidArgument,
-        "'%s' is no folder of a data set that is known (%s); if it is one, name its format",
-        desc.path.c_str(), format_names().c_str());
+    return error(Code::kInvalidArgument,
+                 "'%s' is not a data set of a known format (%s); if it is one, name its format",
+                 desc.path.c_str(), format_names().c_str());
 }
 
 std::string map_list(std::uint32_t maps) {
@@ -61,7 +60,7 @@ std::string map_list(std::uint32_t maps) {
 
 Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     if ((wanted & ~index.maps) == 0) return {};
-    return error(Code::kInvalidArgument, "maps wanted: %s; all objects of the data have: %s",
+    return error(Code::kInvalidArgument, "maps requested: %s; every object has: %s",
                  map_list(wanted).c_str(), map_list(index.maps).c_str());
 }
 

@@ -10,17 +10,17 @@ namespace splat::data {
 
 struct DatasetDesc {
     std::string path;
-    std::string format;  ///< see kFormats; empty: by what the folder holds
+    std::string format;  ///< a name of kFormats; empty: detected from the folder
     std::string split = "train";
-    std::uint32_t maps = 0;         ///< flags of the maps that must be there
-    std::uint32_t resolution = 0;   ///< of the images given out; 0: as stored
-    std::uint32_t limit = 0;        ///< objects, the first in order; 0: all
-    bool lenient = false;           ///< for check_object(): objects with missing files are no error
-    std::uint64_t cache_bytes = 0;  ///< decoded images kept; 0: 1 GiB
+    std::uint32_t maps = 0;             ///< flags of the maps that every object must have
+    std::uint32_t resolution = 0;       ///< of the images returned; 0: the stored one
+    std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
+    bool lenient = false;               ///< keep objects with missing files, for check_object()
+    std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
     std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
 };
 
-/// Where views go; null pointers are not wanted. n is the number of views, R the resolution.
+/// Destination of views; null pointers are skipped. n is the number of views, R the resolution.
 struct ViewArrays {
     float* images = nullptr;         ///< [n,3,R,R], 0 to 1
     float* depths = nullptr;         ///< [n,1,R,R], 0 to 1, larger is nearer
@@ -35,7 +35,7 @@ struct ViewArrays {
 /// Objects seen by several cameras. Thread-safe.
 class Dataset {
   public:
-    /// Errors: kInvalidArgument, naming what is missing and what is there.
+    /// Errors: kInvalidArgument, naming what is missing and what was found.
     static Result<std::unique_ptr<Dataset>> open(const DatasetDesc& desc);
 
     [[nodiscard]] const DatasetIndex& index() const { return reader_->index(); }
@@ -43,11 +43,11 @@ class Dataset {
     [[nodiscard]] const DatasetReader& reader() const { return *reader_; }
     [[nodiscard]] const ImageCache& cache() const { return cache_; }
 
-    /// Copy views of an object, in the order asked for, cameras relative to the first of them.
+    /// Copy views of an object in the given order, with cameras relative to the first of them.
     ///
-    /// Errors        kInvalidArgument, naming the file: an object or view that is none, maps that the data
-    ///               lacks, a damaged file; arrays may then be partly written
-    /// Determinism   the same bits whatever is in the cache
+    /// Errors        kInvalidArgument, naming the file: no such object or view, maps that the data lacks, a
+    ///               damaged file; arrays may then be partly written
+    /// Determinism   the same bits with any contents of the cache
     Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
 
   private:
@@ -66,7 +66,7 @@ class Dataset {
     std::array<float, 3> background_;
     ImageCache cache_;
     std::mutex mutex_;            ///< of cameras_
-    std::vector<Views> cameras_;  ///< of each object that was read
+    std::vector<Views> cameras_;  ///< of each object read so far
 };
 
 /// JSON: {"format", "split", "objects", "views", "resolution", "stored_resolution", "maps": [],

@@ -4,12 +4,12 @@
 #include <cstring>
 #include <map>
 
-#include "core/json.h"
+#include "core/json_writer.h"
 
 namespace splat::data {
 namespace {
 
-/// Sentences of one kind that are listed before the rest is only counted.
+/// Sentences of one kind that are listed; the rest is counted.
 constexpr std::size_t kListed = 10;
 
 /// FNV-1a of 64 bits.
@@ -45,7 +45,7 @@ class Checker {
                 for (std::uint32_t view = 0; view < views; ++view) check_image(view, kind);
         if (images_.size() < loaded_)
             found_.warnings.push_back(
-                format("%zu of %zu images come more than once", loaded_ - images_.size(), loaded_));
+                format("%zu of %zu images are duplicates", loaded_ - images_.size(), loaded_));
         shorten(found_.problems, "problems");
         shorten(found_.warnings, "warnings");
         found_.hash = hash_.value();
@@ -113,13 +113,6 @@ class Checker {
     std::map<std::uint64_t, std::uint32_t> images_;  ///< by their hash
 };
 
-std::string list_of(const std::vector<std::string>& sentences) {
-    std::string text;
-    for (const std::string& sentence : sentences)
-        text += (text.empty() ? "" : ", ") + json_quote(sentence);
-    return "[" + text + "]";
-}
-
 }  // namespace
 
 Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
@@ -131,11 +124,12 @@ Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
 
 Result<std::string> check_text(const Dataset& dataset, std::uint32_t object) {
     SPLAT_ASSIGN(const ObjectCheck found, check_object(dataset, object));
-    return format(
-               "{\"name\": %s, \"views\": %u, \"width\": %u, \"hash\": \"%016llx\", \"problems\": ",
-               json_quote(dataset.index().names[object]).c_str(), dataset.index().views_of[object],
-               found.width, static_cast<unsigned long long>(found.hash)) +
-           list_of(found.problems) + ", \"warnings\": " + list_of(found.warnings) + "}";
+    JsonWriter json;
+    json.begin_object().member("name", dataset.index().names[object]);
+    json.member("views", dataset.index().views_of[object]).member("width", found.width);
+    json.member("hash", format("%016llx", static_cast<unsigned long long>(found.hash)));
+    json.key("problems").list(found.problems).key("warnings").list(found.warnings).end();
+    return json.text();
 }
 
 }  // namespace splat::data

@@ -5,7 +5,7 @@
 namespace splat::data {
 namespace {
 
-/// "123 (first 'x')" of what is only in `a`.
+/// "123 (first 'x')" for the elements that only `a` has.
 std::string only_in(const std::vector<std::string>& a, const std::vector<std::string>& b) {
     std::vector<std::string> rest;
     std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest));
@@ -38,7 +38,7 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
     Status few;
     if (both.size() < 2)
         few = error(Code::kInvalidArgument,
-                    "'%s': %zu views, expected 2 or more: one to see and one to compare with",
+                    "'%s': %zu views, expected 2 or more: one as input and one to compare with",
                     folder.c_str(), both.size());
     std::vector<std::string> found;
     for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images), few}) {

@@ -13,7 +13,7 @@
 
 namespace splat::data {
 
-/// What a view has beside its camera.
+/// Images of a view.
 enum class MapKind : std::uint32_t { kRgb = 0, kDepth = 1, kNormal = 2, kMask = 3 };
 inline constexpr MapKind kMaps[] = {MapKind::kDepth, MapKind::kNormal, MapKind::kMask};
 const char* map_name(MapKind kind);
@@ -40,7 +40,7 @@ struct ViewNames {
     std::vector<std::string> images;
 };
 
-/// What a folder holds.
+/// The contents of a folder.
 struct DatasetIndex {
     std::string format;
     std::string split;
@@ -49,23 +49,25 @@ struct DatasetIndex {
     std::uint32_t maps = 0;            ///< flags of the maps that every object has
     std::uint32_t resolution = 0;      ///< of the first image
     Filter filter = Filter::kBicubic;  ///< for other resolutions
-    double source_distance = 0;  ///< to which the scene is scaled for the first view read; 0: not
-    std::vector<std::vector<std::string>> problems;  ///< of each object, if they were asked for
+    double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
+    std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
 
-    /// Add an object with the views that have both, and hand them to `accept`. Errors: kInvalidArgument for
-    /// views that lack one of both, and for fewer than two views; if lenient they are noted as problems.
+    /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
+    /// kInvalidArgument for views that lack one of the two, and for fewer than two views; if lenient, these
+    /// become problems.
     Status add(const std::string& name, const std::string& folder, const ViewNames& views,
                bool lenient, const std::function<void(std::vector<std::string>)>& accept);
 
-    /// Set the resolution to that of the first image; if lenient, of the first object that has a good one.
+    /// Set the resolution to that of the first image; if lenient, of the first readable one.
     Status find_resolution(const DatasetReader& reader, bool lenient);
 };
 
-/// Errors: kInvalidArgument, naming what is only in one of both; `kind` is what `images` are.
+/// Checks that both lists are equal; `kind` names the images. Errors: kInvalidArgument, naming what only
+/// one of them holds.
 Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images);
 
-/// One format of data sets. Thread-safe once it is opened.
+/// One format of data sets. Thread-safe once opened.
 class DatasetReader {
   public:
     DatasetReader() = default;
@@ -75,7 +77,7 @@ class DatasetReader {
 
     [[nodiscard]] virtual const DatasetIndex& index() const = 0;
 
-    /// Of all views of an object. Errors: kInvalidArgument with the file and what is wrong in it.
+    /// Of all views of an object. Errors: kInvalidArgument with the file and its problem.
     [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
 
     /// As stored, 8 bits, square: gray, or colours with or without alpha. Errors: as cameras().

@@ -1,30 +1,21 @@
-#include "core/json.h"
+#include "core/json_writer.h"
 #include "data/dataset.h"
 
 namespace splat::data {
 
 std::string report_text(const Dataset& dataset) {
     const DatasetIndex& index = dataset.index();
-    std::string maps;
-    for (const MapKind kind : kMaps)
-        if ((index.maps & flag_of(kind)) != 0)
-            maps += (maps.empty() ? "" : ", ") + json_quote(map_name(kind));
-    std::string names;
-    std::string views_of;
     std::uint64_t views = 0;
-    for (std::size_t i = 0; i < index.names.size(); ++i) {
-        names += (i == 0 ? "" : ", ") + json_quote(index.names[i]);
-        views_of += (i == 0 ? "" : ", ") + std::to_string(index.views_of[i]);
-        views += index.views_of[i];
-    }
-    return format(
-               "{\"format\": %s, \"split\": %s, \"objects\": %zu, \"views\": %llu, \"resolution\": "
-               "%u, "
-               "\"stored_resolution\": %u, \"maps\": [",
-               json_quote(index.format).c_str(), json_quote(index.split).c_str(),
-               index.names.size(), static_cast<unsigned long long>(views), dataset.resolution(),
-               index.resolution) +
-           maps + "], \"names\": [" + names + "], \"views_of\": [" + views_of + "]}";
+    for (const std::uint32_t count : index.views_of) views += count;
+    JsonWriter json;
+    json.begin_object().member("format", index.format).member("split", index.split);
+    json.member("objects", index.names.size()).member("views", views);
+    json.member("resolution", dataset.resolution());
+    json.member("stored_resolution", index.resolution).key("maps").begin_array();
+    for (const MapKind kind : kMaps)
+        if ((index.maps & flag_of(kind)) != 0) json.value(map_name(kind));
+    json.end().key("names").list(index.names).key("views_of").list(index.views_of).end();
+    return json.text();
 }
 
 }  // namespace splat::data

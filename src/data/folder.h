@@ -11,20 +11,20 @@
 
 namespace splat::data {
 
-/// Names of the folders in a folder, sorted; those that start with '.' are passed over. Empty if it cannot
-/// be read.
+/// Names of the folders in a folder, sorted, without those that start with '.'. Empty if it cannot be
+/// read.
 std::vector<std::string> folders_in(const std::filesystem::path& folder);
 
-/// Names without extension of the files with it, sorted, likewise.
+/// Names of the files with this extension, without it; sorted, without those that start with '.'.
 std::vector<std::string> stems_in(const std::filesystem::path& folder,
                                   const std::string& extension);
 
 bool is_file(const std::filesystem::path& path);
 
-/// Names of the files that are named as images, sorted.
+/// Names of the files with an image's extension, sorted, without those that start with '.'.
 std::vector<std::string> images_in(const std::filesystem::path& folder);
 
-/// The error with the place in front.
+/// The error with the place before its message.
 Status in_file(const Status& status, const std::string& place);
 
 /// A row-major [3,4] or [4,4] as [4,4]. Errors: kInvalidArgument for another number of values.
@@ -33,7 +33,7 @@ Result<scene::Mat4> affine(std::span<const float> values);
 /// The inverse of a rigid motion. Errors: kInvalidArgument as check_pose().
 Result<scene::Mat4> inverse_pose(const scene::Mat4& pose);
 
-/// An image of 8 bits and as many rows as columns. Errors: kInvalidArgument with the path.
+/// A square image of 8 bits. Errors: kInvalidArgument with the path.
 Result<io::Image> load_square(const std::filesystem::path& path);
 
 /// An image of 8 bits and any size. Errors: as load_square().

@@ -9,18 +9,17 @@
 
 namespace splat::data {
 
-/// Decoded images, of which the ones not used for longest are given up when they take too much room.
-/// Thread-safe.
+/// Decoded images within a number of bytes; the least recently used are dropped. Thread-safe.
 class ImageCache {
   public:
     using Pixels = std::shared_ptr<const std::vector<std::uint8_t>>;
 
     explicit ImageCache(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-    /// Empty if it is not there.
+    /// Null if it is not cached.
     Pixels find(std::uint64_t key);
 
-    /// What is larger than the cache is not kept. The second of two images of one key is passed over.
+    /// Images larger than the cache, and a second image of a key, are not kept.
     void add(std::uint64_t key, Pixels pixels);
 
     [[nodiscard]] std::uint64_t bytes() const;
@@ -34,7 +33,7 @@ class ImageCache {
     mutable std::mutex mutex_;
     std::uint64_t max_bytes_;
     std::uint64_t bytes_ = 0;
-    std::list<Entry> entries_;  ///< the latest used is the first
+    std::list<Entry> entries_;  ///< the most recently used first
     std::map<std::uint64_t, std::list<Entry>::iterator> places_;
 };
 

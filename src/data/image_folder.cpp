@@ -45,7 +45,7 @@ bool has_cameras(const fs::path& folder) {
     return has_transforms(folder) || has_colmap(folder);
 }
 
-/// The file that a camera names: as it is, in images/, or with an extension that was left out.
+/// The file that a camera names: as given, in images/, or with the extension added.
 Result<std::string> image_path(const fs::path& folder, const std::string& name) {
     for (const char* below : {"", "images"})
         for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp"}) {
@@ -56,7 +56,7 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
                  folder.c_str(), name.c_str());
 }
 
-/// The size of the first image of a transforms.json, which need not say it.
+/// The size of the first image of a transforms.json, whose own size is optional.
 Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     SPLAT_ASSIGN(const JsonTree tree, parse_json_tree(text, "transforms.json"));
     const JsonTree* frames = tree.find("frames");

@@ -7,17 +7,17 @@
 namespace splat::data {
 
 /// Renders as Zero123's of Objaverse: {path}/{object}/*.png with *.npy of the same name, world-to-camera
-/// [3,4] with OpenGL axes; focal length 140 pixels of 128. The first 99 of 100 objects are those to train
-/// on, the others those to validate and test on.
+/// [3,4] with OpenGL axes; focal length 140 pixels of 128. The first 99 of 100 objects are for training,
+/// the others for validation and tests.
 bool is_objaverse(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc);
 
-/// The same in {path}/{object}/render_mvs_25/model/, all of it to test on, whatever the split.
+/// The same in {path}/{object}/render_mvs_25/model/. Every split holds all objects, for tests.
 bool is_gso(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc);
 
 /// OpenCV camera-to-world, row-major, of a world-to-camera [3,4] with OpenGL axes. Errors:
-/// kInvalidArgument for a matrix that is no rigid motion.
+/// kInvalidArgument for a matrix that is not a rigid motion.
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera);
 
 }  // namespace splat::data

@@ -141,7 +141,7 @@ Square square_of(const PhotographDesc& desc, const Box& box, const io::Image& im
 }
 
 /// Channels `first` to `first + count` of a square of an image, scaled to [count,R,R] from 0 to 1; outside
-/// of the image, and of the mask by its part, there is `fill`.
+/// of the image `fill` is used, and behind the mask in proportion.
 Result<std::vector<float>> cut(const io::Image& image, const std::vector<std::uint8_t>* mask,
                                const Square& square, std::uint32_t count, std::uint32_t resolution,
                                const std::array<float, 3>& fill) {
@@ -201,7 +201,7 @@ Result<Photograph> read_photograph(const PhotographDesc& desc) {
     io::Image white = image;
     std::fill(white.samples.begin(), white.samples.end(), std::uint16_t{255});
     SPLAT_ASSIGN(made.mask, cut(white, &mask, square, 1, desc.resolution, {}));
-    // Where nothing is: depth 0 is farthest, a normal of 0 is 0.5 in every channel.
+    // Outside of the object: depth 0 is farthest, a normal of 0 is 0.5 in every channel.
     SPLAT_ASSIGN(made.depth, cut_map(desc.depth, image, mask, square, 1, desc.resolution, {}));
     SPLAT_ASSIGN(made.normal,
                  cut_map(desc.normal, image, mask, square, 3, desc.resolution, {0.5F, 0.5F, 0.5F}));

@@ -11,7 +11,7 @@ Mat3 rotation_of(const Mat4& m) {
     return {{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}};
 }
 
-/// Inverse of an affine map, whose last row is taken for 0 0 0 1.
+/// Inverse of an affine map; its last row is assumed to be 0 0 0 1.
 Result<Mat4> inverse(const Mat4& m) {
     const Mat3 a = rotation_of(m);
     const double volume = scene::determinant(a);
@@ -47,7 +47,7 @@ constexpr Mat4 kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 scene::Quaternion quaternion_of(const Mat3& m) {
     const double diagonal[] = {m[0][0], m[1][1], m[2][2]};
     const double trace = diagonal[0] + diagonal[1] + diagonal[2];
-    // The largest component is found from the diagonal, so that nothing is divided by a small number.
+    // Starts from the largest component, found on the diagonal, to avoid dividing by a small number.
     std::size_t largest = 3;
     double most = trace;
     for (std::size_t i = 0; i < 3; ++i)

@@ -22,17 +22,17 @@ struct RelativeView {
 /// Errors            kInvalidArgument for a pose that is singular or not finite
 /// Precision         computed in float64, rounded once; a pose equal to the first gives exactly 1 and 0
 /// Source            make_poses_relative_to_first and matrix_to_quaternion of Splatter Image; unlike the
-///                   latter this one keeps its precision near 180 degrees, and q is never -q there
+///                   latter it keeps its precision near 180 degrees, without changes of sign
 Result<std::vector<RelativeView>> relative_views(std::span<const scene::Mat4> camera_to_world);
 
-/// Scale the world so that the first camera is at a distance from its origin. Errors: kInvalidArgument if
-/// it is in the origin.
+/// Scale the world so that the first camera is at this distance from the origin. Errors: kInvalidArgument
+/// if that camera is in the origin.
 Status scale_to_distance(double distance, std::span<scene::Mat4> camera_to_world);
 
 /// Quaternion w, x, y, z with w >= 0 of a rotation matrix.
 scene::Quaternion quaternion_of(const scene::Mat3& rotation);
 
-/// How far the origin of the world lies in front of a camera, along its axis: CO3D's objects are about there.
+/// Distance of the world's origin in front of a camera, along its axis: about that of CO3D's objects.
 double origin_distance(const scene::Mat4& camera_to_world);
 
 }  // namespace splat::data

@@ -35,7 +35,7 @@ double support_of(Filter filter) {
     return kSupports[static_cast<std::size_t>(filter)];
 }
 
-/// The samples that one new sample is made of.
+/// The samples that contribute to one new sample.
 struct Taps {
     std::size_t first = 0;
     std::vector<std::int32_t> weights;
@@ -101,7 +101,7 @@ io::Image down(const io::Image& image, std::uint32_t height, Filter filter) {
     return out;
 }
 
-/// Colours times alpha, rounded, or back.
+/// Multiplies colours by alpha, rounded, or divides them by it.
 void multiply_alpha(io::Image& image) {
     const std::size_t n = image.channels;
     for (std::size_t i = 0; i < image.samples.size(); i += n)
@@ -132,8 +132,8 @@ Result<io::Image> resample(const io::Image& image, std::uint32_t width, std::uin
         return error(Code::kInvalidArgument, "an image of %u bits to resample, expected 8",
                      image.bits);
     if (width == 0 || height == 0)
-        return error(Code::kInvalidArgument, "%u x %u pixels are wanted, expected 1 or more", width,
-                     height);
+        return error(Code::kInvalidArgument, "a size of %u x %u pixels, expected 1 x 1 or more",
+                     width, height);
     if (width == image.width && height == image.height) return image;
     const bool alpha = image.channels == 2 || image.channels == 4;
     io::Image out = image;

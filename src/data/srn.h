@@ -4,15 +4,15 @@
 
 namespace splat::data {
 
-/// Whether a folder is laid out as SRN's data.
+/// The folder has the layout of SRN's data.
 bool is_srn(const std::string& path);
 
 /// SRN's ShapeNet renders: [{path}/srn_{category}/]{category}_{split}/{object}/ with intrinsics.txt,
-/// pose/*.txt (16 numbers, row-major camera-to-world, OpenCV axes), rgb/*.png, and if they are there
-/// depth/, normal/ and mask/ of the same names. The path may also be that of one split.
+/// pose/*.txt (16 numbers, row-major camera-to-world, OpenCV axes), rgb/*.png, and optionally
+/// depth/, normal/ and mask/ of the same names. The path may also be the folder of one split.
 ///
-/// Errors   kInvalidArgument, naming folder or file: no objects, images without poses or the other way
-///          round, an object of one view
+/// Errors   kInvalidArgument, naming folder or file: no objects, images without poses, poses without
+///          images, an object of one view
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc);
 
 }  // namespace splat::data

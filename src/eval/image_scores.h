@@ -13,12 +13,12 @@ struct ImageScores {
     double ssim = 0;
 };
 
-/// How alike two images are, values of about 0 to 1.
+/// Similarity of two images with values of about 0 to 1.
 ///
 ///   psnr = -10 log10 mean (a - b)^2
 ///   ssim = mean of (2 ma mb + C1) (2 cov + C2) / ((ma^2 + mb^2 + C1) (var_a + var_b + C2)),
 ///          C1 = 0.01^2, C2 = 0.03^2, moments under a Gaussian window of 11 x 11 pixels with standard
-///          deviation 1.5; outside of the image everything is zero
+///          deviation 1.5; zero outside the image
 ///
 /// a, b         [channels, height, width]
 /// Errors       kShape if the sizes do not fit, kInvalidArgument for numbers that are not finite

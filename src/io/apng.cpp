@@ -49,7 +49,7 @@ void filter(int type, const Row& row, const Row& above, std::size_t pixel, Row& 
     }
 }
 
-/// The usual guess at what packs best: the least sum of absolute values.
+/// The usual heuristic for the smallest file: the least sum of absolute values.
 std::uint64_t cost(const Row& filtered) {
     std::uint64_t sum = 0;
     for (const std::uint8_t value : filtered)
@@ -93,6 +93,7 @@ Buffer image_header(const Image& image) {
 
 Buffer frame_control(const Image& image, std::uint32_t sequence, std::uint32_t milliseconds) {
     Buffer data;
+    data.reserve(26);  // all of it
     for (const std::uint32_t value : {sequence, image.width, image.height, 0U, 0U})
         put_big(data, value);
     put_big(data, static_cast<std::uint16_t>(milliseconds));

@@ -10,18 +10,18 @@ namespace splat::io {
 
 /// Cameras of a file.
 struct CameraSet {
-    std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path as the file has it
-    std::vector<std::string> warnings;   ///< what was passed over
+    std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path in the file
+    std::vector<std::string> warnings;   ///< what is ignored
 };
 
 struct CameraOptions {
-    /// Read cameras with lens distortion as if they had none, with a warning. Else they are an error,
-    /// because images would not match.
+    /// Read cameras with lens distortion as if they had none, with a warning. Otherwise distortion is an
+    /// error, because images would not match.
     bool ignore_distortion = false;
     std::uint64_t max_cameras = 1ULL << 20;  ///< more are refused
 };
 
-/// Note a distortion parameter that is not zero: a warning or an error, as the options say.
+/// Turns a distortion parameter that is not zero into a warning or an error, by the options.
 inline Status note_distortion(const std::string& camera, const char* parameter, double value,
                               const CameraOptions& options, CameraSet& set) {
     if (value == 0) return {};

@@ -16,7 +16,7 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
 Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images,
                                      const CameraOptions& options = {});
 
-/// cameras.bin and images.bin of a folder, or else cameras.txt and images.txt; also of its subfolder
+/// cameras.bin and images.bin of a folder, else cameras.txt and images.txt; else those of its subfolder
 /// sparse/0. Errors: as above; kInvalidArgument if there are none.
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options = {});
 

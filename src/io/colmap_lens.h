@@ -17,7 +17,7 @@ struct Model {
     std::span<const char* const> distortion;  ///< names of the parameters that follow
 };
 
-/// The model, or nothing for one that is not supported.
+/// nullptr for a model that is not supported.
 const Model* find_model(std::int32_t id);
 const Model* find_model(std::string_view name);
 
@@ -33,7 +33,7 @@ struct Lens {
 
 using Lenses = std::map<std::uint64_t, Lens>;
 
-/// What the line or record of an image says.
+/// The line or record of an image.
 struct Pose {
     std::uint64_t camera = 0;
     std::string name;

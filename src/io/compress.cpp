@@ -47,7 +47,7 @@ class Inflater {
         return filled;
     }
 
-    /// The stream is over, its checksum is right.
+    /// The stream has ended, and its checksum is right.
     bool at_end() {
         std::byte none{};
         if (started_ && !ended_) static_cast<void>(step(&none, 0));

@@ -17,9 +17,9 @@ bool is_gzip(Bytes bytes);
 /// At most the first `count` bytes that a gzip stream holds; fewer if it ends or is damaged.
 Buffer gunzip_head(Bytes packed, std::size_t count);
 
-/// All of a gzip stream, which must hold `bytes` bytes. Errors: kInvalidArgument if it is damaged,
-/// truncated or of another length; nothing is allocated if so few bytes cannot unpack to so many.
-/// `what` names the stream in messages.
+/// All of a gzip stream, which must hold `bytes` bytes; `what` names it in messages. Errors:
+/// kInvalidArgument if it is damaged, truncated or of another length, before any allocation if so few
+/// bytes cannot unpack to so many.
 Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what);
 
 /// The same for a zstd frame.
@@ -28,7 +28,7 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
 /// A bare deflate stream, which must fill `out` and take all of `packed`. Errors: as gunzip().
 Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& what);
 
-/// CRC-32 of zip and gzip: of `bytes`, behind those whose CRC is `before`.
+/// CRC-32 of zip and gzip: of `bytes` appended to bytes whose CRC is `before`.
 std::uint32_t crc32_of(Bytes bytes, std::uint32_t before = 0);
 
 /// Errors: kOutOfHostMemory.

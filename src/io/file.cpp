@@ -15,7 +15,7 @@
 namespace splat::io {
 namespace {
 
-/// A system call that a fault point can make fail: as the real one, it returns -1 and sets errno.
+/// A system call that a fault point can make fail; like a real failure it returns -1 and sets errno.
 #define SPLAT_SYSTEM(point, number, call) \
     (SPLAT_FAULT(point) ? (errno = (number), decltype(call){-1}) : (call))
 
@@ -39,7 +39,7 @@ class Descriptor {
     int fd_;
 };
 
-/// Removes the file at the end, unless it has got its final name.
+/// Removes the file at the end unless it was renamed.
 struct Temporary {
     std::string path;
     bool kept = false;
@@ -70,8 +70,7 @@ std::string folder_of(const std::string& path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// The new name reaches the disk with its folder. Some file systems cannot do that; the file is
-/// whole anyhow.
+/// Flushes the new name with its folder. Some file systems cannot; the file is whole even so.
 void flush_folder(const std::string& path) {
     const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
@@ -114,12 +113,12 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
 Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
     if (offset <= size && count <= size - offset) return {};
     return error(Code::kInvalidArgument,
-                 "%llu bytes are wanted at byte %llu of %llu; the file is truncated or damaged",
+                 "%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
                  static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
                  static_cast<unsigned long long>(size));
 }
 
-/// A file that is kept open.
+/// An open file.
 class OpenFile {
   public:
     OpenFile(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
@@ -159,8 +158,8 @@ class Mapping : public MappedFile {
     ~Mapping() override {
         if (at_ != nullptr) ::munmap(at_, file_->size());
     }
-    /// False if the system cannot. The disk is read now, so that one that fails does it here and not at a touch
-    /// (since Linux 5.14).
+    /// False if the system cannot. Reads the disk now, so that a failing disk fails here and not at the
+    /// first access (since Linux 5.14).
     bool map() {
         void* const at = SPLAT_FAULT("io.map") ? MAP_FAILED
                                                : ::mmap(nullptr, file_->size(), PROT_READ,
@@ -262,7 +261,7 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces) {
         "io.create", EACCES,
         ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
     if (file.get() < 0) {
-        temporary.kept = true;  // not ours, or not there
+        temporary.kept = true;  // another's, or missing
         return failed("create", temporary.path);
     }
     for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));

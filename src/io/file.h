@@ -9,29 +9,29 @@
 
 namespace splat::io {
 
-/// Larger files are refused unless the caller says otherwise.
+/// Default limit of a file that is read.
 inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{16} << 30;
 
-/// The whole file. Errors: kInvalidArgument if it cannot be opened or read, is no regular file, is
-/// larger than `max_bytes`, or changes its size meanwhile; with path and the system's reason.
+/// The whole file. Errors: kInvalidArgument if it cannot be opened or read, is not a regular file, is
+/// larger than `max_bytes`, or changes its size while it is read; with path and the system's reason.
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes = kMaxFileBytes);
 
-/// Replace the file, or create it. Whoever opens the path, also after a crash, finds the old
-/// contents or the new ones, never a part: the bytes go to "<path>.<process>-<number>.tmp", to the
-/// disk, and then to their name. Errors: kInvalidArgument with path and the system's reason; the old
-/// file is left as it was and the temporary one is removed.
+/// Replace or create a file. The path holds the old contents or all of the new ones at any time, also
+/// after a crash: the bytes are written to "<path>.<process>-<number>.tmp", flushed to the disk, and
+/// renamed. Errors: kInvalidArgument with path and the system's reason; the old file stays and the
+/// temporary one is removed.
 Status write_file(const std::string& path, Bytes bytes);
 
-/// The same of a file in pieces, one behind the other.
+/// Write consecutive pieces to one file.
 Status write_file(const std::string& path, std::span<const Bytes> pieces);
 
-/// Create a file that is not there yet, for folders that get their name when all of their files are
-/// written. Unlike write_file() it does not wait for the disk. Errors: kInvalidArgument with path and the
-/// system's reason; a part of the file may then be there.
+/// Create a file that does not exist, in a folder that is renamed once all of its files are written.
+/// Unlike write_file() it does not flush to the disk. Errors: kInvalidArgument with path and the
+/// system's reason; a part of the file may remain.
 Status write_new_file(const std::string& path, Bytes bytes);
 
-/// A whole file in place. What others write into it shows, and the system ends a process that touches what they have
-/// cut off: ask unchanged() before each use.
+/// A file mapped into memory. Writes of other processes show, and reading what they truncated ends this
+/// process: call unchanged() before each use.
 class MappedFile {
   public:
     MappedFile() = default;
@@ -41,12 +41,12 @@ class MappedFile {
 
     [[nodiscard]] virtual Bytes bytes() const = 0;
 
-    /// Errors: kInvalidArgument if the file has been written since it was opened. One that is replaced by another of
-    /// its name, as write_file() does, stays as it was.
+    /// Errors: kInvalidArgument if the file has been written since it was opened. A file replaced under
+    /// its name, as write_file() does, stays valid.
     [[nodiscard]] virtual Status unchanged() const = 0;
 };
 
-/// Bytes that are read piece by piece, so that large files are never held as a whole.
+/// Bytes read in pieces, so that large files never lie in memory as a whole.
 class Source {
   public:
     Source() = default;
@@ -56,15 +56,15 @@ class Source {
 
     [[nodiscard]] virtual std::uint64_t size() const = 0;
 
-    /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if they are not all there,
-    /// or cannot be read; `to` is then undefined. Several threads may read.
+    /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if some are missing
+    /// or cannot be read; `to` is then undefined. Thread-safe.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 
-    /// nullptr if it is no file, may not be mapped, or the system cannot do it. It may outlive the source.
+    /// nullptr if it is not a file, may not be mapped, or the system cannot map it. May outlive the source.
     [[nodiscard]] virtual std::shared_ptr<const MappedFile> map() const { return nullptr; }
 };
 
-/// Bytes in memory, which must outlive it.
+/// Bytes in memory, which must outlive the source.
 class MemorySource : public Source {
   public:
     explicit MemorySource(Bytes bytes) : bytes_(bytes) {}
@@ -75,12 +75,13 @@ class MemorySource : public Source {
     Bytes bytes_;
 };
 
-/// A file, kept open. Its size is that at opening. mappable  map() may give it. Errors: as read_file().
+/// A file that stays open; its size is the one at opening. `mappable`: map() may map it. Errors: as
+/// read_file().
 Result<std::unique_ptr<Source>> open_source(const std::string& path,
                                             std::uint64_t max_bytes = kMaxFileBytes,
                                             bool mappable = false);
 
-/// A file to be written: pieces of its own, and pieces that belong to others and must outlive it.
+/// A file to write: pieces that it owns, and views of others' bytes, which must outlive it.
 class FilePieces {
   public:
     void add(Buffer piece) {
@@ -93,7 +94,7 @@ class FilePieces {
     [[nodiscard]] Buffer joined() const;
 
   private:
-    std::vector<Buffer> owned_;  // moving one leaves its bytes where they are
+    std::vector<Buffer> owned_;  // moving a buffer does not move its bytes
     std::vector<Bytes> pieces_;
 };
 

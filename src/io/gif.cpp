@@ -58,7 +58,7 @@ void index_row(const Image& image, std::size_t y, std::vector<GifByteType>& row)
     }
 }
 
-/// What giflib's callback writes to. It is C: no exception may pass through it.
+/// Target of giflib's callback. giflib is C: no exception may pass through it.
 struct Target {
     Buffer file;
     bool out_of_memory = false;
@@ -140,7 +140,7 @@ class Encoder {
 
 Status failure(const Target& target) {
     if (target.out_of_memory) throw std::bad_alloc();
-    return error(Code::kOutOfHostMemory, "gif: giflib found no memory");
+    return error(Code::kOutOfHostMemory, "gif: out of memory");
 }
 
 }  // namespace

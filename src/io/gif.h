@@ -9,7 +9,7 @@ inline constexpr std::uint32_t kMaxGifSide = 65535;
 
 /// An animated GIF of frames of the same size, gray or RGB of 8 bits. Gray is kept; RGB becomes the
 /// nearest of 6 x 7 x 6 colours after an ordered dither of 8 x 8 pixels, so that a still pixel stays
-/// still. Times are rounded to 1/100 s, at least 2 of them: what is shorter, browsers play slowly.
+/// still. Times are rounded to 1/100 s, at least 2/100 s, because browsers play shorter ones slowly.
 /// Determinism: the same bytes for the same frames and the same giflib.
 ///
 /// Errors       kInvalidArgument as write_apng; kUnsupported for an alpha channel or a longer side

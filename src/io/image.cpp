@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kSignatureBytes = 8;
 
-/// What libpng's callbacks see. libpng leaves by longjmp, so no object with a destructor is created
+/// State of libpng's callbacks. libpng leaves by longjmp, so no object with a destructor is created
 /// between setjmp and the end of a function below.
 struct PngState {
     Bytes in;
@@ -50,7 +50,7 @@ void on_write(png_structp png, png_bytep from, std::size_t count) {
 
 void on_flush(png_structp) {}
 
-/// libpng's objects of either direction, the state that its callbacks see, and how it ends.
+/// libpng's objects for either direction, and the state of its callbacks.
 struct Png {
     PngState state;
     png_structp png = nullptr;
@@ -143,7 +143,7 @@ std::size_t row_bytes_of(const Image& image) {
     return std::size_t{image.width} * image.channels * (image.bits / 8);
 }
 
-/// Whether so few bytes can unpack to such an image.
+/// Refuses an image that so few bytes cannot unpack to.
 Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
     const std::uint64_t samples = std::uint64_t{image.width} * image.height * image.channels;
     if (samples > options.max_samples)
@@ -151,7 +151,7 @@ Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
                      "png: %u x %u pixels of %u channels, the limit is %llu samples", image.width,
                      image.height, image.channels,
                      static_cast<unsigned long long>(options.max_samples));
-    // Packed at least: one bit for each pixel, as the image may have been expanded.
+    // One bit per pixel before packing: the image may have been expanded.
     if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
         return error(Code::kInvalidArgument, "png: %u x %u pixels cannot come from %zu bytes",
                      image.width, image.height, file.size());
@@ -179,7 +179,7 @@ Status check_image(const Image& image) {
 Result<Image> read_png(Bytes file, const ImageOptions& options) {
     if (file.size() < kSignatureBytes ||
         png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, kSignatureBytes) != 0)
-        return error(Code::kInvalidArgument, "png: the file does not start as a PNG file does");
+        return error(Code::kInvalidArgument, "png: the file does not start like a PNG file");
     PngReader reader(file);
     Image image;
     if (!reader.read_header(image, options))

@@ -19,17 +19,17 @@ struct Image {
 struct ImageOptions {
     std::uint32_t max_side = 16384;  ///< pixels; larger images are refused
     std::uint64_t max_samples = std::uint64_t{1} << 30;
-    bool upright = false;  ///< turn JPEG files as their camera noted (Exif)
+    bool upright = false;  ///< turn JPEG files by their Exif orientation
 };
 
 /// A PNG file of any colour type and depth: palettes become RGB, fewer than 8 bits become 8, a
 /// transparent colour becomes alpha. Values are as stored: no gamma, no colour profile.
 ///
-/// Errors       kInvalidArgument if it is no PNG, damaged (libpng's sentence) or truncated;
+/// Errors       kInvalidArgument if it is not a PNG, damaged (libpng's sentence) or truncated;
 ///              kUnsupported above the limits
 Result<Image> read_png(Bytes file, const ImageOptions& options = {});
 
-/// How hard to compress: kFast takes a fifth of the time, and makes files of drawn images a third larger.
+/// kFast takes a fifth of the time; files of drawn images become a third larger.
 enum class PngEffort { kSmall, kFast };
 
 /// 8 bits of 1 to 4 channels, or 16 bits of gray. Errors: kInvalidArgument if the samples do not fit
@@ -41,7 +41,7 @@ Result<Buffer> write_png(const Image& image, PngEffort effort = PngEffort::kSmal
 Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
                         std::uint32_t channels);
 
-/// Errors: kInvalidArgument if the number of samples, channels or bits is not as said above.
+/// Errors: kInvalidArgument if the number of samples, channels or bits breaks the rules above.
 Status check_image(const Image& image);
 
 }  // namespace splat::io

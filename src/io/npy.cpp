@@ -19,7 +19,7 @@ Status bad_npy(const std::string& problem) {
     return error(Code::kInvalidArgument, "npy: %s", problem.c_str());
 }
 
-/// What stands behind 'key': in the header, a Python dict literal.
+/// The text after 'key': in the header, which is a Python dict literal.
 Result<std::string_view> value_of(std::string_view header, const std::string& key) {
     const std::size_t at = header.find("'" + key + "':");
     if (at == std::string_view::npos) return bad_npy("the header has no '" + key + "'");
@@ -29,7 +29,7 @@ Result<std::string_view> value_of(std::string_view header, const std::string& ke
 }
 
 Result<std::vector<std::uint64_t>> parse_shape(std::string_view text) {
-    if (!text.starts_with('(')) return bad_npy("'shape' is no tuple");
+    if (!text.starts_with('(')) return bad_npy("'shape' is not a tuple");
     text.remove_prefix(1);
     std::vector<std::uint64_t> shape;
     while (true) {
@@ -38,7 +38,7 @@ Result<std::vector<std::uint64_t>> parse_shape(std::string_view text) {
         std::uint64_t dim = 0;
         const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), dim);
         if (failed != std::errc() || shape.size() == kMaxDims)
-            return bad_npy("'shape' is no tuple of up to 32 whole numbers");
+            return bad_npy("'shape' is not a tuple of up to 32 whole numbers");
         shape.push_back(dim);
         text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     }
@@ -59,7 +59,7 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
 
 Result<std::string_view> header_text(Reader& reader) {
     SPLAT_ASSIGN(const Bytes magic, reader.take(kNpyMagic.size(), "magic"));
-    if (as_text(magic) != kNpyMagic) return bad_npy("the file does not start as a .npy file does");
+    if (as_text(magic) != kNpyMagic) return bad_npy("the file does not start like a .npy file");
     std::uint8_t major = 0;
     std::uint8_t minor = 0;
     SPLAT_TRY(reader.read(major, "version"));

@@ -14,7 +14,7 @@ struct FloatArray {
     std::vector<float> values;
 };
 
-/// What stands in front of the numbers of a .npy file.
+/// The header of a .npy file.
 struct NpyHeader {
     std::string dtype;  ///< letter and size: "f4", "i8", "b1", "U12"
     std::endian order = std::endian::little;

@@ -38,7 +38,7 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, name));
     const Bytes data = file.subspan(header.start);
     if (data.size() != count * type_bytes(*type))
-        return error(Code::kInvalidArgument, "%zu bytes of data, its shape %s of %s wants %llu",
+        return error(Code::kInvalidArgument, "%zu bytes of data, its shape %s of %s needs %llu",
                      data.size(), dims_text(tensor.dims).c_str(), type_name(*type),
                      static_cast<unsigned long long>(count * type_bytes(*type)));
     SPLAT_TRY(budget.take(count, sizeof(float), name));
@@ -60,13 +60,13 @@ Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits) {
     Buffer bytes;
     for (const ZipEntry& entry : zip.entries()) {
         if (!entry.name.ends_with(kExtension))
-            return error(Code::kUnsupported, "npz: '%s' is no .npy array", entry.name.c_str());
+            return error(Code::kUnsupported, "npz: '%s' is not a .npy array", entry.name.c_str());
         const std::string name = entry.name.substr(0, entry.name.size() - kExtension.size());
         SPLAT_TRY(zip.read(entry, bytes));
         const auto header = read_npy_header(bytes);
         if (!header.ok()) return with_name(header.status(), name);
         if (is_text(header.value())) {
-            result.passed_over.push_back(name);
+            result.ignored.push_back(name);
             continue;
         }
         auto tensor = read_member(bytes, header.value(), name, budget);

@@ -7,14 +7,14 @@ namespace splat::io {
 
 struct NpzFile {
     NamedTensors tensors;
-    std::vector<std::string> passed_over;  ///< names of members that hold no numbers
+    std::vector<std::string> ignored;  ///< names of members that hold text
 };
 
 /// A .npz file, stored or deflated: an archive of .npy arrays, named after its members. Texts are
-/// passed over.
+/// ignored.
 ///
 /// Errors       kInvalidArgument if it is damaged or asks for more than the limits allow;
-///              kUnsupported for complex numbers, column-major arrays and other files than arrays
+///              kUnsupported for complex numbers, column-major arrays and members that are not arrays
 /// Source       NumPy's documentation, numpy.lib.format and numpy.savez
 Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits = {});
 

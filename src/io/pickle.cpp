@@ -12,7 +12,7 @@ namespace {
 
 using Kind = PickleNode::Kind;
 
-/// What calling a global means to us.
+/// How a call of a global is handled.
 enum class Role { kStorageType, kTensor, kParameter, kDict, kSize, kEncode, kDtype, kScalar };
 
 struct Global {
@@ -43,7 +43,7 @@ constexpr Global kGlobals[] = {
     {"torch.BoolStorage", Role::kStorageType, NumberType::kBool},
 };
 
-/// UTF-8 to the Latin-1 bytes that protocol 2 writes as text; nothing if a letter is beyond.
+/// UTF-8 to the Latin-1 bytes that protocol 2 writes as text; nothing for a character outside Latin-1.
 std::optional<std::string> latin1(std::string_view text) {
     std::string bytes;
     for (std::size_t i = 0; i < text.size(); ++i) {
@@ -62,7 +62,7 @@ std::optional<std::string> latin1(std::string_view text) {
 
 }  // namespace
 
-/// The stack machine that a pickle is a program for.
+/// The stack machine that runs a pickle's opcodes.
 class Unpickler {
   public:
     explicit Unpickler(Pickle& pickle) : pickle_(pickle), reader_(pickle.bytes_, "pickle") {
@@ -114,7 +114,7 @@ class Unpickler {
         return push(node(std::move(value)));
     }
 
-    /// Values above the last mark, or all of them, are what an opcode may take.
+    /// An opcode may take the values above the last mark; without a mark, all.
     [[nodiscard]] std::size_t floor() const { return marks_.empty() ? 0 : marks_.back(); }
 
     Status need(std::size_t count) const {
@@ -130,7 +130,7 @@ class Unpickler {
     }
 
     Result<std::vector<std::uint32_t>> pop_to_mark() {
-        if (marks_.empty()) return bad("an opcode wants a mark, and there is none");
+        if (marks_.empty()) return bad("an opcode needs a mark, and there is none");
         std::vector<std::uint32_t> values(
             stack_.begin() + static_cast<std::ptrdiff_t>(marks_.back()), stack_.end());
         stack_.resize(marks_.back());
@@ -343,7 +343,7 @@ class Unpickler {
     Status push_global_stack() {
         SPLAT_ASSIGN(const std::vector<std::uint32_t> names, pop_many(2));
         if (at(names[0]).kind != Kind::kText || at(names[1]).kind != Kind::kText)
-            return bad("the name of a global is no text");
+            return bad("the name of a global is not text");
         return push_global(at(names[0]).text, at(names[1]).text);
     }
 
@@ -355,7 +355,7 @@ class Unpickler {
             return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), kGlobals[i].name);
         }
         return error(Code::kUnsupported,
-                     "pickle: byte %zu: it asks for '%s', which is no part of a state dict and is "
+                     "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
                      "not run; in Python, save the weights alone: "
                      "torch.save(model.state_dict(), path)",
                      at_, full.c_str());
@@ -365,7 +365,7 @@ class Unpickler {
     Status reduce() {
         SPLAT_ASSIGN(const std::vector<std::uint32_t> call, pop_many(2));
         if (at(call[0]).kind != Kind::kGlobal || at(call[1]).kind != Kind::kTuple)
-            return bad("a call of what is no function");
+            return bad("a call of something that is not a function");
         const Global& global = kGlobals[static_cast<std::size_t>(at(call[0]).integer)];
         const std::vector<std::uint32_t> arguments = at(call[1]).items;
         const auto misfit = [this, name = global.name] {
@@ -425,7 +425,7 @@ class Unpickler {
         return false;
     }
 
-    /// The state of an object: attributes of a dict, which are passed over, or a dtype's byte order.
+    /// The state of an object: attributes of a dict, which are ignored, or a dtype's byte order.
     Status build() {
         SPLAT_ASSIGN(const std::uint32_t state, pop());
         SPLAT_TRY(need(1));
@@ -449,7 +449,7 @@ class Unpickler {
         for (std::size_t i = 0; good && i < kKinds.size(); ++i)
             good = at(items[i]).kind == kKinds[i];
         if (!good || at(items[0]).text != "storage")
-            return bad("a persistent id that is no storage of a tensor");
+            return bad("a persistent id that is not the storage of a tensor");
         SPLAT_TRY(Pickle::storage_type(at(items[1])).status());
         SPLAT_TRY(push_new(Kind::kStorage));
         at(stack_.back()).items = items;
@@ -481,7 +481,7 @@ Result<NumberType> Pickle::storage_type(const PickleNode& global) {
     const auto row = static_cast<std::size_t>(global.integer);
     if (global.kind == Kind::kGlobal && kGlobals[row].role == Role::kStorageType)
         return kGlobals[row].type;
-    return error(Code::kUnsupported, "pickle: '%s' is no type of storage",
+    return error(Code::kUnsupported, "pickle: '%s' is not a storage type",
                  std::string(global.text).c_str());
 }
 

@@ -9,7 +9,7 @@
 
 namespace splat::io {
 
-/// A value of a pickle. Which members count depends on the kind.
+/// A value of a pickle. The kind tells which members are used.
 struct PickleNode {
     enum class Kind : std::uint8_t {
         kNone,
@@ -20,7 +20,7 @@ struct PickleNode {
         kBytes,    ///< text
         kList,     ///< items
         kTuple,    ///< items
-        kDict,     ///< items: key, value, key, value, ...; a key may be there twice
+        kDict,     ///< items: key, value, key, value, ...; a key may appear twice
         kGlobal,   ///< integer: its row in the allow-list; text: "module.name"
         kStorage,  ///< items of the persistent id: 'storage', type, key, location, elements
         kTensor,   ///< items: storage, offset, size, stride, ...
@@ -34,15 +34,15 @@ struct PickleNode {
     std::vector<std::uint32_t> items;  ///< numbers of nodes
 };
 
-/// What Python's pickle holds, as far as torch.save() writes it. Nodes refer to each other by number,
-/// so cycles and deep nesting are harmless.
+/// The values of a Python pickle, of the kinds that torch.save() writes. Nodes refer to each other by
+/// number, so cycles and deep nesting are harmless.
 class Pickle {
   public:
     using Kind = PickleNode::Kind;
 
-    /// Reads a pickle of protocol 2 to 4 without running any of it: a global that is not on the
-    /// allow-list (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name,
-    /// whether it is called or not, and so is everything else that a state dict does not need.
+    /// Reads a pickle of protocol 2 to 4 without running any of it: a global off the allow-list
+    /// (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name, called or
+    /// not, as is every opcode that a state dict does not need.
     ///
     /// Errors       kUnsupported with the global or the opcode; kInvalidArgument with the byte, for
     ///              a pickle that is damaged or exceeds kMaxBytes, kMaxNodes or kMaxMarks
@@ -56,7 +56,7 @@ class Pickle {
     [[nodiscard]] const PickleNode& root() const { return nodes_[root_]; }
     [[nodiscard]] const PickleNode& operator[](std::uint32_t node) const { return nodes_[node]; }
 
-    /// The last value of this key; nullptr if there is none, or `dict` is none.
+    /// The last value of this key; nullptr if there is none, or `dict` is not a dict.
     [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const {
         if (dict.kind != Kind::kDict) return nullptr;
         for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
@@ -66,8 +66,8 @@ class Pickle {
         return nullptr;
     }
 
-    /// The numbers that a storage type of the allow-list holds. Errors: kUnsupported if the node is
-    /// no such type.
+    /// The numbers that a storage type of the allow-list holds. Errors: kUnsupported for
+    /// another node.
     static Result<NumberType> storage_type(const PickleNode& global);
 
   private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/ply_compressed.h"
 #include "io/ply_rows.h"
 #include "scene/arrays.h"
 
@@ -17,7 +18,7 @@ std::string numbered(const char* prefix, std::size_t index) {
     return prefix + std::to_string(index);
 }
 
-/// Where the value of one property goes: an array, and its place in each Gaussian's part of it.
+/// The target of one property: an array, and the place in each Gaussian's part of it.
 struct Target {
     std::size_t column;
     std::vector<float>* values;
@@ -29,7 +30,7 @@ class VertexReader {
   public:
     VertexReader(const PlyElement& vertex, LoadReport& report) : vertex_(vertex), report_(report) {}
 
-    /// The degree that the number of f_rest properties says.
+    /// The degree, from the number of f_rest properties.
     Status find_degree() {
         std::size_t count = 0;
         while (vertex_.find(numbered("f_rest_", count))) ++count;
@@ -156,6 +157,12 @@ void put_vertex(Buffer& to, const Gaussians& g, std::size_t i) {
 
 }  // namespace
 
+Result<bool> is_plain_ply(Bytes file) {
+    if (!is_ply(file)) return false;
+    SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
+    return !has_packed_chunks(header);
+}
+
 Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     if (header.find("vertex") == nullptr)
@@ -163,7 +170,6 @@ Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     PlyRows rows(header, file);
     Gaussians gaussians;
     LoadReport report;
-    report.format = "ply";
     for (const PlyElement& element : header.elements) {
         if (element.name == "vertex") {
             SPLAT_ASSIGN(gaussians, read_vertices(element, rows, report, options));

@@ -179,20 +179,25 @@ Gaussians decode(const Packed& packed) {
 
 }  // namespace
 
-bool is_compressed_ply(const PlyHeader& header) {
+bool has_packed_chunks(const PlyHeader& header) {
     const PlyElement* const vertex = header.find("vertex");
     return header.find("chunk") != nullptr && vertex != nullptr && vertex->find("packed_position");
 }
 
+Result<bool> is_compressed_ply(Bytes file) {
+    if (!is_ply(file)) return false;
+    SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
+    return has_packed_chunks(header);
+}
+
 Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
-    if (!is_compressed_ply(header))
+    if (!has_packed_chunks(header))
         return error(Code::kInvalidArgument,
                      "compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
     SPLAT_TRY(check_count(header.find("vertex")->count, options, "compressed ply"));
     PlyRows rows(header, file);
     LoadReport report;
-    report.format = "compressed ply";
     Packed packed;
     for (const PlyElement& element : header.elements) {
         if (element.name == "chunk") {

@@ -5,8 +5,11 @@
 
 namespace splat::io {
 
-/// The header is that of a compressed .ply: elements "chunk" and "vertex", with "packed_position".
-bool is_compressed_ply(const PlyHeader& header);
+/// A compressed .ply has elements "chunk" and "vertex", the latter with "packed_position".
+bool has_packed_chunks(const PlyHeader& header);
+
+/// The file starts with the header of a compressed .ply. Errors: as parse_ply_header().
+Result<bool> is_compressed_ply(Bytes file);
 
 /// A compressed .ply file as SuperSplat and splat-transform write it: chunks of 256 Gaussians with
 /// the ranges of position, log scale and (if there) colour, one 32-bit word for each attribute of a

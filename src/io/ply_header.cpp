@@ -103,7 +103,8 @@ class HeaderParser {
         const auto [end, failed] =
             std::from_chars(count.data(), count.data() + count.size(), element.count);
         if (failed != std::errc() || end != count.data() + count.size())
-            return bad("count '" + std::string(count.substr(0, 40)) + "' is no whole number >= 0");
+            return bad("count '" + std::string(count.substr(0, 40)) +
+                       "' is not a whole number >= 0");
         element.name = words[1];
         if (header_.find(element.name) != nullptr)
             return bad("a second element '" + element.name + "'");
@@ -124,7 +125,7 @@ class HeaderParser {
         if (list) {
             SPLAT_ASSIGN(property.list_count, type_of(words[2]));
             if (*property.list_count >= PlyType::kF32)
-                return bad("a list count that is no integer");
+                return bad("a list count that is not an integer");
         }
         SPLAT_ASSIGN(property.type, type_of(words[list ? 3 : 1]));
         property.name = words.back();

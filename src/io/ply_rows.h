@@ -12,18 +12,18 @@ class PlyRows {
   public:
     PlyRows(const PlyHeader& header, Bytes file);
 
-    /// What to do with a row: its index and one number per property (a list: its length).
+    /// Called for each row with its index and one number per property (of a list, its length).
     using Row = std::function<void(std::size_t, const std::vector<double>&)>;
 
-    /// Whether the rows of an element can be in the bytes that are left; to be asked before memory
-    /// is allocated for them. Errors: kInvalidArgument.
+    /// Checks that the rows of an element fit into the bytes left. Call it before allocating memory for
+    /// them. Errors: kInvalidArgument.
     Status need(const PlyElement& element) const;
 
     /// Errors: kInvalidArgument with element, property and byte or line, if a value is missing or is
-    /// no number.
+    /// not a number.
     Status read(const PlyElement& element, const Row& row);
 
-    /// Pass over an element. Errors as read().
+    /// Skip an element. Errors as read().
     Status skip(const PlyElement& element);
 
     [[nodiscard]] std::size_t left() const { return reader_.left(); }

@@ -31,7 +31,7 @@ struct View {
     std::uint64_t count = 0;
 };
 
-/// The view starts at its first and ends at its last element, all in one row.
+/// The elements of the view are contiguous in row-major order.
 bool is_contiguous(const View& view) {
     std::int64_t expected = 1;
     for (std::size_t i = view.dims.size(); i-- > 0; expected *= view.dims[i])
@@ -114,8 +114,7 @@ class PthReader {
     }
 
   private:
-    /// Files of PyTorch before 2.1 have no record of it; they are little-endian wherever they could
-    /// be written.
+    /// Files of PyTorch before 2.1 do not record it; they are little-endian.
     Status check_byte_order() {
         const ZipEntry* entry = zip_.find(prefix_ + "/byteorder");
         if (entry == nullptr) return {};
@@ -130,11 +129,11 @@ class PthReader {
 
     Result<std::vector<std::int64_t>> numbers(std::uint32_t node, const std::string& what) const {
         const PickleNode& tuple = pickle_[node];
-        if (tuple.kind != Kind::kTuple) return bad_pth(what + " is no tuple");
+        if (tuple.kind != Kind::kTuple) return bad_pth(what + " is not a tuple");
         std::vector<std::int64_t> values;
         for (const std::uint32_t item : tuple.items) {
             if (pickle_[item].kind != Kind::kInt || pickle_[item].integer < 0)
-                return bad_pth(what + " holds other things than whole numbers from 0 on");
+                return bad_pth(what + " holds something other than whole numbers >= 0");
             values.push_back(pickle_[item].integer);
         }
         return values;
@@ -162,7 +161,7 @@ class PthReader {
         return view;
     }
 
-    /// The last element of the view lies in the storage.
+    /// Checks that the last element of the view lies in the storage.
     static Status check_reach(const View& view) {
         std::optional<std::uint64_t> last = view.offset;
         for (std::size_t i = 0; i < view.dims.size(); ++i) {
@@ -178,7 +177,7 @@ class PthReader {
                    static_cast<unsigned long long>(view.stored)));
     }
 
-    /// The bytes of the view's storage to stored_.
+    /// Loads the view's storage into stored_.
     Status load(const View& view) {
         if (view.key == loaded_ && view.type == loaded_type_)
             return check_length(view, stored_.size());
@@ -214,7 +213,7 @@ class PthReader {
     NumberType loaded_type_ = NumberType::kF32;
 };
 
-/// A number of any kind, also a tensor of one.
+/// A number, or a tensor of one element.
 Result<std::optional<double>> scalar(PthReader& reader, const PickleNode& dict, const char* key) {
     const PickleNode* node = reader.pickle().find(dict, key);
     if (node == nullptr || node->kind == Kind::kNone) return std::optional<double>();
@@ -254,7 +253,7 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
     for (std::size_t i = 0; i < dict.items.size(); i += 2) {
         const PickleNode& key = pickle[dict.items[i]];
         const PickleNode& value = pickle[dict.items[i + 1]];
-        if (key.kind != Kind::kText) return bad_pth("a name in the state dict is no text");
+        if (key.kind != Kind::kText) return bad_pth("a name in the state dict is not text");
         const std::string name(key.text);
         if (value.kind != Kind::kTensor)
             return bad_pth("'" + name + "' is " + kind_name(value.kind) +
@@ -293,7 +292,7 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     if (betas == nullptr || betas->items.size() != 2 ||
         pickle[betas->items[0]].kind != Kind::kFloat ||
         pickle[betas->items[1]].kind != Kind::kFloat)
-        return bad_pth("the optimiser has no two 'betas', so it is no Adam");
+        return bad_pth("the optimiser has no two 'betas', so it is not Adam's");
     group.beta1 = pickle[betas->items[0]].real;
     group.beta2 = pickle[betas->items[1]].real;
     const PickleNode* parameters = pickle.find(dict, "params");
@@ -301,7 +300,7 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
         return bad_pth("a group of the optimiser has no list 'params'");
     for (const std::uint32_t item : parameters->items) {
         if (pickle[item].kind != Kind::kInt)
-            return bad_pth("'params' holds other things than numbers");
+            return bad_pth("'params' holds something other than numbers");
         group.parameters.push_back(pickle[item].integer);
     }
     return group;

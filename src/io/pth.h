@@ -7,7 +7,7 @@
 
 namespace splat::io {
 
-/// The parts of a checkpoint that stand beside the weights.
+/// The numbers of a checkpoint beside its weights.
 struct PthScalars {
     std::optional<std::int64_t> iteration;
     std::optional<double> loss;
@@ -22,17 +22,17 @@ struct PthFile {
 
 /// Weights as torch.save() writes them since version 1.6: a zip of a pickle and one file for each
 /// storage. They are the dict 'model_state_dict' or 'state_dict' of the pickle, or the pickle itself.
-/// Tensors become row-major whatever their strides (convolutions in channels_last order); the device
-/// that a storage is tagged with does not count. Nothing of the pickle is ever run, see pickle.h.
+/// Tensors of any strides become row-major (convolutions in channels_last order). The device tag of a
+/// storage is ignored. No code of the pickle is run, see pickle.h.
 ///
-/// Errors       kInvalidArgument if the file is damaged, is no state dict, or asks for more than the
+/// Errors       kInvalidArgument if the file is damaged, is not a state dict, or asks for more than the
 ///              limits allow; kUnsupported for the format before 1.6, big-endian files, and pickles
 ///              of other things than weights
 Result<PthFile> read_pth(const Source& source, const ReadLimits& limits = {});
 
 /// What Adam keeps of one parameter.
 struct AdamMoments {
-    std::int64_t parameter = 0;  ///< in the order in which the optimiser got them
+    std::int64_t parameter = 0;  ///< its index in the optimiser's parameter list
     double step = 0;
     NamedTensor exp_avg;
     NamedTensor exp_avg_sq;

@@ -9,8 +9,8 @@
 
 namespace splat::io {
 
-/// A cursor over bytes that come from outside. All parsers read through it, so that no offset or
-/// count of a file is used before it is compared with the bytes that are there.
+/// A cursor over untrusted bytes. All parsers read through it, so that every offset and count of a file
+/// is compared with the available bytes before use.
 class Reader {
   public:
     /// `what` names the bytes in messages, e.g. "spz".
@@ -21,7 +21,7 @@ class Reader {
     [[nodiscard]] std::size_t left() const { return bytes_.size() - position_; }
     [[nodiscard]] const std::string& what() const { return what_; }
 
-    /// The next `count` bytes, which are passed over. Errors: kInvalidArgument with the field, the
+    /// Advances over the next `count` bytes and returns them. Errors: kInvalidArgument with the field, the
     /// position, what it needs and what is left.
     Result<Bytes> take(std::uint64_t count, const char* field) {
         SPLAT_TRY(need(count, 1, field));
@@ -38,8 +38,8 @@ class Reader {
         return {};
     }
 
-    /// Whether `count` items of `each` bytes can still come. Errors as take(). To be called before
-    /// memory for them is allocated.
+    /// Checks that `count` items of `each` bytes are left. Call it before allocating memory for them.
+    /// Errors as take().
     Status need(std::uint64_t count, std::uint64_t each, const char* field) const {
         const auto bytes = checked_mul(count, each);
         if (bytes && *bytes <= left()) return {};
@@ -50,7 +50,7 @@ class Reader {
                      static_cast<unsigned long long>(each), left());
     }
 
-    /// Bytes up to a NUL, which is passed over too. Errors as take().
+    /// Bytes up to a NUL; advances over the NUL too. Errors as take().
     Result<std::string_view> take_string(const char* field) {
         const std::string_view rest = as_text(bytes_.subspan(position_));
         const std::size_t end = rest.find('\0');

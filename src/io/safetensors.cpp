@@ -1,11 +1,13 @@
 #include "io/safetensors.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 
 #include "core/checked_math.h"
 #include "core/json.h"
+#include "core/json_writer.h"
 #include "core/parallel.h"
 
 namespace splat::io {
@@ -14,8 +16,8 @@ namespace {
 constexpr const char* kMetadata = "__metadata__";
 constexpr std::size_t kSizeBytes = 8;
 
-/// Smaller files are read by one thread into memory: threads would take longer to start than they save, and a file
-/// that is mapped stays open.
+/// Smaller files are read into memory by one thread: starting threads would take longer than they save,
+/// and a mapped file stays open.
 constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
 
 constexpr std::pair<std::string_view, NumberType> kTypes[] = {
@@ -48,13 +50,14 @@ class HeaderReader {
         using Event = JsonEvent::Kind;
         const auto path = event.path;
         if (path.empty())
-            return event.kind == Event::kObject ? Status()
-                                                : bad_safetensors("the header is no JSON object");
+            return event.kind == Event::kObject
+                       ? Status()
+                       : bad_safetensors("the header is not a JSON object");
         if (path.size() == 1) return start(path[0].key, event.kind == Event::kObject);
         const std::string& key = path[1].key;
         if (path[0].key == kMetadata) {
             if (path.size() != 2 || event.kind != Event::kText)
-                return bad_safetensors("'__metadata__' holds other things than texts");
+                return bad_safetensors("'__metadata__' holds something other than text");
             if (!metadata_keys_.insert(key).second) return twice(key, kMetadata);
             metadata.emplace_back(key, event.text);
             return {};
@@ -84,11 +87,11 @@ class HeaderReader {
 
   private:
     static Status twice(const std::string& key, const std::string& name) {
-        return bad_safetensors("'" + key + "' is there twice in '" + name + "'");
+        return bad_safetensors("'" + key + "' appears twice in '" + name + "'");
     }
 
     Status start(const std::string& name, bool object) {
-        if (!object) return bad_safetensors("'" + name + "' is no JSON object");
+        if (!object) return bad_safetensors("'" + name + "' is not a JSON object");
         if (!names_.insert(name).second) return twice(name, "the header");
         if (name == kMetadata) return {};
         if (rows.size() == max_tensors_)
@@ -112,7 +115,7 @@ class HeaderReader {
     std::set<std::string, std::less<>> metadata_keys_;
 };
 
-/// Every row is complete, and together they fill the data exactly.
+/// Checks that every row is complete, and that together they fill the data exactly.
 Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
     for (Row& row : rows) {
         if (!row.type || !row.has_shape || row.offsets.size() != 2)
@@ -160,7 +163,7 @@ bool is_f32(const Row& row) {
     return *row.type == NumberType::kF32;
 }
 
-/// The numbers where they are in the file; empty if they must be converted or moved.
+/// The numbers in the mapped file; empty if they must be converted or moved.
 std::span<const float> in_place(const MappedFile& file, std::uint64_t at, const Row& row) {
     if (!is_f32(row) || at % alignof(float) != 0) return {};
     return {reinterpret_cast<const float*>(file.bytes().data() + at), row.count};
@@ -203,7 +206,7 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
         tensors[i] = {std::move(row.name), std::move(row.shape), *row.type, {}};
         if (mapped) tensors[i].values = {mapped, in_place(*mapped, at(row), row)};
         if (tensors[i].values.size() == row.count) continue;
-        // Taken by one thread: what several took at once was at times read at half the speed later.
+        // Allocated by one thread: memory that several allocate at once was sometimes read at half the speed.
         tensors[i].values.own().resize(row.count);
         to_read.push_back(i);
     }
@@ -217,13 +220,12 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
 
 Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata& metadata,
                                      bool half) {
-    std::string header = "{";
-    const auto comma = [&header] { header += header.size() > 1 ? "," : ""; };
+    JsonWriter json(JsonWriter::Style::kCompact);
+    json.begin_object();
     if (!metadata.empty()) {
-        std::string texts;
-        for (const auto& [key, value] : metadata)
-            texts += (texts.empty() ? "" : ",") + json_quote(key) + ":" + json_quote(value);
-        header += std::string("\"") + kMetadata + "\":{" + texts + "}";
+        json.key(kMetadata).begin_object();
+        for (const auto& [key, value] : metadata) json.member(key, value);
+        json.end();
     }
     std::uint64_t end = 0;
     for (const NamedTensor& tensor : tensors) {
@@ -231,12 +233,11 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
             return bad_safetensors("no tensor may be named '__metadata__'");
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
-        comma();
-        header += json_quote(tensor.name) + ":{\"dtype\":\"" + (half ? "F16" : "F32") +
-                  "\",\"shape\":" + dims_text(tensor.dims) + ",\"data_offsets\":[" +
-                  std::to_string(begin) + "," + std::to_string(end) + "]}";
+        json.key(tensor.name).begin_object().member("dtype", half ? "F16" : "F32");
+        json.key("shape").raw(dims_text(tensor.dims));
+        json.key("data_offsets").list(std::array{begin, end}).end();
     }
-    header += "}";
+    std::string header = json.end().text();
     header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
     if (header.size() > kMaxJsonBytes)
         return bad_safetensors(

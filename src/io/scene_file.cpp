@@ -1,9 +1,9 @@
 #include "io/scene_file.h"
 
+#include <algorithm>
 #include <cctype>
 
 #include "io/compress.h"
-#include "io/file.h"
 #include "io/ply.h"
 #include "io/ply_compressed.h"
 #include "io/splat_file.h"
@@ -12,111 +12,124 @@
 namespace splat::io {
 namespace {
 
-/// In lower case, without the point.
+constexpr SceneFormat kFormats[] = {
+    {"ply", ".ply", "all of a scene, as 3DGS writes it", "the line 'ply'", is_plain_ply, read_ply,
+     write_ply, scene::kMaxShDegree, scene::Frame::kRdf},
+    {"compressed ply", ".ply", "quantised chunks of 256, as SuperSplat writes them",
+     "the line 'ply'", is_compressed_ply, read_compressed_ply, nullptr, scene::kMaxShDegree,
+     scene::Frame::kRdf},
+    {"splat", ".splat", "8-bit colours without view dependence", nullptr, nullptr, read_splat,
+     write_splat, 0, scene::Frame::kRdf},
+    {"spz", ".spz", "quantised", "gzip or 'NGSP'", is_spz, read_spz, write_spz, scene::kMaxShDegree,
+     kSpzFrame}};
+
+/// Formats that are known by their mark or extension, and not read.
+struct UnreadFormat {
+    const char* name;
+    std::string_view mark;
+    std::string_view extension;
+};
+constexpr UnreadFormat kUnread[] = {
+    {"glTF binary", "glTF", ""}, {"zip (SOG)", "PK\x03\x04", ""}, {".ksplat", "", ".ksplat"}};
+
+/// In lower case, with the point.
 std::string extension_of(const std::string& name) {
     const std::size_t dot = name.find_last_of("./");
     if (dot == std::string::npos || name[dot] == '/') return "";
-    std::string extension = name.substr(dot + 1);
+    std::string extension = name.substr(dot);
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return extension;
 }
 
-Status unsupported(const std::string& name, const char* format) {
-    return error(Code::kUnsupported,
-                 "'%s' is a %s file, which is not read; convert it to .ply, .splat or .spz",
-                 name.c_str(), format);
+/// ".ply, .splat or .spz": extensions of all formats that are read, or of those that are written.
+std::string extension_list(bool written) {
+    std::vector<std::string> extensions;
+    for (const SceneFormat& format : kFormats)
+        if ((!written || format.write != nullptr) &&
+            std::find(extensions.begin(), extensions.end(), format.extension) == extensions.end())
+            extensions.emplace_back(format.extension);
+    std::string list;
+    for (std::size_t i = 0; i < extensions.size(); ++i)
+        list += (i == 0 ? "" : i + 1 == extensions.size() ? " or " : ", ") + extensions[i];
+    return list;
+}
+
+Status unread(const std::string& name, const UnreadFormat& format) {
+    return error(Code::kUnsupported, "'%s' is a %s file, which is not read; convert it to %s",
+                 name.c_str(), format.name, extension_list(true).c_str());
 }
 
 Status with_name(const Status& status, const std::string& name) {
     return {status.code(), "'" + name + "': " + status.message()};
 }
 
-Result<LoadedScene> read_as(SceneFormat format, Bytes file, const LoadOptions& options) {
-    switch (format) {
-        case SceneFormat::kPly:
-            return read_ply(file, options);
-        case SceneFormat::kCompressedPly:
-            return read_compressed_ply(file, options);
-        case SceneFormat::kSplat:
-            return read_splat(file, options);
-        case SceneFormat::kSpz:
-            return read_spz(file, options);
+/// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
+Result<const SceneFormat*> marked_format(Bytes file) {
+    for (const SceneFormat& format : kFormats) {
+        if (format.detect == nullptr) continue;
+        SPLAT_ASSIGN(const bool found, format.detect(file));
+        if (found) return &format;
     }
-    return error(Code::kInternal, "scene format %d", static_cast<int>(format));
-}
-
-const char* format_name(SceneFormat format) {
-    constexpr const char* kNames[] = {"ply", "compressed ply", "splat", "spz"};
-    return kNames[static_cast<std::size_t>(format)];
-}
-
-/// The format that the first bytes say, if they say one that is read.
-std::optional<SceneFormat> marked_format(Bytes file) {
-    const auto found = detect_scene_format(file, "");
-    return found.ok() ? std::optional(found.value()) : std::nullopt;
+    return nullptr;
 }
 
 }  // namespace
 
-Result<SceneFormat> detect_scene_format(Bytes file, const std::string& name) {
-    const std::string_view text = as_text(file);
-    if (is_ply(file)) {
-        const auto header = parse_ply_header(file);
-        if (!header.ok()) return with_name(header.status(), name);
-        return is_compressed_ply(header.value()) ? SceneFormat::kCompressedPly : SceneFormat::kPly;
-    }
-    if (is_gzip(file) || text.starts_with("NGSP")) return SceneFormat::kSpz;
-    if (text.starts_with("glTF")) return unsupported(name, "glTF binary");
-    if (text.starts_with("PK\x03\x04")) return unsupported(name, "zip (SOG)");
+std::span<const SceneFormat> scene_formats() {
+    return kFormats;
+}
+
+Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name) {
+    const auto marked = marked_format(file);
+    if (!marked.ok()) return with_name(marked.status(), name);
+    if (marked.value() != nullptr) return marked.value();
     const std::string extension = extension_of(name);
-    if (extension == "splat") return SceneFormat::kSplat;
-    if (extension == "ksplat") return unsupported(name, ".ksplat");
-    if (extension == "ply" || extension == "spz")
+    for (const UnreadFormat& format : kUnread)
+        if (format.mark.empty() ? extension == format.extension
+                                : as_text(file).starts_with(format.mark))
+            return unread(name, format);
+    for (const SceneFormat& format : kFormats) {
+        if (extension != format.extension) continue;
+        if (format.detect == nullptr) return &format;
         return error(Code::kInvalidArgument,
-                     "'%s' is no .%s file: its first bytes are others; expected %s", name.c_str(),
-                     extension.c_str(), extension == "ply" ? "the line 'ply'" : "gzip or 'NGSP'");
-    return error(
-        Code::kInvalidArgument,
-        "'%s' is no scene that is read here: .ply (3DGS, plain or compressed), .splat, .spz",
-        name.c_str());
+                     "'%s' is not a %s file: its first bytes differ; expected %s", name.c_str(),
+                     format.extension, format.mark);
+    }
+    return error(Code::kInvalidArgument, "'%s' is not a scene of a known format; expected %s",
+                 name.c_str(), extension_list(false).c_str());
 }
 
-Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options) {
-    SPLAT_ASSIGN(const SceneFormat format, detect_scene_format(file, name));
-    return read_scene_as(format, file, name, options);
+Result<const SceneFormat*> written_scene_format(const std::string& name) {
+    const std::string extension = extension_of(name);
+    for (const SceneFormat& format : kFormats)
+        if (format.write != nullptr && extension == format.extension) return &format;
+    return error(Code::kUnsupported, "'%s': extension '%s', expected %s", name.c_str(),
+                 extension.c_str(), extension_list(true).c_str());
 }
 
-Result<LoadedScene> read_scene_as(SceneFormat format, Bytes file, const std::string& name,
-                                  const LoadOptions& options) {
-    // Any bytes may begin a .splat file, those of another format's mark too.
-    if (format != SceneFormat::kSplat)
-        if (const auto marked = marked_format(file); marked && *marked != format)
+Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options,
+                               const SceneFormat* format) {
+    if (format == nullptr) {
+        SPLAT_ASSIGN(format, detect_scene_format(file, name));
+    } else if (format->detect != nullptr) {
+        // A format without a mark may begin with any bytes, another one's mark included.
+        const auto marked = marked_format(file);
+        if (marked.ok() && marked.value() != nullptr && marked.value() != format)
             return error(Code::kInvalidArgument, "'%s' is of the format %s, expected %s",
-                         name.c_str(), format_name(*marked), format_name(format));
-    auto loaded = read_as(format, file, options);
+                         name.c_str(), marked.value()->name, format->name);
+    }
+    auto loaded = format->read(file, options);
     if (!loaded.ok()) return with_name(loaded.status(), name);
+    loaded.value().report.format = format->name;
     return loaded;
 }
 
-Result<LoadedScene> load_scene(const std::string& path, const LoadOptions& options) {
-    SPLAT_ASSIGN(const Buffer file, read_file(path));
-    return read_scene(file, path, options);
-}
-
-Result<Buffer> write_scene(const scene::Gaussians& gaussians, const std::string& name,
+Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat& format,
                            const SaveOptions& options) {
-    const std::string extension = extension_of(name);
-    if (extension == "ply") return write_ply(gaussians, options);
-    if (extension == "splat") return write_splat(gaussians, options);
-    if (extension == "spz") return write_spz(gaussians, options);
-    return error(Code::kUnsupported, "'%s': extension '%s', expected .ply, .splat or .spz",
-                 name.c_str(), extension.c_str());
-}
-
-Status save_scene(const scene::Gaussians& gaussians, const std::string& path,
-                  const SaveOptions& options) {
-    SPLAT_ASSIGN(const Buffer file, write_scene(gaussians, path, options));
-    return write_file(path, file);
+    if (format.write == nullptr)
+        return error(Code::kUnsupported, "%s is read only; write %s", format.name,
+                     extension_list(true).c_str());
+    return format.write(gaussians, options);
 }
 
 }  // namespace splat::io

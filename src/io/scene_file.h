@@ -1,37 +1,47 @@
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "io/scene_load.h"
 
 namespace splat::io {
 
-enum class SceneFormat : std::uint8_t { kPly, kCompressedPly, kSplat, kSpz };
+/// One format of scene files.
+struct SceneFormat {
+    const char* name;       ///< in reports and messages
+    const char* extension;  ///< with the point, in lower case
+    const char* holds;      ///< for help texts: what the format keeps of a scene
+    const char* mark;       ///< the first bytes, for messages; null where the format has none
+    /// Whether the first bytes are the mark; null where the format has none. Errors: of a header that
+    /// starts with the mark and is damaged.
+    Result<bool> (*detect)(Bytes file);
+    Result<LoadedScene> (*read)(Bytes file, const LoadOptions& options);
+    /// Null where the format is only read.
+    Result<Buffer> (*write)(const scene::Gaussians& gaussians, const SaveOptions& options);
+    std::uint32_t max_sh_degree;
+    scene::Frame frame;  ///< of a file, unless LoadOptions or SaveOptions name another
+};
 
-/// By the first bytes, and where they say nothing (.splat has no header) by the extension of `name`.
+/// All formats, ordered as SPLAT_SCENE_* in splat.h: the first one has the value 1.
+std::span<const SceneFormat> scene_formats();
+
+/// By the first bytes; by the extension of `name` where no format's mark fits.
 /// Errors: kUnsupported for a format that is known and not read, such as .ksplat, .sog and .glb;
 /// kInvalidArgument for anything else, with the formats that are read.
-Result<SceneFormat> detect_scene_format(Bytes file, const std::string& name);
+Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name);
 
-/// Detects the format; `name` is used in messages. Errors: as detect_scene_format() and the readers.
-Result<LoadedScene> read_scene(Bytes file, const std::string& name,
-                               const LoadOptions& options = {});
+/// The format in which a file of this name is written, by its extension. Errors: kUnsupported.
+Result<const SceneFormat*> written_scene_format(const std::string& name);
 
-/// By the reader of this format, whatever the name and, for .splat, the first bytes. Errors: as the
-/// readers; kInvalidArgument naming both formats if the first bytes are the mark of another one.
-Result<LoadedScene> read_scene_as(SceneFormat format, Bytes file, const std::string& name,
-                                  const LoadOptions& options = {});
+/// Reads a file of `format`, or of the format that is detected if it is null; `name` is used in
+/// messages. Errors: as detect_scene_format() and the readers; kInvalidArgument naming both formats if
+/// the first bytes are the mark of another one.
+Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options = {},
+                               const SceneFormat* format = nullptr);
 
-/// Errors: as read_file() and read_scene().
-Result<LoadedScene> load_scene(const std::string& path, const LoadOptions& options = {});
-
-/// Bytes in the format that the extension of `name` says: .ply, .splat or .spz. Errors: as the
-/// writers; kUnsupported for other extensions.
-Result<Buffer> write_scene(const scene::Gaussians& gaussians, const std::string& name,
+/// Errors: as the writers; kUnsupported for a format that is only read.
+Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat& format,
                            const SaveOptions& options = {});
-
-/// Errors: as write_scene() and write_file().
-Status save_scene(const scene::Gaussians& gaussians, const std::string& path,
-                  const SaveOptions& options = {});
 
 }  // namespace splat::io

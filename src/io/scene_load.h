@@ -13,12 +13,12 @@ namespace splat::io {
 
 /// What was found in a scene file.
 struct LoadReport {
-    std::string format;                   ///< "ply", "compressed ply", "splat", "spz"
+    std::string format;                   ///< SceneFormat::name; read_scene() sets it
     std::uint32_t version = 0;            ///< of the format, where it counts versions; else 0
     std::uint64_t count = 0;              ///< Gaussians
     std::uint32_t sh_degree = 0;          ///< in memory
     scene::Frame frame{};                 ///< of the file; in memory it is kRdf
-    std::vector<std::string> ignored;     ///< properties, elements and bands that were not used
+    std::vector<std::string> ignored;     ///< properties, elements and bands that are ignored
     std::uint64_t non_finite_values = 0;  ///< NaN and infinities, kept as they are
     std::uint64_t bad_rotations = 0;      ///< quaternions of length 0 or not finite, kept
 };
@@ -29,15 +29,14 @@ struct LoadedScene {
 };
 
 struct LoadOptions {
-    std::optional<scene::Frame> frame;     ///< of the file, where it is not the format's usual one
+    std::optional<scene::Frame> frame;     ///< of the file, unless it is the format's usual one
     std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
 };
 
 struct SaveOptions {
-    std::optional<scene::Frame> frame;  ///< for the file; nothing = the format's usual one
-    std::optional<std::uint32_t>
-        sh_degree;                  ///< bands are dropped or padded; nothing = all there are
-    std::uint32_t spz_version = 3;  ///< 3 or 4
+    std::optional<scene::Frame> frame;       ///< for the file; nothing = the format's usual one
+    std::optional<std::uint32_t> sh_degree;  ///< bands are dropped or padded; nothing = all
+    std::uint32_t spz_version = 3;           ///< 3 or 4
 };
 
 /// Errors: kUnsupported if a header promises more Gaussians than the options allow.

@@ -54,7 +54,6 @@ Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
     Gaussians gaussians = scene::make_gaussians(count, 0);
     for (std::size_t i = 0; i < count; ++i) decode(file.data() + i * kBytesEach, gaussians, i);
     LoadReport report;
-    report.format = "splat";
     return finish_load(std::move(gaussians), std::move(report), scene::Frame::kRdf, options);
 }
 

@@ -4,16 +4,22 @@
 
 namespace splat::io {
 
+/// Of a .spz file, unless options name another one.
+inline constexpr scene::Frame kSpzFrame = scene::Frame::kRub;
+
+/// The file starts with the mark of gzip or of .spz.
+Result<bool> is_spz(Bytes file);
+
 /// A .spz file of version 1 to 4: gzip of header and arrays (1 to 3; also without the gzip), or a
-/// header with a table of zstd streams (4). The usual frame is RUB. Bands above kMaxShDegree and
-/// extensions are passed over and reported.
+/// header with a table of zstd streams (4). Bands above kMaxShDegree and
+/// extensions are skipped and reported.
 ///
-/// Errors       kInvalidArgument if damaged, truncated or of another length than the header says;
+/// Errors       kInvalidArgument if damaged, truncated, or if the length contradicts the header;
 ///              kUnsupported for other versions, for extensions before version 4, and above the limit
 /// Source       nianticlabs/spz, whose README and loader describe the layout
 Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options = {});
 
-/// Version 3 unless the options say 4 (smaller files; fewer programs read it).
+/// Version 3, or 4 by the options (smaller files, which fewer programs read).
 ///
 /// Errors       as prepare_save(); kInvalidArgument if a value is not finite, or a mean beyond +-2^23
 ///              units; kUnsupported for other versions

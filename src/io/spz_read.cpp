@@ -16,7 +16,7 @@ using scene::Gaussians;
 using scene::Quaternion;
 using namespace spz;
 
-/// Views of the arrays, and the memory that they view where it was unpacked.
+/// Views of the arrays, and the unpacked memory behind them.
 struct Arrays {
     std::array<Bytes, kArrays> views;
     std::vector<Buffer> memory;
@@ -133,7 +133,7 @@ void decode_means(Bytes from, const Header& header, Gaussians& g) {
     }
 }
 
-/// Version 3 on: index of the largest of x y z w in the top bits, then sign and 9 bits for each
+/// From version 3: index of the largest of x y z w in the top bits, then sign and 9 bits for each
 /// other component, the last of them lowest.
 Quaternion decode_smallest_three(std::uint32_t packed) {
     std::array<double, 4> xyzw{};
@@ -202,6 +202,10 @@ Gaussians decode(const Arrays& arrays, const Header& header) {
 
 }  // namespace
 
+Result<bool> is_spz(Bytes file) {
+    return is_gzip(file) || as_text(file).starts_with("NGSP");
+}
+
 Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
     const Buffer head = is_gzip(file) ? gunzip_head(file, kHeaderBytes) : Buffer();
     Reader reader(is_gzip(file) ? Bytes(head) : file, "spz");
@@ -210,13 +214,12 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
         return error(Code::kInvalidArgument, "spz: version 4 inside gzip, expected zstd streams");
     SPLAT_TRY(check_count(header.count, options, "spz"));
     LoadReport report;
-    report.format = "spz";
     report.version = header.version;
     if ((header.flags & kAntialiased) != 0) report.ignored.emplace_back("flag antialiased");
     if (header.degree > scene::kMaxShDegree) report.ignored.emplace_back("SH bands 4 to 4");
     SPLAT_ASSIGN(const Arrays arrays, header.version >= 4 ? unpack_streams(file, header, report)
                                                           : unpack_whole(file, header));
-    return finish_load(decode(arrays, header), std::move(report), scene::Frame::kRub, options);
+    return finish_load(decode(arrays, header), std::move(report), kSpzFrame, options);
 }
 
 }  // namespace splat::io

@@ -140,7 +140,7 @@ Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options)
     if (options.spz_version != 3 && options.spz_version != 4)
         return error(Code::kUnsupported, "spz: version %u to write, expected 3 or 4",
                      options.spz_version);
-    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, scene::Frame::kRub, options));
+    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, kSpzFrame, options));
     SPLAT_TRY(check_finite(scene));
     if (scene.count() > 0xFFFFFFFFU)
         return error(Code::kUnsupported, "spz: %zu Gaussians, the format counts in 32 bits",

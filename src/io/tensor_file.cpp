@@ -151,11 +151,11 @@ std::string dims_text(std::span<const std::int64_t> dims) {
 Status NamedTensors::add(NamedTensor tensor) {
     SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, tensor.name));
     if (count != tensor.values.size())
-        return error(Code::kInvalidArgument, "'%s' has %zu values, its shape %s wants %llu",
+        return error(Code::kInvalidArgument, "'%s' has %zu values, its shape %s needs %llu",
                      tensor.name.c_str(), tensor.values.size(), dims_text(tensor.dims).c_str(),
                      static_cast<unsigned long long>(count));
     if (!places_.emplace(tensor.name, tensors_.size()).second)
-        return error(Code::kInvalidArgument, "'%s' is there twice", tensor.name.c_str());
+        return error(Code::kInvalidArgument, "'%s' appears twice", tensor.name.c_str());
     tensors_.push_back(std::move(tensor));
     return {};
 }

@@ -16,11 +16,11 @@
 
 namespace splat::io {
 
-/// What the numbers of a tensor are in its file. In memory all are float32: float64 and integers
+/// Type of a tensor's numbers in its file. In memory all are float32: float64 and integers
 /// beyond 2^24 are rounded to the nearest, bool is 0 or 1.
 enum class NumberType : std::uint8_t { kF32, kF64, kF16, kBf16, kI64, kI32, kI16, kI8, kU8, kBool };
 
-const char* type_name(NumberType type);  ///< as PyTorch says it: "float32", "bfloat16", "bool"
+const char* type_name(NumberType type);  ///< PyTorch's name: "float32", "bfloat16", "bool"
 std::size_t type_bytes(NumberType type);
 
 /// Numbers of a file as float32, exact where float32 can be. `bytes` holds type_bytes() for each.
@@ -30,7 +30,7 @@ void to_floats(NumberType type, Bytes bytes, float* values,
 /// The nearest number of type float16, ties to even; beyond 65519 infinity.
 std::uint16_t to_half(float value);
 
-/// The numbers of a tensor: its own, or some of a mapped file, which copies then share.
+/// The numbers of a tensor, in memory of its own or in a mapped file, which copies share.
 class TensorValues {
   public:
     TensorValues() = default;
@@ -50,7 +50,7 @@ class TensorValues {
     [[nodiscard]] const float* end() const { return data() + size(); }
     const float& operator[](std::size_t i) const { return data()[i]; }
 
-    /// To be written; those of a file are copied first.
+    /// For writing; numbers of a file are copied first.
     LargeVector<float>& own() {
         if (file_) {
             own_.assign(part_.begin(), part_.end());
@@ -59,7 +59,7 @@ class TensorValues {
         return own_;
     }
 
-    /// nullptr for its own.
+    /// nullptr for numbers of its own.
     [[nodiscard]] const MappedFile* file() const { return file_.get(); }
 
     friend bool operator==(const TensorValues& a, const TensorValues& b) {
@@ -86,11 +86,10 @@ Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const s
 
 std::string dims_text(std::span<const std::int64_t> dims);  ///< "[512, 512, 3, 3]"
 
-/// Tensors in the order of their file, each with a name of its own: what all formats of weights read
-/// and write.
+/// Tensors with unique names, in the order of their file: common to all formats of weights.
 class NamedTensors {
   public:
-    /// Errors: kInvalidArgument for a name that is there, and for values that do not fit dims.
+    /// Errors: kInvalidArgument for a name already used, and for values that do not fit dims.
     Status add(NamedTensor tensor);
 
     /// nullptr if there is none. Valid until the next add().
@@ -102,7 +101,7 @@ class NamedTensors {
     [[nodiscard]] auto begin() const { return tensors_.begin(); }
     [[nodiscard]] auto end() const { return tensors_.end(); }
 
-    /// Errors: as MappedFile::unchanged(), where values are those of files. To be asked before values are used.
+    /// Call it before using values of mapped files. Errors: as MappedFile::unchanged().
     [[nodiscard]] Status unchanged() const;
 
     /// Of all tensors together.
@@ -118,25 +117,25 @@ Status check_finite(const NamedTensor& tensor);
 Status check_finite(const NamedTensors& tensors);
 
 /// Append the values as little-endian float16. Errors: kInvalidArgument for a finite value that
-/// becomes infinite; nothing is said of NaN.
+/// becomes infinite; NaN stays NaN.
 Status put_halves(Buffer& to, const NamedTensor& tensor);
 
-/// What a file of weights may ask for. A damaged or hostile file cannot make its reader take more
-/// memory, or read more, than allowed().
+/// Limits against damaged and hostile files: a reader takes no more memory, and reads no more, than
+/// allowed().
 struct ReadLimits {
-    std::uint64_t times_file = 64;         ///< for each byte of the file
-    std::uint64_t besides = 64ULL << 20U;  ///< bytes
+    std::uint64_t times_file = 64;         ///< bytes for each byte of the file
+    std::uint64_t besides = 64ULL << 20U;  ///< bytes on top of that
     std::uint64_t max_tensors = 1'000'000;
 
     [[nodiscard]] std::uint64_t allowed(std::uint64_t file_bytes) const;
 };
 
-/// Bytes that may still be taken.
+/// Counts bytes down to 0.
 class Budget {
   public:
     explicit Budget(std::uint64_t bytes) : left_(bytes) {}
 
-    /// Errors: kInvalidArgument, naming `what`, if so many are not left.
+    /// Errors: kInvalidArgument, naming `what`, if fewer are left.
     Status take(std::uint64_t count, std::uint64_t each, const std::string& what);
 
   private:

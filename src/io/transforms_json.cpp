@@ -29,7 +29,7 @@ class Frame {
             const JsonTree* const found = object->find(key);
             if (found == nullptr || found->is_null()) continue;
             const std::optional<double> number = found->number();
-            if (!number) return bad(std::string("'") + key + "' is no number");
+            if (!number) return bad(std::string("'") + key + "' is not a number");
             return number;
         }
         return std::optional<double>();
@@ -61,7 +61,7 @@ Result<double> focal(const Frame& frame, const char* fl, const char* angle, std:
     SPLAT_ASSIGN(const std::optional<double> fov, frame.find(angle));
     if (fov) return pixels / (2 * std::tan(*fov / 2));
     if (otherwise == 0)
-        return frame.bad(std::string("neither '") + fl + "' nor '" + angle + "' is there");
+        return frame.bad(std::string("neither '") + fl + "' nor '" + angle + "' is given");
     return otherwise;
 }
 
@@ -82,12 +82,13 @@ Status read_pose(const Frame& frame, Camera& camera) {
     const JsonTree* const found = frame.member("transform_matrix");
     const JsonTree::List* const rows = found == nullptr ? nullptr : found->list();
     if (rows == nullptr || (rows->size() != 4 && rows->size() != 3))
-        return frame.bad("'transform_matrix' is not there or no list of 4 rows");
+        return frame.bad("'transform_matrix' is missing or not a list of 4 rows");
     Mat4 matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
     for (std::size_t row = 0; row < rows->size(); ++row) {
         const JsonTree::List* const values = (*rows)[row].list();
         if (values == nullptr || values->size() != 4)
-            return frame.bad(format("row %zu of 'transform_matrix' is no list of 4 numbers", row));
+            return frame.bad(
+                format("row %zu of 'transform_matrix' is not a list of 4 numbers", row));
         for (std::size_t column = 0; column < 4; ++column) {
             const std::optional<double> number = (*values)[column].number();
             if (!number)
@@ -132,10 +133,10 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
     CameraSet set;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Frame frame(json, frames[i], i);
-        if (!frames[i].is_object()) return frame.bad("it is no object");
+        if (!frames[i].is_object()) return frame.bad("it is not an object");
         Camera camera;
         if (const JsonTree* const path = frame.member("file_path")) {
-            if (path->text() == nullptr) return frame.bad("'file_path' is no text");
+            if (path->text() == nullptr) return frame.bad("'file_path' is not text");
             camera.name = *path->text();
         }
         SPLAT_TRY(read_intrinsics(frame, width, height, camera));

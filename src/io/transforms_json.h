@@ -7,9 +7,8 @@ namespace splat::io {
 
 /// Cameras of a NeRF transforms.json: `frames`, each with `file_path` and `transform_matrix` (OpenGL
 /// camera-to-world, 4x4 or 3x4), and `fl_x fl_y cx cy w h camera_angle_x camera_angle_y`, each for
-/// all frames or in a frame, where it counts for that frame. Without fl_x the angle gives it; without
-/// fl_y it is fl_x; without cx and cy the middle. Where there is no w and h, `width` and `height`
-/// count, the size of the images.
+/// all frames or for one. Defaults: fl_x from the angle, fl_y = fl_x, cx and cy in the middle, w and h
+/// from `width` and `height`, the size of the images.
 ///
 /// Errors       kInvalidArgument with the frame and the key; kUnsupported for distortion (k1 .. k4,
 ///              p1, p2 other than 0) unless ignored. The caller adds the name of the file

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 64;
 
-/// The shortest text that gives the number back.
+/// The shortest text that parses to the same number.
 std::string number_text(double number) {
     char text[32];
     return {text, std::to_chars(std::begin(text), std::end(text), number).ptr};
@@ -37,8 +37,8 @@ Result<WeightsFile> from_npz(const Source& source, const ReadLimits& limits) {
     WeightsFile file;
     file.format = WeightsFormat::kNpz;
     file.tensors = std::move(npz.tensors);
-    for (const std::string& name : npz.passed_over)
-        file.warnings.push_back("'" + name + "' holds text and is passed over");
+    for (const std::string& name : npz.ignored)
+        file.warnings.push_back("'" + name + "' holds text and is ignored");
     return file;
 }
 
@@ -68,7 +68,7 @@ Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
             "torch.save()");
     return error(
         Code::kInvalidArgument,
-        "these are no weights that are read here: .safetensors, .pth of torch.save(), .npz");
+        "not weights of a known format; expected .safetensors, .pth of torch.save(), .npz");
 }
 
 }  // namespace

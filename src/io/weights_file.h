@@ -10,33 +10,33 @@ enum class WeightsFormat { kSafetensors, kPth, kNpz };
 
 const char* weights_format_name(WeightsFormat format);  ///< "safetensors", "pth", "npz"
 
-/// Weights of any format, with what the file says besides.
+/// Weights of any format, with the file's metadata.
 struct WeightsFile {
     WeightsFormat format = WeightsFormat::kSafetensors;
     NamedTensors tensors;
-    /// Of safetensors as it is; of a .pth what is there of iteration, loss and best_PSNR, as texts
-    /// that give the number back.
+    /// Of safetensors: all of it. Of a .pth: iteration, loss and best_PSNR where given, as texts that
+    /// parse to the same number.
     Metadata metadata;
-    std::vector<std::string> warnings;  ///< what was passed over
+    std::vector<std::string> warnings;  ///< parts that are ignored
 };
 
-/// Weights of a .safetensors, .pth or .npz file; its contents decide, not its name. Values that are
-/// not finite are kept, see check_finite().
+/// Weights of a .safetensors, .pth or .npz file; detected by its contents, not its name.
+/// Values that are not finite are kept, see check_finite().
 ///
-/// Errors       kInvalidArgument if the file cannot be read, is damaged or none of these;
+/// Errors       kInvalidArgument if the file cannot be read, is damaged or of another format;
 ///              kUnsupported for what a format may hold and this library does not read; each with
 ///              the path and the format's own sentence
-/// in_place     values may be those of the file, see MappedFile
+/// in_place     values may stay in the mapped file, see MappedFile
 Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits = {},
                                  bool in_place = false);
 
-/// The same of bytes; `name` stands for the path in messages.
+/// Read from bytes; `name` stands for the path in messages.
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
                                  const ReadLimits& limits = {});
 
-/// Replace or create the file, as a whole or not at all; its extension says the format: .safetensors
+/// Replace or create the file, as a whole or not at all. Its extension chooses the format: .safetensors
 /// (with metadata) or .npz (tensors only). float32, or float16 with `half`. Errors: kUnsupported for
-/// another extension (.pth is only read); as write_safetensors(), write_npz() and write_file().
+/// another extension (.pth is read only); as write_safetensors(), write_npz() and write_file().
 Status save_weights(const WeightsFile& weights, const std::string& path, bool half = false);
 
 }  // namespace splat::io

@@ -26,7 +26,7 @@ constexpr std::uint16_t kEncrypted = 1U << 0U;
 constexpr std::uint16_t kSizesFollow = 1U << 3U;  // the local header has zeros for them
 constexpr std::uint16_t kStored = 0;
 constexpr std::uint16_t kDeflated = 8;
-constexpr std::uint64_t kIn32 = 0xFFFF'FFFF;  // in a 32-bit field: look into the zip64 one
+constexpr std::uint64_t kIn32 = 0xFFFF'FFFF;  // in a 32-bit field: the zip64 field holds the value
 constexpr std::uint64_t kIn16 = 0xFFFF;
 
 /// Reads the directory of an archive.
@@ -82,7 +82,7 @@ class DirectoryReader {
         return buffer;
     }
 
-    /// The record at the end of the archive says where the directory is.
+    /// The record at the end of the archive, with the place of the directory.
     Status find_end() {
         const std::uint64_t size = source_.size();
         const std::uint64_t tail_bytes = std::min(size, kEndBytes + kMaxComment);
@@ -133,7 +133,7 @@ class DirectoryReader {
         return check_place(at);
     }
 
-    /// The directory ends where its end record starts.
+    /// Checks that the directory ends where its end record starts.
     Status check_place(std::uint64_t end) {
         const auto sum = checked_add(start_, bytes_);
         if (sum && *sum == end) return {};
@@ -182,7 +182,7 @@ class DirectoryReader {
         return {};
     }
 
-    /// What stands in front of the data must agree with the directory.
+    /// The local header before the data must agree with the directory.
     Status read_local(std::uint64_t start, std::uint16_t flags, ZipEntry& entry) {
         SPLAT_ASSIGN(const Buffer head, piece(start, kLocalBytes));
         const std::byte* at = head.data();
@@ -233,7 +233,7 @@ class DirectoryReader {
     std::vector<Extent> extents_;
 };
 
-/// What a local header and a directory entry share.
+/// Fields shared by a local header and a directory entry.
 void put_common(Buffer& to, const ZipMember& member) {
     constexpr std::uint16_t kVersion = 20;
     constexpr std::uint16_t kUtf8 = 1U << 11U;
@@ -260,7 +260,7 @@ Result<Zip> Zip::open(const Source& source, const std::string& what, const ReadL
     SPLAT_ASSIGN(zip.entries_, DirectoryReader(source, what).run(limits));
     for (std::size_t i = 0; i < zip.entries_.size(); ++i)
         if (!zip.places_.emplace(zip.entries_[i].name, i).second)
-            return error(Code::kInvalidArgument, "%s: '%s' is there twice", what.c_str(),
+            return error(Code::kInvalidArgument, "%s: '%s' appears twice", what.c_str(),
                          zip.entries_[i].name.c_str());
     return zip;
 }
@@ -281,8 +281,8 @@ Status Zip::read(const ZipEntry& entry, Buffer& to) const {
     }
     if (const std::uint32_t crc = crc32_of(to); crc != entry.crc)
         return error(Code::kInvalidArgument,
-                     "%s: '%s' has the CRC %08x, expected %08x; it was damaged on its way",
-                     what_.c_str(), entry.name.c_str(), crc, entry.crc);
+                     "%s: '%s' has the CRC %08x, expected %08x; its data is damaged", what_.c_str(),
+                     entry.name.c_str(), crc, entry.crc);
     return {};
 }
 

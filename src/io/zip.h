@@ -21,7 +21,7 @@ struct ZipEntry {
 
 /// A zip archive, stored or deflated, with or without zip64, as PyTorch and NumPy write it.
 ///
-/// Errors of open()  kInvalidArgument for an archive that is truncated or damaged, whose sizes lie,
+/// Errors of open()  kInvalidArgument for an archive that is truncated or damaged, with wrong sizes,
 ///                   whose entries overlap or share a name, or hold more than the limits allow;
 ///                   kUnsupported for encryption, other methods and archives of several parts
 /// Source            PKWARE's APPNOTE.TXT 6.3.10
@@ -46,7 +46,7 @@ class Zip {
     std::unordered_map<std::string, std::size_t> places_;
 };
 
-/// A file to be put into an archive: two pieces, the second of which belongs to others.
+/// A file to put into an archive, in two pieces: one owned, one a view of others' bytes.
 struct ZipMember {
     std::string name;
     Buffer head;

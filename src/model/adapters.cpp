@@ -17,7 +17,7 @@ bool is_adapter(const std::string& name) {
     return name.ends_with(".lora_A") || name.ends_with(".lora_B");
 }
 
-/// "<layer>.lora_A" of either kind of name; others as they are.
+/// "<layer>.lora_A" from either kind of name; other names are unchanged.
 std::string plain_name(const std::string& name) {
     if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) return name;
     return name.substr(kPrefix.size(), name.size() - kPrefix.size() - kSuffix.size());
@@ -45,7 +45,7 @@ std::string weight_of(const std::string& adapter) {
     return adapter.substr(0, adapter.rfind('.')) + std::string(kSuffix);
 }
 
-/// `adapters` with the name of the other network where `tensors` have their weights under that: see
+/// `adapters` renamed to the other network's names if the weights in `tensors` have those; see
 /// under_own_names().
 Result<NamedTensors> under_names_of(const NamedTensors& tensors, const NamedTensors& adapters) {
     PredictorConfig with, without;
@@ -78,7 +78,7 @@ Status expect_adapters(Predictor& predictor) {
                  "the model has no adapters: its configuration lacks opt.lora_finetune");
 }
 
-/// Another factor would change what the adapters do.
+/// Another factor would change the adapters' effect.
 Status check_alpha(const Predictor& predictor, const io::WeightsFile& file) {
     const auto alpha = std::find_if(file.metadata.begin(), file.metadata.end(),
                                     [](const auto& entry) { return entry.first == kAlpha; });
@@ -157,7 +157,7 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
     for (const NamedTensor& tensor : file.tensors)
         if (plain.find(plain_name(tensor.name)) == nullptr)
             return error(Code::kInvalidArgument,
-                         "tensor '%s' is no adapter; load the file as a state dict",
+                         "tensor '%s' is not an adapter; load the file as a state dict",
                          tensor.name.c_str());
     NamedTensors renamed;
     SPLAT_ASSIGN(const NamedTensors* named, under_own_names(predictor.config(), plain, renamed));

@@ -7,35 +7,34 @@
 
 namespace splat::model {
 
-/// A file of low-rank adapters alone has, for each adapted layer, tensors with the names and shapes of
+/// A file of only low-rank adapters has, for each adapted layer, tensors with the names and shapes of
 /// Hugging Face's PEFT:
 ///
 ///   base_model.model.<layer>.lora_A.weight  [rank, in, k, k]
 ///   base_model.model.<layer>.lora_B.weight  [out, rank, 1, 1]
 ///
-/// for a linear layer without the taps, [rank, in] and [out, rank],
-/// and, as safetensors, lora_alpha and lora_rank in its metadata. Read are also the names of state
-/// dicts, "<layer>.lora_A" [rank, in * k * k] and "<layer>.lora_B" [out, rank]; the numbers are in the
-/// same order.
+/// for a linear layer without the taps, [rank, in] and [out, rank]; as safetensors also lora_alpha and
+/// lora_rank in its metadata. The names of state dicts are read too, "<layer>.lora_A" [rank, in * k * k]
+/// and "<layer>.lora_B" [out, rank]; the numbers are in the same order.
 
 /// Errors: kInvalidState if the predictor has no adapters.
 Result<io::WeightsFile> save_adapters(Predictor& predictor);
 
-/// Fill the adapters of a predictor, all or none; its other parameters stay as they are.
+/// Fill the adapters of a predictor, all or none; other parameters are unchanged.
 ///
-/// Errors  kInvalidState if it has none; kInvalidArgument for a tensor that is no adapter, a missing
-///         one, one that is not finite, or another alpha than the configuration's; kShape
+/// Errors  kInvalidState if it has none; kInvalidArgument for a tensor that is not an adapter, a missing
+///         or non-finite one, or an alpha other than the configuration's; kShape
 Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report);
 
-/// Of either kind of name.
+/// Accepts both kinds of names.
 bool has_adapters(const io::NamedTensors& tensors);
 
-/// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the rest of
-/// `tensors` without the adapters; `sign` -1 takes them out again. Where only one of both has the
-/// earlier names of a network without offset, they are taken for those of the other.
+/// Fold adapters into the weights they adapt: W + alpha / rank * (B A) in W's shape, and the other tensors
+/// without the adapters; `sign` -1 takes them out again. If only one of the two files has the earlier
+/// names of a network without offset, its names are mapped to those of the other.
 ///
-/// Errors     kInvalidArgument for half a pair, a weight that is not there, or one that would not be
-///            finite; kShape for shapes that do not multiply
+/// Errors     kInvalidArgument for half a pair, a missing weight, or a result that is not finite; kShape for
+///            shapes that do not multiply
 /// Precision  one rounding of each weight, from float64
 Result<io::NamedTensors> merge_adapters(const io::NamedTensors& tensors,
                                         const io::NamedTensors& adapters, double alpha, int sign);

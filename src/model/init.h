@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "model/predictor_config.h"
+#include "config/predictor_config.h"
 #include "nn/parameters.h"
 
 namespace splat::model {
 
-/// How a parameter starts.
+/// Initial values of a parameter.
 struct Init {
     enum class Kind : int {
         kConstant,
@@ -23,9 +23,9 @@ struct Init {
     float scale = 0;  ///< the constant, or the gain
 };
 
-/// The start of one parameter. Every parameter has a stream of random numbers of its own, from the
-/// seed and its name, so that a layer more or less changes no other.
-std::vector<float> initial_values(const PredictorConfig& config, const Init& init,
+/// Initial values of one parameter. Each has its own stream of random numbers, from the seed and its name,
+/// so that adding or removing a layer changes no other.
+std::vector<float> initial_values(const config::PredictorConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed);
 
 }  // namespace splat::model

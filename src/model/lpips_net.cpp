@@ -12,8 +12,8 @@ using io::NamedTensors;
 using nn::kNoValue;
 using nn::ValueId;
 
-/// A stage of VGG16: its convolutions' places in torchvision's list of layers, and their channels.
-/// Stages end with the features that are compared; all but the first start by halving the image.
+/// A stage of VGG16: positions of its convolutions in torchvision's list of layers, and their channels.
+/// Stages end with the compared features; all but the first start by halving the image.
 struct Stage {
     std::vector<int> layers;
     std::uint32_t channels;
@@ -26,7 +26,7 @@ constexpr const char* kScaling = "scaling";
 constexpr double kShift[] = {-.030, -.088, -.188};
 constexpr double kScale[] = {.458, .448, .450};
 
-/// What a parameter may be called in a file.
+/// Names that a parameter may have in a file.
 std::vector<std::string> file_names(const std::string& name) {
     if (!name.starts_with("features.")) return {name, "lins." + name.substr(3)};
     const std::string layer = name.substr(9);
@@ -84,7 +84,7 @@ ValueId LpipsNet::convolve(const std::string& name, ValueId x, std::uint32_t out
                            std::uint32_t kernel, Precision precision) {
     if (!graph_.status().ok()) return kNoValue;
     const auto parameter = [&](const std::string& full, const Shape& shape) {
-        const ValueId known = graph_.find(full);  // of the other image
+        const ValueId known = graph_.find(full);  // made for the other image
         return known != kNoValue ? known : graph_.parameter(full, shape, false);
     };
     const std::uint32_t in = graph_.value(x).shape[1];

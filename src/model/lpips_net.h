@@ -17,7 +17,7 @@ struct LpipsDesc {
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
 };
 
-/// LPIPS with VGG16, version 0.1: how far two images lie apart in the features of a network.
+/// LPIPS with VGG16, version 0.1: distance of two images in the features of a network.
 ///
 ///   value[n] = sum over layers l of mean over pixels of sum_c w_lc (f_lc(render) - f_lc(target))^2
 ///
@@ -30,11 +30,11 @@ struct LpipsDesc {
 /// Source     Zhang et al. 2018, arXiv:1801.03924; Simonyan & Zisserman 2015, arXiv:1409.1556
 class LpipsNet {
   public:
-    /// Weights are taken from the first of `weights` that has them, under the names of
+    /// Takes each weight from the first of `weights` that has it, under the names of
     ///   torchvision's vgg16          features.<n>.weight, features.<n>.bias
     ///   the lpips package            lin<k>.model.1.weight [1,C,1,1] or [C]
     ///   a state dict of lpips.LPIPS  net.slice<s>.<n>.weight, net.slice<s>.<n>.bias and lin<k>
-    /// other tensors are passed over. Nothing of `weights` is kept.
+    /// Other tensors are ignored. Keeps nothing of `weights`.
     ///
     /// Errors: kInvalidArgument for images that are too small, a missing tensor or one that is not
     /// finite; kShape, naming the tensor; kOutOfDeviceMemory.
@@ -57,7 +57,7 @@ class LpipsNet {
         return executor_->gradient(value_);
     }
 
-    /// Once after each forward.
+    /// Call once after each forward.
     Status backward() { return executor_->backward(); }
 
     /// [images, 3, side, side] after backward, overwritten.

@@ -8,10 +8,10 @@ namespace splat::model {
 namespace {
 
 using nn::kNoValue;
-using nn::Layout;
 using nn::ValueId;
+using ops::Layout;
 
-constexpr nn::Attribute kBlockAttributes[] = {
+constexpr ops::Attribute kBlockAttributes[] = {
     {"out_channels", "integer", "0", "0: as many as x has"},
     {"up", "boolean", "false", "twice the resolution"},
     {"down", "boolean", "false", "half the resolution"},
@@ -25,15 +25,7 @@ constexpr nn::Attribute kBlockAttributes[] = {
 };
 
 /// Only its attributes matter: complete_attributes() checks and completes them.
-constexpr nn::OpRow kBlockRow = {.name = kResidualBlock,
-                                 .equation = "",
-                                 .inputs = {},
-                                 .outputs = {},
-                                 .saved = {},
-                                 .attributes = kBlockAttributes,
-                                 .plan = nullptr,
-                                 .forward = nullptr,
-                                 .backward = nullptr};
+constexpr ops::OpRow kBlockRow = {.name = kResidualBlock, .attributes = kBlockAttributes};
 
 /// One block, without the rest of the network.
 class BlockBuilder : public SongUnet {
@@ -41,7 +33,7 @@ class BlockBuilder : public SongUnet {
     using SongUnet::SongUnet;
 
     ValueId build_block(ValueId x, ValueId embedding, ValueId tokens, ValueId counter,
-                        std::uint32_t out, const nn::Attributes& attributes) {
+                        std::uint32_t out, const ops::Attributes& attributes) {
         embedding_ = embedding;
         tokens_ = tokens;
         counter_ = counter;
@@ -76,7 +68,7 @@ Status check_port(const ModulePort* port, std::uint32_t images, std::uint32_t ra
                  kResidualBlock, port->name.c_str(), s.text().c_str(), expected, images);
 }
 
-Status check_block(const nn::Attributes& a, const Shape& x) {
+Status check_block(const ops::Attributes& a, const Shape& x) {
     for (const char* name : {"dropout", "lora_dropout"})
         if (!(a.number(name) >= 0 && a.number(name) < 1))
             return wrong_attribute(name, a.number(name), "0 and more, below 1");
@@ -131,17 +123,17 @@ void Module::add_output(const std::string& name, ValueId value) {
 
 /// Row-major ports that have gradients are parameters.
 Status Module::build_operator() {
-    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(desc_.type));
+    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc_.type));
     if (desc_.build.training || desc_.build.precision != Precision::kBalanced)
         return error(Code::kInvalidArgument,
                      "%s: training and precision are of %s; an operator does what its attributes "
                      "say",
                      desc_.type.c_str(), kResidualBlock);
     std::vector<std::string> known;
-    for (const nn::Port& p : row->inputs) known.emplace_back(p.name);
+    for (const ops::Port& p : row->inputs) known.emplace_back(p.name);
     SPLAT_TRY(check_ports(known));
     std::vector<ValueId> values;
-    for (const nn::Port& p : row->inputs) {
+    for (const ops::Port& p : row->inputs) {
         const ModulePort* given = port(p.name);
         if (given == nullptr) {
             values.push_back(kNoValue);
@@ -165,7 +157,7 @@ Status Module::build_operator() {
 
 Status Module::build_block() {
     SPLAT_TRY(check_ports({"x", "embedding", "tokens", "random_counter"}));
-    SPLAT_ASSIGN(const nn::Attributes a, nn::complete_attributes(kBlockRow, desc_.attributes));
+    SPLAT_ASSIGN(const ops::Attributes a, ops::complete_attributes(kBlockRow, desc_.attributes));
     const ModulePort* x = port("x");
     if (x == nullptr || x->shape.rank() != 4)
         return error(Code::kShape, "%s: port 'x' has shape %s, expected [N,C,H,W]", kResidualBlock,

@@ -9,17 +9,18 @@
 #include "core/json.h"
 #include "model/song_unet.h"
 #include "nn/executor.h"
+#include "ops/op_table.h"
 
 namespace splat::model {
 
-/// A tensor that the caller writes, by the name of an operator's port or of a residual block's.
+/// A tensor that the caller writes, named after a port of an operator or residual block.
 struct ModulePort {
     std::string name;
     Shape shape;
 };
 
 struct ModuleDesc {
-    std::string type;  ///< an operator of nn::op_table(), or kResidualBlock
+    std::string type;  ///< an operator of ops::op_table(), or kResidualBlock
     std::vector<JsonScalar> attributes;
     std::vector<ModulePort> ports;
     bool gradients = false;
@@ -27,36 +28,36 @@ struct ModuleDesc {
     BuildOptions build;
 };
 
-/// A block of the network as it is described in song_unet.h, with everything that it can have.
+/// A block of the network (song_unet.h) with all optional parts.
 ///
-/// Ports: x [N,C,H,W]; embedding [N,E], with it the block has FiLM; tokens [N,D,T,1], with them attention to
-/// tokens; random_counter [4] (bits of seed, seed >> 32, step, 0), if dropout acts. Parameters
-/// are named "block." and as in the state dict; the output is "y".
+/// Ports: x [N,C,H,W]; embedding [N,E] adds FiLM; tokens [N,D,T,1] add attention to them; random_counter [4]
+/// (bits of seed, seed >> 32, step, 0) if dropout acts. Parameters are named "block." and as in the state dict;
+/// the output is "y".
 inline constexpr const char* kResidualBlock = "residual_block";
 
-/// One operator or one block with its parameters, run by names of ports: a graph of its own.
+/// One operator or one block with its parameters as a separate graph, run by names of ports.
 class Module {
   public:
     /// Parameters are zero until init() or write(). Errors: kInvalidArgument (type, an attribute, a port
     /// that the type does not have), kShape, kUnsupported, kOutOfDeviceMemory.
     static Result<std::unique_ptr<Module>> create(vk::Context& context, const ModuleDesc& desc);
 
-    /// Start the parameters from a seed: those of a block as the network's (init.h); of an operator gamma
-    /// with 1, other vectors with 0, matrices and kernels with Xavier's uniform distribution.
+    /// Initialise the parameters from a seed: of a block like the network's (init.h); of an operator gamma is
+    /// 1, other vectors are 0, matrices and kernels have Xavier's uniform distribution.
     Status init(std::uint64_t seed);
 
-    /// Write "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output); ports are zero
-    /// before. Errors: kInvalidArgument, listing names, or for what is not finite, but for constants, which
-    /// may hold bits; kShape (bytes); kInvalidState (made without gradients).
+    /// Write "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output); ports start at zero.
+    /// Errors: kInvalidArgument for an unknown name (lists the known ones) and for values that are not finite,
+    /// except in constants, which may hold bits; kShape (bytes); kInvalidState (created without gradients).
     Status write(const std::string& name, const float* values, std::size_t bytes);
 
-    /// Read those and "y", "grad:x", "grad:block.conv0.weight". Errors: as write(); kInvalidState before
-    /// the pass that computes them, or if it does not.
+    /// Read those and "y", "grad:x", "grad:block.conv0.weight". Errors: as write(); kInvalidState before the
+    /// pass that computes them, or if none does.
     Status read(const std::string& name, float* values, std::size_t bytes);
 
     Status forward();
 
-    /// kInvalidState as nn::Executor::backward, and if an input has been written since; nothing is lost then.
+    /// kInvalidState as nn::Executor::backward, and if an input has been written since; gradients stay.
     Status backward();
 
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
@@ -77,7 +78,7 @@ class Module {
     Status build_block();
     Status check_ports(const std::vector<std::string>& known) const;
     [[nodiscard]] const ModulePort* port(const std::string& name) const;
-    void add_input(const ModulePort& port, nn::Layout layout, bool constant);
+    void add_input(const ModulePort& port, ops::Layout layout, bool constant);
     void add_output(const std::string& name, nn::ValueId value);
     [[nodiscard]] Status unknown(const std::string& name) const;
 

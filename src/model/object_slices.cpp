@@ -3,7 +3,7 @@
 namespace splat::model {
 namespace {
 
-/// What the shape takes: a buffer's range may be longer.
+/// Bytes of the shape: a buffer's range may be longer.
 std::uint64_t bytes_of(const vk::BufferView& view) {
     return view.shape.elements() * sizeof(float);
 }
@@ -86,13 +86,15 @@ Status ObjectSlices::forward() {
 
 Status ObjectSlices::backward() {
     if (!ran_)
-        return error(Code::kInvalidState,
-                     "backward was called without a forward pass of its own: each takes one");
+        return error(
+            Code::kInvalidState,
+            "backward was called without a forward pass of its own: run forward before each");
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));
         SPLAT_TRY(context_.run(scatter_[part]));
         const Status went = executor_.backward();
-        if (went.code() != Code::kInvalidState) ran_ = false;  // refused, the activations are there
+        if (went.code() != Code::kInvalidState)
+            ran_ = false;  // refused: the activations are still valid
         SPLAT_TRY(went);
         for (auto& [id, all] : input_gradients_) {
             const vk::BufferView& from = executor_.gradient(id);

@@ -10,9 +10,9 @@
 
 namespace splat::model {
 
-/// A batch run through an executor that takes a part of its objects, one part after the other. It
-/// holds the inputs and the results of all of them; activations are those of one part, so that the
-/// backward pass runs every part but the last forward once more.
+/// Runs a batch in parts, through an executor that takes one part of its objects at a time. Inputs and
+/// results are kept for all objects, activations only for one part, so the backward pass runs every part
+/// but the last forward again.
 class ObjectSlices {
   public:
     /// The first dimension of each is that of the objects.
@@ -28,10 +28,10 @@ class ObjectSlices {
                                                         nn::Executor& executor, const Ports& ports,
                                                         std::uint32_t count);
 
-    /// An input of all objects: of each part the bytes of the executor's input.
+    /// Set an input of all objects: for each part the bytes of the executor's input.
     void hold(nn::ValueId input, std::span<const std::byte> bytes);
 
-    /// As those of the executor, whose errors they return.
+    /// As the executor's, with its errors.
     Status forward();
     Status backward();
 

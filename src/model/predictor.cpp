@@ -9,10 +9,10 @@ namespace splat::model {
 namespace {
 
 using nn::kNoValue;
-using nn::Layout;
 using nn::ValueId;
+using ops::Layout;
 
-/// Counters of dropout that lie between those of two slices: more than a network has layers.
+/// Distance of the dropout counters of two slices: more than a network has layers.
 constexpr std::uint32_t kDropoutStreams = 1U << 16;
 
 Status expect_count(const char* name, std::size_t got, std::size_t expected) {
@@ -28,7 +28,7 @@ Status expect_finite(const char* name, std::span<const float> values) {
                  name, static_cast<double>(values[bad]), bad);
 }
 
-/// The published network gets each vector with its halves exchanged.
+/// The published network takes each vector with its halves exchanged.
 std::vector<float> exchange_halves(std::span<const float> vectors, std::size_t length) {
     std::vector<float> result(vectors.begin(), vectors.end());
     for (std::size_t at = 0; at + length <= result.size(); at += length)
@@ -61,7 +61,7 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
     return made;
 }
 
-/// The most that divide the batch, at least 1, by the graph of one.
+/// The largest divisor of the batch that fits, at least 1, judged by the graph of one object.
 std::uint32_t Predictor::objects_that_fit() const {
     const vk::DeviceLimits& limits = context_.device().info().limits;
     const std::uint64_t most = options_.most_bytes != 0 ? options_.most_bytes
@@ -80,7 +80,7 @@ std::uint32_t Predictor::objects_that_fit() const {
     return fit;
 }
 
-/// The parameters, and the executor of a graph that is built.
+/// Create the parameters and the executor of the built graph.
 Status Predictor::plan() {
     SPLAT_ASSIGN(nn::Parameters parameters,
                  nn::Parameters::create(context_, graph_, options_.gradients));
@@ -139,13 +139,13 @@ Status Predictor::build() {
         std::any_of(values.begin(), values.end(), [](const nn::Value& v) { return v.trainable; }))
         return {};
     return error(Code::kInvalidArgument,
-                 "configuration: %s leave no parameter to be trained, and gradients are wanted",
+                 "configuration: %s leave no parameter to be trained, but gradients are requested",
                  config_.lora.rank == 0
                      ? "the names of opt.freeze"
                      : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
 }
 
-/// The vector that modulates blocks, with its halves exchanged as the published network gets it.
+/// The vector that modulates blocks, with its halves exchanged as the published network takes it.
 ValueId Predictor::build_embedding() {
     if (config_.embedding == Embedding::kNone) return kNoValue;
     const std::uint32_t dimension = config_.embedding_dim;
@@ -166,14 +166,14 @@ Status Predictor::init(std::uint64_t seed) {
     return {};
 }
 
-Status Predictor::check_put(const Put& put) const {
-    const std::uint64_t of_slice = executor_->tensor(put.id).shape.elements();
-    const std::uint64_t all = put.id == rays_value_ ? of_slice : slices() * of_slice;
-    SPLAT_TRY(expect_count(put.name, put.values.size(), all));
-    return expect_finite(put.name, put.values);
+Status Predictor::check_values(const InputValues& input) const {
+    const std::uint64_t of_slice = executor_->tensor(input.id).shape.elements();
+    const std::uint64_t all = input.id == rays_value_ ? of_slice : slices() * of_slice;
+    SPLAT_TRY(expect_count(input.name, input.values.size(), all));
+    return expect_finite(input.name, input.values);
 }
 
-/// Of all slices, or for them.
+/// `bytes` of all slices; rays are the same for each.
 Status Predictor::write_input(nn::ValueId id, std::span<const std::byte> bytes) {
     if (sliced_ == nullptr || id == rays_value_)
         return context_.write(executor_->tensor(id), bytes.data(), bytes.size());
@@ -182,22 +182,22 @@ Status Predictor::write_input(nn::ValueId id, std::span<const std::byte> bytes) 
 }
 
 Status Predictor::set_rays(std::vector<float> rays) {
-    const Put put{rays_value_, {}, rays, "ray_dirs"};
-    SPLAT_TRY(check_put(put));
+    const InputValues input{rays_value_, {}, rays, "ray_dirs"};
+    SPLAT_TRY(check_values(input));
     input_changed_ = true;
-    SPLAT_TRY(write_input(put.id, std::as_bytes(put.values)));
+    SPLAT_TRY(write_input(input.id, std::as_bytes(input.values)));
     rays_ = std::move(rays);
     return {};
 }
 
 /// The planes that the network sees, and the origin distance, which is the last plane of each image.
-Status Predictor::add_images(std::span<const float> all, std::vector<Put>& puts) const {
+Status Predictor::add_images(std::span<const float> all, std::vector<InputValues>& inputs) const {
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
     const std::size_t seen = config_.image_channels() * pixels;
     const std::size_t given = config_.input_channels() * pixels;
     SPLAT_TRY(expect_count("images", all.size(), images() * given));
     if (!config_.origin_distance) {
-        puts.push_back({image_, {}, all, "images"});
+        inputs.push_back({image_, {}, all, "images"});
         return {};
     }
     std::vector<float> shown;
@@ -214,30 +214,30 @@ Status Predictor::add_images(std::span<const float> all, std::vector<Put>& puts)
                      planes.begin() + static_cast<std::ptrdiff_t>(seen));
         distances.push_back(last[0]);
     }
-    puts.push_back({image_, std::move(shown), {}, "images"});
-    puts.push_back({origin_, std::move(distances), {}, "origin_distance"});
+    inputs.push_back({image_, std::move(shown), {}, "images"});
+    inputs.push_back({origin_, std::move(distances), {}, "origin_distance"});
     return {};
 }
 
 Status Predictor::set_input(const PredictorInput& input) {
-    std::vector<Put> puts;
-    SPLAT_TRY(add_images(input.images, puts));
-    puts.push_back({view_to_world_, {}, input.view_to_world, "view_to_world"});
-    puts.push_back({quaternion_, {}, input.quaternions, "quaternions"});
-    if (focal_ != kNoValue) puts.push_back({focal_, {}, input.focals, "focals"});
-    if (tokens_ != kNoValue) puts.push_back({tokens_, {}, input.tokens, "tokens"});
+    std::vector<InputValues> inputs;
+    SPLAT_TRY(add_images(input.images, inputs));
+    inputs.push_back({view_to_world_, {}, input.view_to_world, "view_to_world"});
+    inputs.push_back({quaternion_, {}, input.quaternions, "quaternions"});
+    if (focal_ != kNoValue) inputs.push_back({focal_, {}, input.focals, "focals"});
+    if (tokens_ != kNoValue) inputs.push_back({tokens_, {}, input.tokens, "tokens"});
     if (config_.embedding == Embedding::kPose)
-        puts.push_back({embedding_, pose_scalars(input.view_to_world), {}, "embedding"});
+        inputs.push_back({embedding_, pose_scalars(input.view_to_world), {}, "embedding"});
     if (config_.embedding == Embedding::kIndex)
-        puts.push_back({embedding_, index_scalars(config_, images()), {}, "embedding"});
+        inputs.push_back({embedding_, index_scalars(config_, images()), {}, "embedding"});
     if (config_.embedding == Embedding::kCustom)
-        puts.push_back({embedding_,
-                        exchange_halves(input.embedding, config_.embedding_length()),
-                        {},
-                        "embedding"});
-    for (Put& put : puts) {
-        if (!put.owned.empty()) put.values = put.owned;
-        SPLAT_TRY(check_put(put));
+        inputs.push_back({embedding_,
+                          exchange_halves(input.embedding, config_.embedding_length()),
+                          {},
+                          "embedding"});
+    for (InputValues& each : inputs) {
+        if (!each.owned.empty()) each.values = each.owned;
+        SPLAT_TRY(check_values(each));
     }
     std::vector<std::uint32_t> counters;
     for (std::uint32_t slice = 0; slice < slices(); ++slice)
@@ -245,7 +245,8 @@ Status Predictor::set_input(const PredictorInput& input) {
                                          static_cast<std::uint32_t>(input.seed >> 32), input.step,
                                          slice * kDropoutStreams});
     input_changed_ = true;
-    for (const Put& put : puts) SPLAT_TRY(write_input(put.id, std::as_bytes(put.values)));
+    for (const InputValues& each : inputs)
+        SPLAT_TRY(write_input(each.id, std::as_bytes(each.values)));
     if (counter_ == kNoValue) return {};
     return write_input(counter_, std::as_bytes(std::span(counters)));
 }

@@ -12,28 +12,28 @@
 
 namespace splat::model {
 
-/// How a predictor is run.
+/// Options of running a predictor.
 struct PredictorOptions {
     std::uint32_t objects = 1;  ///< of a batch, each with the configuration's number of views
-    /// The most bytes of an activation: larger batches run in slices of objects, see object_slices.h.
-    /// 0: what one binding of the device takes.
+    /// Maximal bytes of an activation: larger batches run in slices of objects, see object_slices.h. 0: the
+    /// size of one binding of the device.
     std::uint64_t most_bytes = 0;
     bool gradients = false;  ///< plan and record the backward pass; else parameters have none
     bool input_gradient = false;
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
-    bool recompute = false;     ///< the same
+    bool recompute = false;     ///< see nn::ExecutorDesc
     BuildOptions build;
 };
 
-/// The images and cameras of the objects of a batch, in host memory, views of an object one after the
-/// other; N = objects * views images of R x R pixels.
+/// The images and cameras of a batch in host memory, with the views of each object consecutive; N = objects *
+/// views images of R x R pixels.
 struct PredictorInput {
     std::span<const float> images;         ///< [N, input_channels, R, R]
     std::span<const float> view_to_world;  ///< [N, 4, 4], row vectors: p_world = p_view M
     std::span<const float> quaternions;    ///< [N, 4] w x y z of the view-to-world rotation
-    std::span<const float> focals;         ///< [N, 2] pixels, where fov_degrees is 0; else empty
-    std::span<const float> embedding;  ///< [N, embedding_length] of Embedding::kCustom; else empty
-    std::span<const float> tokens;     ///< [N, token_dim, tokens]; empty without
+    std::span<const float> focals;         ///< [N, 2] pixels if fov_degrees is 0; else empty
+    std::span<const float> embedding;  ///< [N, embedding_length] for Embedding::kCustom; else empty
+    std::span<const float> tokens;     ///< [N, token_dim, tokens], or empty
     std::uint64_t seed = 0;            ///< of dropout
     std::uint32_t step = 0;            ///< of dropout
 };
@@ -50,22 +50,22 @@ class Predictor {
                                                      const PredictorConfig& config,
                                                      const PredictorOptions& options);
 
-    /// Start the parameters as the paper's code does, from a seed.
+    /// Initialise the parameters from a seed, as the paper's code does.
     Status init(std::uint64_t seed);
 
-    /// All or nothing: what is refused leaves the input of the last pass, and what that keeps for its
-    /// backward pass. Errors: kShape, naming the field, its size and the expected one; kInvalidArgument
-    /// for numbers that are not finite.
+    /// All or nothing: a refused call keeps the input of the last pass and its saved values for backward.
+    /// Errors: kShape, naming the field, its size and the expected one; kInvalidArgument for numbers that
+    /// are not finite.
     Status set_input(const PredictorInput& input);
 
     Status forward();
 
-    /// Fill the gradients of parameters, from those of outputs that were written before. Errors:
-    /// kInvalidState after a set_input() without its forward pass. After others they may hold a part of
-    /// the batch, to be zeroed.
+    /// Compute the gradients of parameters from the written gradients of outputs. Errors: kInvalidState after
+    /// a set_input() without its forward pass. After other errors the gradients may hold part of the batch
+    /// and must be zeroed.
     Status backward();
 
-    /// Row-major results of forward, and where backward reads their gradients.
+    /// Row-major results of forward, and the tensors from which backward reads their gradients.
     ///
     /// means [objects,M,3]  opacities [objects,M,1]  scales [objects,M,3]  rotations [objects,M,4] (w x
     /// y z)  sh [objects,M,K,3], K = (sh_degree + 1)^2, the first coefficient first
@@ -75,17 +75,17 @@ class Predictor {
     [[nodiscard]] Outputs outputs() const;
     [[nodiscard]] Outputs output_gradients() const;
 
-    /// What the network gives to the head: [N, output_channels, R, R], row-major.
+    /// Output of the network, input of the head: [N, output_channels, R, R], row-major.
     [[nodiscard]] const vk::BufferView& raw_output() const { return tensor(raw_); }
 
     enum class Input : int { kImages, kEmbedding, kTokens };
 
-    /// Gradient of the images [N, image_channels, R, R], of the embedding [N, embedding_length] of
-    /// Embedding::kCustom or of the tokens [N, token_dim, tokens], in the order of the caller's numbers.
-    /// Errors: kInvalidState without input_gradient or that input; those of reading.
+    /// Read the gradient of the images [N, image_channels, R, R], the embedding [N, embedding_length] of
+    /// Embedding::kCustom or the tokens [N, token_dim, tokens], in the order of the caller's numbers. Errors:
+    /// kInvalidState without input_gradient or that input; those of reading.
     [[nodiscard]] Result<std::vector<float>> input_gradient(Input input) const;
 
-    /// Passes that a batch takes, and as many again but one for its gradients.
+    /// Forward passes of a batch; its gradients take as many again minus one.
     [[nodiscard]] std::uint32_t slices() const { return options_.objects / slice_; }
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
@@ -93,7 +93,7 @@ class Predictor {
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
     [[nodiscard]] const nn::Executor& executor() const { return *executor_; }
 
-    /// The direction of each pixel's ray at depth 1, [3,R,R]: what the state dict calls ray_dirs.
+    /// The direction of each pixel's ray at depth 1, [3,R,R]: ray_dirs of the state dict.
     [[nodiscard]] const std::vector<float>& rays() const { return rays_; }
     Status set_rays(std::vector<float> rays);
 
@@ -106,14 +106,14 @@ class Predictor {
     [[nodiscard]] std::uint32_t objects_that_fit() const;
     nn::ValueId build_embedding();
     /// Numbers for an input of the graph.
-    struct Put {
+    struct InputValues {
         nn::ValueId id;
-        std::vector<float> owned;  ///< what `values` shows, unless that is the caller's
+        std::vector<float> owned;  ///< memory of `values`, unless that is the caller's
         std::span<const float> values;
         const char* name;
     };
-    Status check_put(const Put& put) const;
-    Status add_images(std::span<const float> images, std::vector<Put>& puts) const;
+    Status check_values(const InputValues& input) const;
+    Status add_images(std::span<const float> images, std::vector<InputValues>& inputs) const;
     [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
     Status write_input(nn::ValueId id, std::span<const std::byte> bytes);
     [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {
@@ -126,7 +126,7 @@ class Predictor {
     vk::Context& context_;
     PredictorConfig config_;
     PredictorOptions options_;
-    std::uint32_t slice_;  ///< objects that the graph takes at once; divides those of a batch
+    std::uint32_t slice_;  ///< objects per pass of the graph; divides those of a batch
     nn::Graph graph_;
     std::map<std::string, Init> inits_;
     std::unique_ptr<nn::Parameters> parameters_;
@@ -141,12 +141,12 @@ class Predictor {
     std::vector<nn::ValueId> outputs_;
 };
 
-/// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y; not divided by
-/// a focal length where that comes with each view.
+/// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the
+/// focal length if each view has its own.
 std::vector<float> pixel_rays(const PredictorConfig& config);
 
-/// What the network modulates its blocks with, as sines and cosines of each (positional_embedding): of
-/// each view the camera's position and viewing axis, [views, 6] of matrices [views,4,4], or its index
+/// Values that modulate the network's blocks as sines and cosines (positional_embedding): per view the
+/// camera's position and viewing axis, [views, 6] from matrices [views,4,4], or the index of the view
 /// within its object, [images, 1].
 std::vector<float> pose_scalars(std::span<const float> view_to_world);
 std::vector<float> index_scalars(const PredictorConfig& config, std::uint32_t images);

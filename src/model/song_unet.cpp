@@ -74,8 +74,8 @@ ValueId SongUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId resi
                      {{"scale", scale}, {"precision", precision}});
 }
 
-/// The factor alpha / rank stands at the first of the two: then the second only adds, and needs no
-/// pass of its own for that.
+/// The first of the two applies the factor alpha / rank: the second then only adds, which takes no extra
+/// pass.
 ValueId SongUnet::lora(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
                        ValueId residual) {
     if (!graph_.status().ok()) return kNoValue;
@@ -108,7 +108,7 @@ ValueId SongUnet::linear(const std::string& name, ValueId x, std::uint32_t out, 
     const ValueId weight = parameter(name + ".weight", {out, shape[1]}, kXavier);
     const ValueId y = graph_.op("linear", {x, weight, parameter(name + ".bias", {out}, bias)});
     if (config_.lora.rank == 0 || !contains_any(name, config_.lora.targets)) return y;
-    // Rows are images of one pixel to the adapter's convolutions, which scale and add by themselves.
+    // The adapter's convolutions, which also scale and add, see rows as images of one pixel.
     const ValueId sum = lora(name, graph_.reshape(x, {shape[0], shape[1], 1, 1}), out, 1,
                              graph_.reshape(y, {shape[0], out, 1, 1}));
     return graph_.reshape(sum, {shape[0], out});
@@ -134,7 +134,7 @@ ValueId SongUnet::modulate(const std::string& name, ValueId x, std::uint32_t c) 
         return graph_.op("silu", {x});
     }
     x = graph_.op("film", {x, linear(name + ".affine", embedding_, c)});
-    // The published code normalises and activates twice, with the same weights; they depend on it.
+    // The published code normalises and activates twice with the same weights; its weights depend on it.
     return norm(name + ".norm1", x, true, 2);
 }
 
@@ -160,8 +160,8 @@ ValueId SongUnet::block(const std::string& name, ValueId x, const BlockShape& sh
     return x;
 }
 
-/// Attention over all pixels, and over all views of an object where views attend to each other: then
-/// they stand below one another in one image, which is the same memory.
+/// Attention over all pixels, and over all views of an object if views attend to each other: these are
+/// then stacked in one image, which is the same memory.
 ValueId SongUnet::self_attention(const std::string& name, ValueId x) {
     if (!graph_.status().ok()) return kNoValue;
     const Shape shape = graph_.value(x).shape;
@@ -178,9 +178,9 @@ ValueId SongUnet::self_attention(const std::string& name, ValueId x) {
     return across ? graph_.reshape(x, shape) : x;
 }
 
-/// In the bottleneck (in0) and in the decoder's blocks with attention. Pixels ask, tokens answer:
-/// y = x + out(attention(q(norm(x)), k(tokens), v(tokens))), out starting at zero, so that adding it
-/// changes nothing at first.
+/// In the bottleneck (in0) and in the decoder's blocks with attention. Pixels are queries, tokens keys and
+/// values: y = x + out(attention(q(norm(x)), k(tokens), v(tokens))). `out` starts at zero, so that adding
+/// it changes nothing at first.
 ValueId SongUnet::token_attention(const std::string& name, ValueId x) {
     if (!graph_.status().ok()) return kNoValue;
     const std::uint32_t c = channels(x);
@@ -268,7 +268,7 @@ ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId co
     return x;
 }
 
-/// A part that is in no name is a mistake that would train other parameters than those asked for.
+/// Refuse a part that occurs in no name: a typing error would train other parameters than intended.
 Status SongUnet::check_parts() const {
     const auto check = [&](const char* key, const std::vector<std::string>& parts,
                            const char* end) -> Status {
@@ -278,7 +278,7 @@ Status SongUnet::check_parts() const {
                 }))
                 return error(Code::kInvalidArgument,
                              "configuration: %s has '%s', expected a part of the name of a "
-                             "parameter that can be chosen there",
+                             "parameter that it can choose",
                              key, part.c_str());
         return {};
     };

@@ -3,22 +3,25 @@
 #include <map>
 #include <string>
 
+#include "config/predictor_config.h"
 #include "model/init.h"
-#include "model/predictor_config.h"
 #include "nn/graph.h"
 
 namespace splat::model {
 
-/// Which kernels convolutions may use; errors and times of each: BENCHMARKS.md.
-enum class Precision : int { kStrict, kBalanced, kFast };
+using config::Embedding;
+using config::Film;
+using config::LoraConfig;
+using config::Precision;
+using config::PredictorConfig;
 
-/// What building a network needs beside its configuration.
+/// Options of building a network, in addition to its configuration.
 struct BuildOptions {
     bool training = false;  ///< dropout acts
     Precision precision = Precision::kBalanced;
 };
 
-/// Groups of channels that normalisation takes: at most 32, of 4 channels at least.
+/// Groups of channels of a normalisation: at most 32, of at least 4 channels.
 std::uint32_t norm_groups(std::uint32_t channels);
 
 /// Builds the layers of Song et al.'s U-Net (the "DDPM++" variant without noise conditioning) into a
@@ -39,22 +42,22 @@ class SongUnet {
     /// tokens     [N, token_dim, T]; kNoValue if there are none
     /// counter    [4] row-major, of the dropout's generator; kNoValue unless training
     /// Each block is a segment of the graph (Graph::begin_segment).
-    /// Returns    [N, output_channels, R, R]; the graph's status tells of errors: those of operators;
-    ///            kInvalidArgument for a part of a name, see PredictorConfig, that is in none
+    /// Returns    [N, output_channels, R, R]; the graph's status has the errors: those of operators, and
+    ///            kInvalidArgument for a part of a name (PredictorConfig) that occurs in no name
     nn::ValueId build(nn::ValueId x, nn::ValueId embedding, nn::ValueId tokens,
                       nn::ValueId counter);
 
-    /// How each parameter starts, by name.
+    /// Initial values of each parameter, by name.
     [[nodiscard]] const std::map<std::string, Init>& inits() const { return inits_; }
 
-  protected:  // single layers, for tests against those of other implementations
+  protected:  // single layers, for tests against other implementations
     struct BlockShape {
         std::uint32_t in = 0;
         std::uint32_t out = 0;
         bool up = false;
         bool down = false;
         bool attention = false;
-        bool tokens = false;  ///< attends to them, where there are any
+        bool tokens = false;  ///< attends to tokens, if there are any
     };
 
     nn::ValueId block(const std::string& name, nn::ValueId x, const BlockShape& shape);

@@ -16,7 +16,7 @@ bool ends_with(const std::string& name, const char* end) {
     return name.ends_with(end);
 }
 
-/// Tensors of a state dict that are no parameters: constants that the configuration implies.
+/// Tensors of a state dict that are constants implied by the configuration, not parameters.
 bool is_buffer(const std::string& name) {
     return name == kRays || name == "sh_to_v_transform" || name == "v_to_sh_transform" ||
            ends_with(name, ".resample_filter");
@@ -29,7 +29,7 @@ bool may_be_fresh(const std::string& name) {
     return false;
 }
 
-/// Networks with tokens once attended to them in the encoder, too.
+/// Earlier networks with tokens attended to them in the encoder, too.
 bool is_of_earlier_networks(const std::string& name) {
     return name.find(".enc.") != std::string::npos &&
            name.find(".cross_attention.") != std::string::npos;
@@ -47,7 +47,7 @@ bool same_dims(const NamedTensor& tensor, const Shape& shape) {
     return true;
 }
 
-/// For each channel of a network of `from`, its place in one of `to`.
+/// For each input channel of a network of `from`, its index in one of `to`.
 std::vector<std::uint32_t> places(const ImageChannels& from, const ImageChannels& to) {
     std::vector<std::uint32_t> result = {0, 1, 2};
     std::uint32_t at = 3;
@@ -65,7 +65,7 @@ bool has_all(const ImageChannels& to, const ImageChannels& from) {
     return (to.depth || !from.depth) && (to.normal || !from.normal) && (to.mask || !from.mask);
 }
 
-/// The first convolution's weight with its columns where their meaning is in the wider network.
+/// The first convolution's weight with each column moved to the channel of the same meaning.
 Result<std::vector<float>> widened(const NamedTensor& tensor, const Shape& shape,
                                    const ImageChannels& from, const ImageChannels& to) {
     const bool plausible = tensor.dims.size() == 4 && tensor.dims[0] == shape[0] &&
@@ -104,7 +104,7 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
                      predictor.config().resolution);
     }
     SPLAT_TRY(io::check_finite(*rays));
-    // Half an ulp of what the file holds, beside float32 of the reference's own formula.
+    // Half an ulp of the file's numbers, plus float32 rounding of the reference's formula.
     const float rounding = rays->type == io::NumberType::kF16    ? 0x1p-11F
                            : rays->type == io::NumberType::kBf16 ? 0x1p-8F
                                                                  : 0.0F;

@@ -2,7 +2,6 @@
 
 #include "core/log.h"
 #include "nn/executor_plan.h"
-#include "nn/op_rows.h"
 #include "ops/add.h"
 #include "ops/quads.h"
 
@@ -11,37 +10,38 @@ namespace {
 
 constexpr std::size_t kNone = ExecutorPlan::kNone;
 
-/// Row-major to quads where the value is an activation; otherwise they are the same memory.
+/// Row-major to quads if the value is an activation; otherwise both are the same memory.
 Status pack(vk::Recorder& recorder, const Value& value, const vk::BufferView& port,
             const vk::BufferView& quads) {
-    return value.layout == Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
+    return value.layout == ops::Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
 }
 
 Status unpack(vk::Recorder& recorder, const Value& value, const vk::BufferView& quads,
               const vk::BufferView& port) {
-    return value.layout == Layout::kQuads ? ops::quads_unpack(recorder, quads, port) : Status();
+    return value.layout == ops::Layout::kQuads ? ops::quads_unpack(recorder, quads, port)
+                                               : Status();
 }
 
 Status record_prepare(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
     for (const auto& call : plan.forward)
         if (plan.keeps(plan.kept_forward, call))
-            SPLAT_TRY(
-                graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
-                                                      plan.forward_views(call), Pass::kForward));
+            SPLAT_TRY(graph.nodes()[call.node].row->prepare(
+                recorder, graph.nodes()[call.node].attributes, plan.forward_views(call),
+                ops::Pass::kForward));
     for (const auto& call : plan.backward)
         if (!call.replay && plan.keeps(plan.kept_backward, call))
-            SPLAT_TRY(
-                graph.nodes()[call.node].row->prepare(recorder, graph.nodes()[call.node].attributes,
-                                                      plan.backward_views(call), Pass::kBackward));
+            SPLAT_TRY(graph.nodes()[call.node].row->prepare(
+                recorder, graph.nodes()[call.node].attributes, plan.backward_views(call),
+                ops::Pass::kBackward));
     return {};
 }
 
 Status record_forward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan,
                       const ExecutorPlan::Call& call) {
     const Node& node = graph.nodes()[call.node];
-    const OpViews views = plan.forward_views(call);
+    const ops::OpViews views = plan.forward_views(call);
     if (call.prepared != kNone && !plan.keeps(plan.kept_forward, call))
-        SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kForward));
+        SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, ops::Pass::kForward));
     return node.row->forward(recorder, node.attributes, views);
 }
 
@@ -52,10 +52,10 @@ Status record_backward(vk::Recorder& recorder, const Graph& graph, const Executo
             continue;
         }
         const Node& node = graph.nodes()[call.node];
-        const OpViews views = plan.backward_views(call);
+        const ops::OpViews views = plan.backward_views(call);
         for (const std::size_t tensor : call.zeros) SPLAT_TRY(recorder.fill(plan.view(tensor), 0));
         if (call.prepared != kNone)
-            SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, Pass::kBackward));
+            SPLAT_TRY(node.row->prepare(recorder, node.attributes, views, ops::Pass::kBackward));
         SPLAT_TRY(node.row->backward(recorder, node.attributes, views));
         for (const auto& [part, sum] : call.sums) {
             vk::BufferView a = plan.view(sum);
@@ -91,6 +91,11 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
     };
     for (const auto& [id, tensor] : plan->ports) made->ports_[id] = port(tensor, id);
     for (const auto& [id, tensor] : plan->grad_ports) made->grad_ports_[id] = port(tensor, id);
+    made->separate_ = desc.separate;
+    if (desc.separate)
+        for (const auto& call : plan->forward)
+            for (const vk::BufferView& saved : plan->forward_views(call).saved)
+                made->saved_.push_back(saved);
 
     SPLAT_TRY(made->record(*plan, made->prepare_, made->forward_));
     if (!desc.backward) {
@@ -108,7 +113,7 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
     return made;
 }
 
-/// The lists that prepare what is kept, and of a forward pass.
+/// The lists that prepare kept parameters, and those of a forward pass.
 Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
                         vk::CommandList& forward) const {
     vk::Recorder recorder(context_);
@@ -125,7 +130,7 @@ Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
     return {};
 }
 
-/// From now on prepared parameters are kept. After an error all is as before.
+/// Keep prepared parameters from now on. An error changes nothing.
 Status Executor::keep_prepared(ExecutorPlan& plan) {
     std::vector<vk::Buffer> buffers;
     ExecutorMemory memory = memory_;
@@ -148,7 +153,7 @@ Status Executor::forward() {
     const std::uint64_t revision = parameters_.revision();
     if (plan_ != nullptr && ran_revision_ == revision) {
         const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
-        const Status kept = keep_prepared(*plan);  // tried once: passes can do without
+        const Status kept = keep_prepared(*plan);  // tried once: passes work without
         if (kept.code() == Code::kDeviceLost) return kept;
         if (!kept.ok())
             log(LogLevel::kInfo, "weights are prepared in every pass: " + kept.message());
@@ -168,12 +173,13 @@ Status Executor::backward() {
         return error(Code::kInvalidState,
                      "backward was called on a network made without gradients");
     if (!ran_)
-        return error(Code::kInvalidState,
-                     "backward was called without a forward pass of its own: each takes one");
+        return error(
+            Code::kInvalidState,
+            "backward was called without a forward pass of its own: run forward before each");
     if (parameters_.revision() != ran_revision_)
         return error(Code::kInvalidState,
                      "backward was called after parameters had changed: run forward again");
-    ran_ = false;
+    ran_ = separate_;
     return context_.run(backward_);
 }
 

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 
-#include "nn/op_rows.h"
 #include "ops/quads.h"
 
 namespace splat::nn {
 namespace {
 
-/// Arenas stay well below what drivers let one allocation take (2 GiB on lavapipe).
+/// Arenas stay well below the largest allocation of drivers (2 GiB on lavapipe).
 constexpr std::uint64_t kArenaBytes = std::uint64_t{512} << 20;
 
 constexpr std::uint32_t kForever = ~std::uint32_t{0};
@@ -31,9 +30,25 @@ void ExecutorPlan::keep(std::size_t tensor) {
     tensors_[tensor].life.last = kForever;
 }
 
+/// The row-major tensor that the caller sees of a value in `own`: the same unless that is in quads.
+std::size_t ExecutorPlan::port(ValueId id, std::size_t own,
+                               const std::map<ValueId, vk::BufferView>& given) {
+    const Value& value = graph_.value(id);
+    const std::size_t port =
+        value.layout == ops::Layout::kQuads
+            ? tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_)
+            : own;
+    keep(port);
+    if (const auto found = given.find(id); found != given.end()) {
+        tensors_[port].home = Home::kGiven;
+        tensors_[port].view = found->second;
+    }
+    return port;
+}
+
 Result<std::uint64_t> ExecutorPlan::bytes_of(ValueId id) const {
     const Value& value = graph_.value(id);
-    if (value.layout == Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
+    if (value.layout == ops::Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
     SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(value.shape));
     return dims.bytes();
 }
@@ -53,6 +68,7 @@ Status ExecutorPlan::make() {
     SPLAT_TRY(plan_outputs());
     if (desc_.backward) SPLAT_TRY(plan_backward());
     ++clock_;
+    for (std::size_t i = 0; desc_.separate && i < tensors_.size(); ++i) keep(i);
     for (Tensor& tensor : tensors_) tensor.life.last = std::min(tensor.life.last, clock_);
     return {};
 }
@@ -78,10 +94,11 @@ Status ExecutorPlan::find_reached() {
     for (const ValueId id : desc_.grad_outputs) {
         if (std::find(desc_.outputs.begin(), desc_.outputs.end(), id) == desc_.outputs.end() ||
             !wanted_[graph_.root(id)])
-            return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is given, but it is no output or depends on nothing "
-                         "that is trained",
-                         graph_.value(id).name.c_str());
+            return error(
+                Code::kInvalidArgument,
+                "the gradient of '%s' is given, but it is not an output or depends on nothing "
+                "that is trained",
+                graph_.value(id).name.c_str());
         reached_[graph_.root(id)] = true;
     }
     for (std::size_t node = graph_.nodes().size(); node-- > 0;) {
@@ -116,7 +133,8 @@ std::vector<bool> ExecutorPlan::wanted_inputs(std::size_t node) const {
 bool ExecutorPlan::keeps_prepared(const Node& node) const {
     if (!desc_.keep_prepared) return false;
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
-        if (node.inputs[i] == kNoValue || node.row->inputs[i].layout != Layout::kRowMajor) continue;
+        if (node.inputs[i] == kNoValue || node.row->inputs[i].layout != ops::Layout::kRowMajor)
+            continue;
         const Value& value = graph_.value(graph_.root(node.inputs[i]));
         if (value.kind != ValueKind::kParameter || (desc_.backward && value.trainable))
             return false;
@@ -124,7 +142,7 @@ bool ExecutorPlan::keeps_prepared(const Node& node) const {
     return true;
 }
 
-/// Kept if all that is kept stays within `most` bytes. Without a backward pass there is also room for a
+/// Keep prepared parameters up to `most` bytes in all. Without a backward pass there is also room for a
 /// pass that keeps nothing.
 void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most,
                                  std::size_t& kept) {
@@ -145,12 +163,7 @@ Status ExecutorPlan::plan_inputs() {
         if (value.base != kNoValue || value.kind != ValueKind::kInput) continue;
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(id));
         values_[id] = tensor(value.name, bytes, clock_);
-        if (value.layout == Layout::kQuads) {
-            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            ports[id] = values_[id];
-        }
-        keep(ports[id]);
+        ports[id] = port(id, values_[id], desc_.tensors);
     }
     return {};
 }
@@ -193,14 +206,8 @@ Status ExecutorPlan::plan_results(Call& call) {
 Status ExecutorPlan::plan_outputs() {
     ++clock_;
     for (const ValueId id : desc_.outputs) {
-        const Value& value = graph_.value(id);
         touch(values_[graph_.root(id)]);
-        if (value.layout == Layout::kQuads) {
-            ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            ports[id] = values_[graph_.root(id)];
-        }
-        keep(ports[id]);
+        ports[id] = port(id, values_[graph_.root(id)], desc_.tensors);
     }
     return {};
 }
@@ -215,16 +222,11 @@ Status ExecutorPlan::plan_backward() {
                          value.name.c_str());
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
         grads_[root] = tensor(value.name, bytes, clock_);
-        if (value.layout == Layout::kQuads) {
-            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            grad_ports[id] = grads_[root];
-        }
-        keep(grad_ports[id]);
+        grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
     const std::vector<Node>& nodes = graph_.nodes();
     for (std::size_t node = nodes.size(); node-- > 0;) {
-        // What the last segment computed has just been computed.
+        // The last segment's values are fresh from the forward pass.
         const std::uint32_t segment = nodes[node].segment;
         if (desc_.recompute && segment != nodes.back().segment &&
             segment != nodes[node + 1].segment) {
@@ -241,15 +243,10 @@ Status ExecutorPlan::plan_backward() {
         const ValueId root = graph_.root(id);
         if (grads_[root] == kNone)
             return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is wanted, but no output depends on it",
+                         "the gradient of '%s' is requested, but no output depends on it",
                          value.name.c_str());
         touch(grads_[root]);
-        if (value.layout == Layout::kQuads) {
-            grad_ports[id] = tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_);
-        } else {
-            grad_ports[id] = grads_[root];
-        }
-        keep(grad_ports[id]);
+        grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
     return {};
 }
@@ -264,7 +261,7 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     call.saved = saved_[node];
     for (const ValueId output : n.outputs) {
         std::size_t& grad = grads_[output];
-        if (grad == kNone) {  // no gradient came this way
+        if (grad == kNone) {  // no gradient reaches this output
             SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(output));
             grad = tensor(graph_.value(output).name, bytes, clock_);
             call.zeros.push_back(grad);
@@ -281,10 +278,10 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
         }
         const std::size_t value = values_[graph_.root(n.inputs[i])];
         call.inputs.push_back(value);
-        if (value != kNone && backward_reads(*n.row, i, wanted)) touch(value);
+        if (value != kNone && ops::backward_reads(*n.row, i, wanted)) touch(value);
         if (wanted[i]) {
             SPLAT_TRY(plan_grad_input(call, i));
-            activation = activation || n.row->inputs[i].layout == Layout::kQuads;
+            activation = activation || n.row->inputs[i].layout == ops::Layout::kQuads;
         } else {
             call.grad_inputs.push_back(kNone);
         }
@@ -298,12 +295,13 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
     return {};
 }
 
-/// Where a gradient is that of the output, take the output's tensor, which nobody reads afterwards, or
-/// add it to the sum that is there.
+/// If an input's gradient equals the output's, reuse that tensor, which has no later reader, or add it to
+/// the existing sum.
 bool ExecutorPlan::pass_gradient(Call& call, std::size_t input) {
     const Node& n = graph_.nodes()[call.node];
     const ValueId root = graph_.root(n.inputs[input]);
-    if ((n.plan.passes >> input & 1) == 0 || graph_.value(root).kind == ValueKind::kParameter)
+    if (desc_.separate || (n.plan.passes >> input & 1) == 0 ||
+        graph_.value(root).kind == ValueKind::kParameter)
         return false;
     const std::size_t grad = call.grad_outputs[0];
     if (grads_[root] == kNone) {
@@ -328,15 +326,15 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     if (first) {
         grads_[root] = tensor(value.name, bytes, clock_);
         if (value.kind == ValueKind::kParameter) {
-            tensors_[grads_[root]].home = Home::kParameters;
+            tensors_[grads_[root]].home = Home::kGiven;
             SPLAT_ASSERT(parameters_.of(root).grad.block != nullptr);
             tensors_[grads_[root]].view = parameters_.of(root).grad;
-        } else if (value.layout == Layout::kRowMajor) {
+        } else if (value.layout == ops::Layout::kRowMajor && !desc_.gradients.contains(root)) {
             call.zeros.push_back(grads_[root]);  // row-major gradients are summed in place
         }
     }
     touch(grads_[root]);
-    if (first || value.layout == Layout::kRowMajor) {
+    if (first || value.layout == ops::Layout::kRowMajor) {
         call.grad_inputs.push_back(grads_[root]);
         return {};
     }
@@ -357,24 +355,27 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
 
 Status ExecutorPlan::place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
                            ExecutorMemory& memory) {
+    std::vector<std::size_t> members;
     std::vector<Lifetime> lifetimes;
-    for (const Tensor& tensor : tensors_)
-        lifetimes.push_back(tensor.home == home ? tensor.life : Lifetime{0, 0, 0});
-    const MemoryPlan plan =
-        plan_memory(lifetimes, context.device().info().limits.offset_alignment, kArenaBytes);
+    for (std::size_t i = 0; i < tensors_.size(); ++i) {
+        if (tensors_[i].home != home) continue;
+        members.push_back(i);
+        lifetimes.push_back(tensors_[i].life);
+    }
+    const MemoryPlan plan = plan_memory(lifetimes, context.device().info().limits.offset_alignment,
+                                        desc_.separate ? 0 : kArenaBytes);
     memory.bound += peak_bytes(lifetimes);
     const std::size_t first = buffers.size();
     for (const std::uint64_t bytes : plan.arena_bytes) {
         SPLAT_ASSIGN(
             vk::Buffer buffer,
-            context.memory().allocate(std::max<std::uint64_t>(bytes, 16), vk::MemoryKind::kDevice,
-                                      home == Home::kKept ? "prepared weights" : "activations"));
+            context.memory().allocate(bytes, vk::MemoryKind::kDevice,
+                                      home == Home::kKept ? "prepared weights" : desc_.label));
         buffers.push_back(std::move(buffer));
         memory.arenas += bytes;
     }
-    for (std::size_t i = 0; i < tensors_.size(); ++i) {
-        Tensor& tensor = tensors_[i];
-        if (tensor.home != home) continue;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        Tensor& tensor = tensors_[members[i]];
         tensor.view = buffers[first + plan.placements[i].arena].range();
         tensor.view.offset += plan.placements[i].offset;
         tensor.view.bytes = vk::quad_bytes((tensor.life.bytes + 3) / 4);
@@ -396,9 +397,9 @@ vk::BufferView ExecutorPlan::grad_view(ValueId id) const {
     return shaped(tensors_[grads_[graph_.root(id)]].view, graph_.value(id).shape);
 }
 
-OpViews ExecutorPlan::views(const Call& call) const {
+ops::OpViews ExecutorPlan::views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
-    OpViews v;
+    ops::OpViews v;
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
         const ValueId input = node.inputs[i];
         v.inputs.push_back(input == kNoValue ? vk::BufferView{}
@@ -412,22 +413,22 @@ OpViews ExecutorPlan::views(const Call& call) const {
     for (std::size_t i = 0; i < call.saved.size(); ++i)
         v.saved.push_back(shaped(tensors_[call.saved[i]].view, node.plan.saved[i]));
     if (call.workspace != kNone) v.workspace = tensors_[call.workspace].view;
-    v.accumulate = true;
+    v.accumulate = !desc_.overwrite;
     return v;
 }
 
-OpViews ExecutorPlan::forward_views(const Call& call) const {
-    OpViews v = views(call);
+ops::OpViews ExecutorPlan::forward_views(const Call& call) const {
+    ops::OpViews v = views(call);
     const std::size_t prepared =
         keeps(kept_forward, call) ? kept_forward[call.node] : call.prepared;
     if (prepared != kNone) v.forward_prepared = tensors_[prepared].view;
     return v;
 }
 
-OpViews ExecutorPlan::backward_views(const Call& call) const {
+ops::OpViews ExecutorPlan::backward_views(const Call& call) const {
     const Node& node = graph_.nodes()[call.node];
-    OpViews v = views(call);
-    drop_unread(*node.row, wanted_inputs(call.node), v);
+    ops::OpViews v = views(call);
+    ops::drop_unread(*node.row, wanted_inputs(call.node), v);
     const std::size_t prepared =
         keeps(kept_backward, call) ? kept_backward[call.node] : call.prepared;
     if (prepared != kNone) v.backward_prepared = tensors_[prepared].view;

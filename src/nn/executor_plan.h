@@ -8,31 +8,31 @@
 
 namespace splat::nn {
 
-/// What Executor::create works out before anything is recorded: which gradients are wanted, and all
-/// tensors of a step with their lifetimes on a clock that ticks once per node and pass.
+/// The plan that Executor::create makes before recording: which gradients to compute, and all tensors of
+/// a step with their lifetimes on a clock that ticks once per node and pass.
 class ExecutorPlan {
   public:
     /// One operator in one pass, by tensor.
     struct Call {
         std::size_t node = 0;
-        bool replay = false;               ///< of backward: its node's forward pass once more
-        std::vector<std::size_t> inputs;   ///< tensors; kNone for parameters and what is absent
-        std::vector<std::size_t> outputs;  ///< tensors
-        std::vector<std::size_t> saved;    ///< tensors
+        bool replay = false;                    ///< in backward: repeats its node's forward pass
+        std::vector<std::size_t> inputs;        ///< tensors; kNone for parameters and absent inputs
+        std::vector<std::size_t> outputs;       ///< tensors
+        std::vector<std::size_t> saved;         ///< tensors
         std::vector<std::size_t> grad_outputs;  ///< backward: tensors
         std::vector<std::size_t> zeros;  ///< tensors to be filled with zero before: gradients that
             ///< nothing reached, and row-major ones before the first sum
-        std::vector<std::size_t> grad_inputs;  ///< tensor, or kNone where not wanted
-        /// Contributions to gradients that others have written: {contribution, sum}.
+        std::vector<std::size_t> grad_inputs;  ///< tensor, or kNone if not computed
+        /// Contributions to gradients that other calls have written: {contribution, sum}.
         std::vector<std::pair<std::size_t, std::size_t>> sums;
-        bool passed = false;         ///< an input has the gradient of the output for its own
+        bool passed = false;         ///< an input reuses the gradient of the output
         std::size_t addend = kNone;  ///< what grad_inputs[0] is added to
         std::size_t workspace = kNone;
         std::size_t prepared = kNone;  ///< prepared in this call, unless kept
     };
     static constexpr std::size_t kNone = ~std::size_t{0};
 
-    enum class Home { kArenas, kKept, kParameters };
+    enum class Home { kArenas, kKept, kGiven };  // kGiven: parameters' gradients, the caller's
 
     struct Tensor {
         Lifetime life;
@@ -46,8 +46,8 @@ class ExecutorPlan {
 
     Status make();
 
-    /// Allocate memory for the tensors of one home, kArenas or kKept, and give them their views. Calls
-    /// prepare parameters themselves until kept ones have theirs.
+    /// Allocate memory for the tensors of one home, kArenas or kKept, and set their views. Until kept
+    /// parameters have theirs, calls prepare parameters themselves.
     Status place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
                  ExecutorMemory& memory);
     [[nodiscard]] bool has_kept() const { return kept_bytes_ > 0; }
@@ -56,8 +56,8 @@ class ExecutorPlan {
     }
 
     /// The tensors of a node's forward pass or its replay, in the shapes that the node sees.
-    [[nodiscard]] OpViews forward_views(const Call& call) const;
-    [[nodiscard]] OpViews backward_views(const Call& call) const;
+    [[nodiscard]] ops::OpViews forward_views(const Call& call) const;
+    [[nodiscard]] ops::OpViews backward_views(const Call& call) const;
 
     [[nodiscard]] vk::BufferView value_view(ValueId id) const;
     [[nodiscard]] vk::BufferView grad_view(ValueId id) const;
@@ -75,12 +75,14 @@ class ExecutorPlan {
 
   private:
     std::size_t tensor(std::string name, std::uint64_t bytes, std::uint32_t first);
-    /// Lives until now at least; what is kept stays so.
+    /// Extend the lifetime to now; kept tensors stay kept.
     void touch(std::size_t tensor) {
         Lifetime& life = tensors_[tensor].life;
         life.last = std::max(life.last, clock_);
     }
     void keep(std::size_t tensor);
+    std::size_t port(ValueId id, std::size_t tensor,
+                     const std::map<ValueId, vk::BufferView>& given);
     Result<std::uint64_t> bytes_of(ValueId id) const;
     Status find_wanted();
     Status find_reached();
@@ -98,7 +100,7 @@ class ExecutorPlan {
     [[nodiscard]] std::vector<bool> wanted_inputs(std::size_t node) const;
     [[nodiscard]] bool keeps_prepared(const Node& node) const;
     void plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t most, std::size_t& kept);
-    OpViews views(const Call& call) const;
+    ops::OpViews views(const Call& call) const;
 
     const Graph& graph_;
     const Parameters& parameters_;
@@ -107,7 +109,7 @@ class ExecutorPlan {
     std::uint64_t kept_bytes_ = 0;  ///< of prepared parameters so far
     bool kept_placed_ = false;
     std::vector<Tensor> tensors_;
-    std::vector<bool> wanted_;   ///< by root value: its gradient is asked for, or leads to one
+    std::vector<bool> wanted_;   ///< by root value: its gradient is requested, or needed for one
     std::vector<bool> reached_;  ///< by root value: some grad_output depends on it
     std::vector<bool> crosses_;  ///< by root value: an output, or read outside of its own segment
     std::vector<std::size_t> values_;              ///< tensor of a root value, at this time

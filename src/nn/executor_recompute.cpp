@@ -1,4 +1,4 @@
-// ExecutorDesc::recompute: what a segment's backward pass reads is computed once more just before it.
+// ExecutorDesc::recompute: values that a segment's backward pass reads are recomputed just before it.
 #include <algorithm>
 
 #include "nn/executor_plan.h"
@@ -18,7 +18,7 @@ void ExecutorPlan::find_crossing() {
                 crosses_[graph_.root(input)] = true;
 }
 
-/// Compute anew those values of the nodes first to last that only they read and that their backward passes
+/// Recompute values of the nodes first to last that only these nodes read and that their backward passes
 /// need.
 Status ExecutorPlan::plan_replay(std::size_t first, std::size_t last) {
     std::vector<bool> needed(values_.size(), false);  // by root value
@@ -32,7 +32,7 @@ Status ExecutorPlan::plan_replay(std::size_t first, std::size_t last) {
         for (std::size_t i = 0; i < n.inputs.size(); ++i) {
             if (n.inputs[i] == kNoValue) continue;
             const ValueId root = graph_.root(n.inputs[i]);
-            const bool read = replayed || (runs && backward_reads(*n.row, i, wanted));
+            const bool read = replayed || (runs && ops::backward_reads(*n.row, i, wanted));
             if (read && !crosses_[root]) needed[root] = true;
         }
         again[node - first] = replayed;

@@ -13,7 +13,7 @@ void Graph::fail(Status status) {
     if (status_.ok()) status_ = std::move(status);
 }
 
-ValueId Graph::input(std::string name, const Shape& shape, Layout layout) {
+ValueId Graph::input(std::string name, const Shape& shape, ops::Layout layout) {
     return add({std::move(name), ValueKind::kInput, shape, layout, false, kNoValue});
 }
 
@@ -21,18 +21,18 @@ ValueId Graph::parameter(std::string name, const Shape& shape, bool trainable) {
     if (find(name) != kNoValue)
         fail(error(Code::kInvalidArgument, "the network has two parameters named '%s'",
                    name.c_str()));
-    return add(
-        {std::move(name), ValueKind::kParameter, shape, Layout::kRowMajor, trainable, kNoValue});
+    return add({std::move(name), ValueKind::kParameter, shape, ops::Layout::kRowMajor, trainable,
+                kNoValue});
 }
 
 Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
                               std::span<const JsonScalar> attributes) {
-    SPLAT_ASSIGN(const OpRow* row, find_op(op));
-    SPLAT_ASSIGN(Attributes complete, complete_attributes(*row, attributes));
+    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(op));
+    SPLAT_ASSIGN(ops::Attributes complete, ops::complete_attributes(*row, attributes));
     inputs.resize(row->inputs.size(), kNoValue);
     std::vector<Shape> shapes;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const Port& port = row->inputs[i];
+        const ops::Port& port = row->inputs[i];
         if (inputs[i] == kNoValue) {
             if (!port.optional)
                 return error(Code::kShape, "%s: tensor '%s' is absent", op, port.name);
@@ -42,17 +42,21 @@ Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
         const Value& value = values_[inputs[i]];
         if (value.layout != port.layout)
             return error(Code::kShape, "%s: tensor '%s' is %s, expected %s", op, port.name,
-                         value.layout == Layout::kQuads ? "an activation" : "row-major",
-                         port.layout == Layout::kQuads ? "an activation" : "row-major");
+                         value.layout == ops::Layout::kQuads ? "an activation" : "row-major",
+                         port.layout == ops::Layout::kQuads ? "an activation" : "row-major");
+        if (value.shape.rank() == 0)  // to a plan, rank 0 means absent
+            return error(Code::kShape,
+                         "%s: tensor '%s' has shape [], expected at least one dimension", op,
+                         port.name);
         shapes.push_back(value.shape);
     }
-    SPLAT_ASSIGN(OpPlan plan, row->plan(recorder_, complete, shapes));
+    SPLAT_ASSIGN(ops::OpPlan plan, row->plan(recorder_, complete, shapes));
     return Node{row, std::move(complete), std::move(inputs), {}, std::move(plan), segment_};
 }
 
 std::vector<ValueId> Graph::node(const char* op, std::vector<ValueId> inputs,
                                  std::vector<JsonScalar> attributes) {
-    const Result<const OpRow*> row = find_op(op);
+    const Result<const ops::OpRow*> row = ops::find_op(op);
     const std::vector<ValueId> none(row.ok() ? row.value()->outputs.size() : 1, kNoValue);
     if (!status_.ok()) return none;
     Result<Node> made = make_node(op, std::move(inputs), attributes);
@@ -77,7 +81,7 @@ ValueId Graph::reshape(ValueId value, const Shape& shape) {
     if (!status_.ok()) return kNoValue;
     const Value from = values_[value];
     bool same = from.shape.elements() == shape.elements();
-    if (from.layout == Layout::kQuads)
+    if (from.layout == ops::Layout::kQuads)
         same = same && shape.rank() >= 2 && from.shape[1] == shape[1];
     if (!same) {
         fail(error(Code::kShape, "reshape: '%s' has shape %s, which does not fit %s",

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nn/op_table.h"
+#include "ops/op_table.h"
 
 namespace splat::nn {
 
@@ -21,17 +21,17 @@ struct Value {
     std::string name;
     ValueKind kind = ValueKind::kActivation;
     Shape shape;
-    Layout layout = Layout::kQuads;
+    ops::Layout layout = ops::Layout::kQuads;
     bool trainable = false;   ///< parameters: gets a gradient
-    ValueId base = kNoValue;  ///< the value whose memory this one shows in another shape
+    ValueId base = kNoValue;  ///< the value whose memory this one views in another shape
 };
 
 struct Node {
-    const OpRow* row = nullptr;
-    Attributes attributes;
-    std::vector<ValueId> inputs;  ///< kNoValue where an optional one is absent
+    const ops::OpRow* row = nullptr;
+    ops::Attributes attributes;
+    std::vector<ValueId> inputs;  ///< kNoValue for an absent optional one
     std::vector<ValueId> outputs;
-    OpPlan plan;
+    ops::OpPlan plan;
     std::uint32_t segment = 0;  ///< see Graph::begin_segment
 };
 
@@ -43,10 +43,9 @@ class Graph {
   public:
     explicit Graph(vk::Context& context) : recorder_(context) {}
 
-    ValueId input(std::string name, const Shape& shape, Layout layout = Layout::kQuads);
+    ValueId input(std::string name, const Shape& shape, ops::Layout layout = ops::Layout::kQuads);
 
-    /// Row-major. The name is that of the state dict. Errors: kInvalidArgument for a second one of
-    /// that name.
+    /// Row-major. The name is that of the state dict. Errors: kInvalidArgument for a duplicate name.
     ValueId parameter(std::string name, const Shape& shape, bool trainable = true);
 
     /// One operator of the table. Errors: those of find_op, complete_attributes and the row's plan;
@@ -62,11 +61,11 @@ class Graph {
     /// row-major values their number of elements. Errors: kShape.
     ValueId reshape(ValueId value, const Shape& shape);
 
-    /// Nodes from here on to the next call, or the end, can be computed anew for the backward pass from
-    /// what the nodes before them gave: ExecutorDesc::recompute.
+    /// Start a segment: the nodes from here to the next call, or the end, can be recomputed for the backward
+    /// pass from the results of earlier nodes (ExecutorDesc::recompute).
     void begin_segment() { ++segment_; }
 
-    /// Keep an error that building code finds by itself, unless there is one already.
+    /// Keep an error that the building code finds, unless there is one already.
     void fail(Status status);
 
     [[nodiscard]] const Status& status() const { return status_; }

@@ -18,8 +18,8 @@ bool overlap(const Lifetime& a, const Lifetime& b) {
     return a.first <= b.last && b.first <= a.last;
 }
 
-/// The lowest offset of `bytes` bytes beside those placed that are alive at the same time; `placed`
-/// is ordered by begin.
+/// The lowest offset of `bytes` bytes that avoids all placed tensors alive at the same time; `placed` is
+/// ordered by begin.
 std::uint64_t lowest_gap(const std::vector<Placed>& placed, const std::vector<Lifetime>& lifetimes,
                          const Lifetime& item, std::uint64_t bytes) {
     std::uint64_t offset = 0;

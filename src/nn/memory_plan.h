@@ -22,16 +22,16 @@ struct MemoryPlan {
     std::vector<std::uint64_t> arena_bytes;
 };
 
-/// Places tensors so that two whose lifetimes overlap share no byte: the greatest first, each at the
-/// lowest offset that is free (greedy by size; within a few per cent of the lower bound for networks:
-/// Pisarchyk & Lee 2020, arXiv:2001.03288).
+/// Places tensors so that no two with overlapping lifetimes share a byte: the largest first, each at the
+/// lowest free offset (greedy by size; within a few per cent of the lower bound for networks: Pisarchyk &
+/// Lee 2020, arXiv:2001.03288).
 ///
 /// alignment    of every offset
 /// arena_limit  no arena grows beyond it, unless a single tensor does
 MemoryPlan plan_memory(const std::vector<Lifetime>& lifetimes, std::uint64_t alignment,
                        std::uint64_t arena_limit);
 
-/// What no plan can undercut: the greatest sum of bytes alive at once.
+/// Lower bound of any plan: the largest sum of bytes alive at once.
 std::uint64_t peak_bytes(const std::vector<Lifetime>& lifetimes);
 
 }  // namespace splat::nn

@@ -1,15 +1,15 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "nn/op_table.h"
-#include "vk/context.h"
+#include "nn/executor.h"
 
 namespace splat::nn {
 
-/// One operator recorded on row-major tensors: conversion to quads, the operator, conversion back.
-/// For tests, benchmarks and the C API; the graph executor keeps activations in quads throughout.
+/// One operator on row-major tensors that the caller owns: a graph of one node, bound to them. For tests,
+/// benchmarks and the C API.
 class OpInstance {
   public:
     struct Tensors {
@@ -23,7 +23,7 @@ class OpInstance {
 
     /// Errors: kShape (which tensor, its shape, the one expected), and those of the operator and
     /// the device's memory.
-    static Result<std::unique_ptr<OpInstance>> create(vk::Context& context, const OpRow& row,
+    static Result<std::unique_ptr<OpInstance>> create(vk::Context& context, const ops::OpRow& row,
                                                       std::span<const JsonScalar> attributes,
                                                       const Tensors& tensors);
 
@@ -33,23 +33,18 @@ class OpInstance {
     Status backward();
 
     /// Saved tensor i of the row, row-major.
-    [[nodiscard]] const vk::BufferView& saved(std::size_t i) const { return views_.saved[i]; }
+    [[nodiscard]] const vk::BufferView& saved(std::size_t i) const { return executor_->saved()[i]; }
 
   private:
-    OpInstance(vk::Context& context, const OpRow& row) : context_(context), row_(row) {}
-    Status check_shapes(const OpPlan& plan, const Tensors& tensors) const;
-    Status allocate(const OpPlan& plan, const Tensors& tensors);
-    Status record(const Attributes& attributes, const Tensors& tensors);
-    Result<vk::BufferView> scratch(const Shape& shape, Layout layout);
-    Result<vk::BufferView> on_device(const vk::BufferView& tensor, Layout layout);
+    OpInstance(vk::Context& context, const ops::OpRow& row) : row_(row), graph_(context) {}
+    Status check_shapes(const Tensors& tensors) const;
 
-    vk::Context& context_;
-    const OpRow& row_;
-    OpViews views_;
-    std::vector<vk::Buffer> buffers_;
-    vk::CommandList forward_;
-    vk::CommandList backward_;
+    const ops::OpRow& row_;
+    Graph graph_;
+    std::optional<Parameters> parameters_;  ///< none: what a row calls parameters are inputs here
+    std::unique_ptr<Executor> executor_;
     bool has_backward_ = false;
+    bool wants_gradients_ = false;
     bool ran_ = false;
 };
 

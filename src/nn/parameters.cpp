@@ -7,7 +7,7 @@
 namespace splat::nn {
 namespace {
 
-/// Bytes of a block: within the least maxStorageBufferRange of desktop drivers (128 MiB), so that one
+/// Bytes of a block: within the smallest maxStorageBufferRange of desktop drivers (128 MiB), so that one
 /// binding covers it.
 constexpr std::uint64_t kBlockBytes = std::uint64_t{64} << 20;
 
@@ -16,8 +16,7 @@ struct Place {
     std::uint64_t offset;
 };
 
-/// The parameters `members` one behind the other, in blocks of at most kBlockBytes (or of one
-/// parameter).
+/// The parameters `members` one after another, in blocks of at most kBlockBytes (or of one parameter).
 std::vector<Place> places_of(const std::vector<Parameter>& parameters,
                              const std::vector<std::size_t>& members, std::uint64_t alignment,
                              std::vector<std::uint64_t>& block_bytes) {

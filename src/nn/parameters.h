@@ -14,21 +14,21 @@ struct Parameter {
     Shape shape;
     bool trainable = false;
     vk::BufferView value;
-    vk::BufferView grad;  ///< without a buffer if frozen or made without gradients
+    vk::BufferView grad;  ///< without a buffer if frozen or created without gradients
 };
 
-/// A stretch of device memory that holds the values of several trainable parameters, and one of the
-/// same layout for their gradients: what an optimiser updates in one dispatch. What lies between
-/// parameters is zero.
+/// A range of device memory with the values of several trainable parameters, and one of the same layout
+/// for their gradients: the unit that an optimiser updates in one dispatch. Padding between parameters
+/// is zero.
 struct ParameterBlock {
     vk::BufferView values;
     vk::BufferView grads;
 };
 
-/// The parameters of a graph on the device. Those that have gradients lie in blocks, beside blocks of these.
+/// The parameters of a graph on the device. Those with gradients lie in blocks, with equal blocks of gradients.
 class Parameters {
   public:
-    /// All zero; without `gradients`, no parameter has any. Errors: kOutOfDeviceMemory.
+    /// All zero. Without `gradients` no parameter has one. Errors: kOutOfDeviceMemory.
     static Result<Parameters> create(vk::Context& context, const Graph& graph,
                                      bool gradients = true);
 
@@ -38,7 +38,7 @@ class Parameters {
     /// The parameter of a graph's value.
     [[nodiscard]] const Parameter& of(ValueId value) const { return parameters_[index_[value]]; }
 
-    /// nullptr if there is none of this name.
+    /// nullptr for an unknown name.
     [[nodiscard]] const Parameter* find(std::string_view name) const;
 
     /// Row-major elements, as many as the shape has. Errors: those of Context::write and read.
@@ -51,7 +51,7 @@ class Parameters {
 
     Status zero_gradients();
 
-    /// Grows whenever values change; what was prepared from older values is stale.
+    /// Grows whenever values change; forms prepared from older values are stale.
     [[nodiscard]] std::uint64_t revision() const { return revision_; }
     void changed() { ++revision_; }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -37,7 +37,7 @@ params::AdamParams adam_params(const vk::DeviceInfo& device, const AdamDesc& des
     const auto step = static_cast<double>(desc.step);
     const auto real = [](double value) { return static_cast<float>(value); };
     return {static_cast<std::uint32_t>(quads),
-            groups_for(device, quads, workgroup_size(device, 64))[0],
+            vk::groups_for(device, quads, vk::workgroup_size(device, 64))[0],
             real(desc.beta1),
             real(1 - desc.beta1),
             real(desc.beta2),
@@ -58,16 +58,16 @@ Status adam(vk::Recorder& recorder, const AdamDesc& desc, const vk::BufferView& 
             static_cast<unsigned long long>(value.bytes),
             static_cast<unsigned long long>(grad.bytes), static_cast<unsigned long long>(m.bytes),
             static_cast<unsigned long long>(v.bytes));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const double bytes = static_cast<double>(value.bytes);
     return recorder.dispatch({
         .op = "adam",
-        .shader = pick(recorder.kernels(), "adam", "adam_cpu"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "adam",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = adam_params(recorder.device(), desc, value.bytes),
         .accesses = {vk::read(value), vk::read(grad), vk::read(m), vk::read(v), vk::write(value),
                      vk::write(m), vk::write(v)},
-        .groups = groups_for(recorder.device(), value.bytes / 16, size),
+        .groups = vk::groups_for(recorder.device(), value.bytes / 16, size),
         .work = {.flops = 3 * bytes, .bytes = 7 * bytes},
         .may_alias = true,  // an element is written by the invocation that read it
     });

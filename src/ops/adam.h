@@ -13,12 +13,12 @@ struct AdamDesc {
     double eps = 1e-15;
 };
 
-/// Errors: kInvalidArgument for step 0, betas outside of [0, 1), a negative or not finite rate, or eps that
-/// is not a normal float > 0.
+/// Errors: kInvalidArgument for step 0, betas outside of [0, 1), a rate that is negative or not finite, or an
+/// eps that is not a normal float > 0.
 Status adam_check(const AdamDesc& desc);
 
-/// The push constants of a step on a block of so many bytes: with CommandList::set_push, a recorded list
-/// is run for one step after another.
+/// The push constants of a step on a block of `bytes` bytes. With CommandList::set_push a recorded list
+/// runs for one step after another.
 params::AdamParams adam_params(const vk::DeviceInfo& device, const AdamDesc& desc,
                                std::uint64_t bytes);
 
@@ -27,8 +27,8 @@ params::AdamParams adam_params(const vk::DeviceInfo& device, const AdamDesc& des
 ///   m = beta1 m + (1 - beta1) g       v = beta2 v + (1 - beta2) g^2
 ///   value -= rate / (1 - beta1^step) * m / (sqrt(v / (1 - beta2^step)) + eps)
 ///
-/// value, grad, m, v   float32 blocks of the same length; every quad of them is updated, so padding
-///              between parameters must be finite: with gradient 0 and moments 0 it stays as it is
+/// value, grad, m, v   float32 blocks of the same length; every quad is updated, so padding between
+///              parameters must be finite; with gradient 0 and moments 0 it does not change
 /// Errors       those of adam_check; kShape for lengths that differ; the recorder's beyond the device's
 ///              binding limits; nothing is recorded on error
 /// Precision    a few roundings of the step, one of the value (tests/ops/adam_test.cpp)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -19,9 +20,11 @@ struct AddDesc {
 Status add_forward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& a,
                    const vk::BufferView& b, const vk::BufferView& y);
 
-/// Its gradient, the same for both:  grad_x = scale * grad_y. grad_x may be grad_y; the rest as in
-/// the forward pass.
+/// Its gradient, the same for a and b:  grad_x = scale * grad_y. grad_x may be grad_y; the rest as in the
+/// forward pass.
 Status add_backward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& grad_y,
                     const vk::BufferView& grad_x);
+
+extern const OpRow kAddRow;
 
 }  // namespace splat::ops

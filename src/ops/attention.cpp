@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/attention_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -13,17 +13,15 @@ namespace {
 using vk::BufferView;
 using vk::Kernels;
 
-constexpr std::uint32_t kProductColumnsId = 10;
-constexpr std::uint32_t kProductBlocksId = 11;
 constexpr std::uint32_t kBlocks = 2;
 constexpr std::uint32_t kMaxExtent = 65536;  ///< loops over its quads stay below lavapipe's limit
 
-/// A matrix per image and head, in quads over its rows.
+/// One matrix per image and head, in quads over its rows.
 struct Matrix {
     BufferView view;
     std::uint32_t rows = 0;
     std::uint32_t columns = 0;
-    std::uint32_t stride = 0;  ///< in quads, as are the others
+    std::uint32_t stride = 0;  ///< in quads, like the others
     std::uint32_t head = 0;
     std::uint32_t image = 0;
 };
@@ -39,7 +37,7 @@ Matrix activation(const AttentionDesc& desc, const BufferView& view, std::uint32
     return {view, channels, pixels, stride, channels / 4 * stride, pixels};
 }
 
-/// A workspace of n * heads matrices, one after the other.
+/// A workspace of n * heads consecutive matrices.
 Matrix scratch(const AttentionDesc& desc, const BufferView& view, std::uint32_t rows,
                std::uint32_t columns) {
     const std::uint32_t size = quads_of(rows) * columns;
@@ -79,16 +77,17 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
     params.v_head = v.head;
     params.v_image = v.image;
     params.scale = scale;
-    const std::uint32_t size = kernels == Kernels::kCpu ? 8 : workgroup_size(recorder.device(), 64);
+    const std::uint32_t size =
+        kernels == Kernels::kCpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     // Few columns would leave a wide tile idle.
     const std::uint32_t columns = kernels == Kernels::kPlain ? 1
                                   : params.n >= 8 * size     ? 8
                                   : params.n >= 2 * size     ? 2
                                                              : 1;
-    std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, size}};
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, size}};
     if (kernels != Kernels::kPlain) {
-        constants.push_back({kProductColumnsId, columns});
-        constants.push_back({kProductBlocksId, kBlocks});
+        constants.push_back({params::kAttentionColumnsId, columns});
+        constants.push_back({params::kAttentionBlocksId, kBlocks});
     }
     const std::uint32_t rows = kernels == Kernels::kPlain ? 4 : 8 * kBlocks;
     const double batches = static_cast<double>(desc.n) * desc.heads;
@@ -97,8 +96,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
     const double k = params.k;
     return recorder.dispatch({
         .op = op,
-        .shader =
-            pick(kernels, "attention_product", "attention_product_cpu", "attention_product_gpu"),
+        .shader = "attention_product",
         .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(s.view), vk::read(v.view), vk::write(y.view)},
@@ -113,13 +111,13 @@ Status transpose(vk::Recorder& recorder, const AttentionDesc& desc, const Matrix
     params::AttentionParams params = params_of(desc, s, y);
     params.m = s.rows;
     params.n = s.columns;
-    const std::uint32_t size = workgroup_size(recorder.device(), 8);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 8);
     const double elements =
         static_cast<double>(desc.n) * desc.heads * s.rows * static_cast<double>(s.columns);
     return recorder.dispatch({
         .op = "attention_transpose",
-        .shader = pick(recorder.kernels(), "attention_transpose", "attention_transpose_cpu"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "attention_transpose",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(s.view), vk::write(y.view)},
         .groups = {groups(quads_of(s.rows), size), quads_of(s.columns), desc.n * desc.heads},
@@ -127,22 +125,22 @@ Status transpose(vk::Recorder& recorder, const AttentionDesc& desc, const Matrix
     });
 }
 
-/// A kernel with one invocation per query of weights and what goes with them.
-Status per_query(vk::Recorder& recorder, const char* op, const char* shader,
-                 const AttentionDesc& desc, float scale, std::vector<vk::Access> accesses) {
+/// Record a kernel with one invocation per query of the weights.
+Status per_query(vk::Recorder& recorder, const char* kernel, const AttentionDesc& desc, float scale,
+                 std::vector<vk::Access> accesses) {
     params::AttentionParams params{};
     params.n = desc.queries;
     params.k = desc.keys;
     params.heads = desc.heads;
     params.scale = scale;
     const std::uint32_t wanted = recorder.kernels() == Kernels::kCpu ? 8 : 64;
-    const std::uint32_t size = workgroup_size(recorder.device(), wanted);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), wanted);
     const double weights =
         static_cast<double>(desc.n) * desc.heads * desc.queries * static_cast<double>(desc.keys);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = std::move(accesses),
         .groups = {groups(desc.queries, size), 1, desc.n * desc.heads},
@@ -229,9 +227,8 @@ Status attention_forward(vk::Recorder& recorder, const AttentionDesc& desc, cons
         scratch(desc, workspace.part(0, attention_forward_bytes(desc)), desc.keys, channels);
     SPLAT_TRY(multiply(recorder, "attention_scores", desc, activation(desc, k, desc.keys),
                        activation(desc, q, desc.queries), scores, scale_of(desc)));
-    SPLAT_TRY(per_query(recorder, "attention_forward",
-                        pick(recorder.kernels(), "attention_forward", "attention_forward_cpu"),
-                        desc, 1, {vk::read(weights), vk::write(weights)}));
+    SPLAT_TRY(
+        per_query(recorder, "attention_forward", desc, 1, {vk::read(weights), vk::write(weights)}));
     SPLAT_TRY(transpose(recorder, desc, values, values_t));
     return multiply(recorder, "attention_values", desc, values_t, scores,
                     activation(desc, y, desc.queries));
@@ -270,9 +267,7 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc, con
     SPLAT_TRY(multiply(recorder, "attention_grad_weights", desc, activation(desc, v, desc.keys),
                        grad, grad_scores));
     SPLAT_TRY(
-        per_query(recorder, "attention_backward",
-                  pick(recorder.kernels(), "attention_backward", "attention_backward_cpu"), desc,
-                  scale_of(desc),
+        per_query(recorder, "attention_backward", desc, scale_of(desc),
                   {vk::read(weights), vk::read(grad_scores.view), vk::write(grad_scores.view)}));
     if (gradients.q.block != nullptr) {
         SPLAT_TRY(transpose(recorder, desc, activation(desc, k, desc.keys), of_keys));
@@ -285,5 +280,70 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc, con
     return multiply(recorder, "attention_grad_k", desc, of_queries, transposed,
                     activation(desc, gradients.k, desc.keys));
 }
+
+namespace {
+
+constexpr Port kAttentionInputs[] = {{"q"}, {"k"}, {"v"}};
+constexpr const char* kAttentionSaved[] = {"weights"};
+constexpr Attribute kAttentionAttributes[] = {
+    {"heads", "integer", "1", "heads of neighbouring channels; divides the channels"},
+};
+
+Result<AttentionDesc> attention_desc(const Attributes& attributes, const Shape& q, const Shape& k) {
+    if (q.rank() < 3)
+        return error(Code::kShape, "attention: tensor 'q' has shape %s, expected [N, C, ...]",
+                     q.text().c_str());
+    SPLAT_ASSIGN(const QuadDims of_q, quad_dims(q));
+    if (k.rank() < 3 || k[0] != q[0] || k[1] != q[1])
+        return error(Code::kShape, "attention: tensor 'k' has shape %s, expected [%u, %u, ...]",
+                     k.text().c_str(), q[0], q[1]);
+    SPLAT_ASSIGN(const QuadDims of_k, quad_dims(k));
+    const auto heads = attributes.integer("heads");
+    if (heads < 1 || heads > of_q.c)
+        return error(Code::kInvalidArgument, "attention: heads is %lld, expected 1 to %u",
+                     static_cast<long long>(heads), of_q.c);
+    return AttentionDesc{of_q.n, of_q.c, static_cast<std::uint32_t>(heads), of_q.p, of_k.p};
+}
+
+Result<OpPlan> attention_plan(const vk::Recorder& recorder, const Attributes& attributes,
+                              std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const AttentionDesc desc, attention_desc(attributes, inputs[0], inputs[1]));
+    SPLAT_TRY(expect_shape("attention", "v", inputs[2], inputs[1]));
+    SPLAT_TRY(attention_check(recorder.device(), desc));
+    return OpPlan{.outputs = {inputs[0]},
+                  .saved = {attention_weights_shape(desc)},
+                  .forward_workspace = attention_forward_bytes(desc),
+                  .backward_workspace = attention_backward_bytes(recorder, desc)};
+}
+
+Status attention_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                             const OpViews& v) {
+    SPLAT_ASSIGN(const AttentionDesc desc,
+                 attention_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return attention_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.outputs[0],
+                             v.saved[0], v.workspace);
+}
+
+Status attention_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    SPLAT_ASSIGN(const AttentionDesc desc,
+                 attention_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return attention_backward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0],
+                              v.grad_outputs[0],
+                              {v.grad_inputs[0], v.grad_inputs[1], v.grad_inputs[2]}, v.workspace);
+}
+
+}  // namespace
+
+const OpRow kAttentionRow = {
+    .name = "attention",
+    .equation = "y[c,l] = sum_j w[l,j] v[c,j], w[l,j] = softmax_j(q[c,l] k[c,j] / sqrt(C/heads))",
+    .inputs = kAttentionInputs,
+    .outputs = kOutputY,
+    .saved = kAttentionSaved,
+    .attributes = kAttentionAttributes,
+    .plan = attention_plan,
+    .forward = attention_row_forward,
+    .backward = attention_row_backward};
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -17,9 +18,9 @@ struct AttentionDesc {
 /// beyond the device's group counts.
 Status attention_check(const vk::DeviceInfo& device, const AttentionDesc& desc);
 
-/// [n * heads, ceil(keys / 4), queries, 4]: the softmax of every query, saved for backward. It is
-/// kept and not recomputed because it is small where this network attends (256 keys per view: as
-/// large as q), while its recomputation costs a fifth product on top of the backward's four.
+/// [n * heads, ceil(keys / 4), queries, 4]: the softmax of every query, saved for backward. It is kept
+/// because it is small in this network (256 keys per view: as large as q), while recomputing it would add
+/// a fifth product to the four of the backward pass.
 Shape attention_weights_shape(const AttentionDesc& desc);
 
 /// Bytes of `workspace`.
@@ -60,5 +61,7 @@ Status attention_backward(vk::Recorder& recorder, const AttentionDesc& desc,
                           const vk::BufferView& q, const vk::BufferView& k, const vk::BufferView& v,
                           const vk::BufferView& weights, const vk::BufferView& grad_y,
                           const AttentionGradients& gradients, const vk::BufferView& workspace);
+
+extern const OpRow kAttentionRow;
 
 }  // namespace splat::ops

@@ -1,8 +1,8 @@
 #include "ops/concat.h"
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/concat_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -22,15 +22,15 @@ Status check(const ConcatDesc& desc) {
     return {};
 }
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const ConcatDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const ConcatDesc& desc,
               std::uint32_t offset, std::uint32_t count, std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t bytes = bytes_of(desc, count);
-    const vk::Groups groups = groups_for(recorder.device(), bytes / 16, size);
+    const vk::Groups groups = vk::groups_for(recorder.device(), bytes / 16, size);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::ConcatParams{desc.columns, desc.a, desc.b, offset, count, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -44,9 +44,8 @@ Status concat_forward(vk::Recorder& recorder, const ConcatDesc& desc, const Buff
                       const BufferView& b, const BufferView& y) {
     SPLAT_TRY(check(desc));
     if (desc.a % 4 != 0)
-        return record(recorder, "concat_forward",
-                      pick(recorder.kernels(), "concat_forward", "concat_forward_cpu"), desc, 0,
-                      desc.a + desc.b, {vk::read(a), vk::read(b), vk::write(y)});
+        return record(recorder, "concat_forward", desc, 0, desc.a + desc.b,
+                      {vk::read(a), vk::read(b), vk::write(y)});
     const std::uint64_t bytes_a = bytes_of(desc, desc.a);
     const std::uint64_t bytes_b = bytes_of(desc, desc.b);
     SPLAT_TRY(recorder.copy(a.part(0, bytes_a), y.part(0, bytes_a)));
@@ -63,12 +62,58 @@ Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const Buf
             const std::uint64_t bytes = bytes_of(desc, count);
             return recorder.copy(grad_y.part(bytes_of(desc, offset), bytes), to.part(0, bytes));
         }
-        return record(recorder, "concat_backward",
-                      pick(recorder.kernels(), "concat_backward", "concat_backward_cpu"), desc,
-                      offset, count, {vk::read(grad_y), vk::write(to)});
+        return record(recorder, "concat_backward", desc, offset, count,
+                      {vk::read(grad_y), vk::write(to)});
     };
     SPLAT_TRY(take(0, desc.a, grad_a));
     return take(desc.a, desc.b, grad_b);
 }
+
+namespace {
+
+constexpr Port kConcatInputs[] = {{"a"}, {"b"}};
+
+Result<ConcatDesc> concat_desc(const Shape& a, const Shape& b) {
+    SPLAT_ASSIGN(const QuadDims of_a, quad_dims(a));
+    bool alike = a.rank() == b.rank();
+    for (std::uint32_t axis = 0; alike && axis < a.rank(); ++axis)
+        alike = axis == 1 || a[axis] == b[axis];
+    if (!alike)
+        return error(Code::kShape,
+                     "concat: tensor 'b' has shape %s, expected that of 'a', %s, but for the "
+                     "channels",
+                     b.text().c_str(), a.text().c_str());
+    return ConcatDesc{of_a.n * of_a.p, a[1], b[1]};
+}
+
+Result<OpPlan> concat_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    SPLAT_TRY(concat_desc(inputs[0], inputs[1]).status());
+    std::vector<std::int64_t> dims;
+    for (std::uint32_t axis = 0; axis < inputs[0].rank(); ++axis)
+        dims.push_back(std::int64_t{inputs[0][axis]} + (axis == 1 ? inputs[1][1] : 0));
+    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, "concat"));
+    return OpPlan{.outputs = {shape}};
+}
+
+Status concat_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ConcatDesc desc, concat_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return concat_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status concat_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const ConcatDesc desc, concat_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return concat_backward(recorder, desc, v.grad_outputs[0], v.grad_inputs[0], v.grad_inputs[1]);
+}
+
+}  // namespace
+
+const OpRow kConcatRow = {.name = "concat",
+                          .equation = "y = (a, b) along the channels",
+                          .inputs = kConcatInputs,
+                          .outputs = kOutputY,
+                          .plan = concat_plan,
+                          .forward = concat_row_forward,
+                          .backward = concat_row_backward,
+                          .backward_reads = no_backward_reads};
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -24,5 +25,7 @@ Status concat_forward(vk::Recorder& recorder, const ConcatDesc& desc, const vk::
 /// forward pass.
 Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const vk::BufferView& grad_y,
                        const vk::BufferView& grad_a, const vk::BufferView& grad_b);
+
+extern const OpRow kConcatRow;
 
 }  // namespace splat::ops

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "ops/linear.h"
+#include "ops/op_table.h"
 #include "vk/recorder.h"
 
 namespace splat::ops {
@@ -24,7 +25,7 @@ Status conv2d_check(const Conv2dDesc& desc);
 inline constexpr std::uint32_t kMaxConv2dChannels = 4096;  ///< 9 turns for each, see kMaxTurns
 inline constexpr std::uint32_t kMaxConv2dWidth = 16384;    ///< one turn for each, see kMaxTurns
 
-/// Bytes of the weight as the kernels in use read it; 0 where they read the weight itself.
+/// Bytes of the weight in the form that the kernels in use read; 0 if they read the weight itself.
 std::uint64_t conv2d_prepared_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc,
                                     bool transposed);
 
@@ -41,14 +42,14 @@ Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& prepared,
                              bool transposed);
 
-/// Bytes of `workspace` of conv2d_forward; 0 where none is needed.
+/// Bytes of `workspace` of conv2d_forward; 0 if none is needed.
 std::uint64_t conv2d_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// Cross-correlation:
 ///   y[n,k,p] = (sum_{c,r,s} weight[k,c,r,s] x[n,c,p+(r,s)-R/2] + bias[k] + residual[n,k,p]) * scale
 ///
 /// x            [N,C,H,W] float32 as quads
-/// weight       prepared with transposed = false; the weight itself where conv2d_prepared_bytes is 0
+/// weight       prepared with transposed = false; the weight itself if conv2d_prepared_bytes is 0
 /// bias         [K]; any view of 16 bytes or more, unread, if desc.bias is false
 /// residual     [N,K,H,W] as quads, or an empty view for none
 /// y            [N,K,H,W] as quads; no aliasing
@@ -62,16 +63,16 @@ Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::
                       const vk::BufferView& residual, const vk::BufferView& y,
                       const vk::BufferView& workspace);
 
-/// Bytes of `workspace` of conv2d_backward_input and conv2d_backward_weight, which share one; 0 where
-/// none is needed.
+/// Bytes of the `workspace` that conv2d_backward_input and conv2d_backward_weight share; 0 if none is
+/// needed.
 std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// Whether conv2d_backward_input takes an addend.
 bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
-/// Leave in the workspace what the gradients of the input and the weight share; to be recorded before
-/// them.
+/// Compute the part that the gradients of the input and the weight share into the workspace; record it
+/// before them.
 Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& grad_y, const vk::BufferView& workspace);
 
@@ -80,10 +81,10 @@ Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
 ///   grad_weight[k,c,r,s] = sum_{n,p} grad_y[n,k,p] x[n,c,p+(r,s)-R/2]
 ///   grad_bias[k] = sum_{n,p} grad_y[n,k,p],  grad_residual = grad_y
 ///
-/// weight       prepared with transposed = true; the weight itself where conv2d_prepared_bytes is 0
+/// weight       prepared with transposed = true; the weight itself if conv2d_prepared_bytes is 0
 /// x, grad_x    [N,C,H,W], grad_y, grad_residual [N,K,H,W], as quads; overwritten; no aliasing
 /// grad_weight  [K,C,R,R] row-major; grad_bias [K]: overwritten, or added to when `accumulate`
-/// addend       [N,C,H,W] as quads, added to grad_x; an empty view for none, and where not conv2d_adds
+/// addend       [N,C,H,W] as quads, added to grad_x; an empty view for none, or if not conv2d_adds
 /// workspace    conv2d_backward_input_bytes, conv2d_backward_weight_bytes
 /// Errors       as the forward pass
 /// Precision    as the forward pass
@@ -102,5 +103,7 @@ Status conv2d_backward_bias(vk::Recorder& recorder, const Conv2dDesc& desc,
                             bool accumulate);
 Status conv2d_backward_residual(vk::Recorder& recorder, const Conv2dDesc& desc,
                                 const vk::BufferView& grad_y, const vk::BufferView& grad_residual);
+
+extern const OpRow kConv2dRow;
 
 }  // namespace splat::ops

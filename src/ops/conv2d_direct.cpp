@@ -2,7 +2,7 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -15,11 +15,12 @@ constexpr std::uint32_t kRows = 4;
 /// conv2d_backward_weight_fast.comp: channels of a tile, both ways.
 constexpr std::uint32_t kTile = 32;
 
-/// Slices of the rows of pixels in the weight gradient: so many that none takes more turns than
-/// kMaxTurns, and for the fast kernels enough to give every core or multiprocessor work.
+/// Slices of the rows of pixels in the weight gradient: enough that none takes more turns than kMaxTurns
+/// and, for the fast kernels, that every core or multiprocessor has work.
 std::uint32_t slices_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     const std::uint64_t rows = std::uint64_t{desc.n} * desc.height;
-    const std::uint64_t least = ceil_div(rows, std::max<std::uint64_t>(kMaxTurns / desc.width, 1));
+    const std::uint64_t least =
+        ceil_div(rows, std::max<std::uint64_t>(vk::kMaxTurns / desc.width, 1));
     if (recorder.kernels() == Kernels::kPlain) return static_cast<std::uint32_t>(least);
     const std::uint64_t tiles =
         9 * ceil_div(desc.in_channels, kTile) * ceil_div(desc.out_channels, kTile);
@@ -32,14 +33,14 @@ Status fast_forward(vk::Recorder& recorder, const char* op, const Conv2dDesc& de
                     const BufferView& x, const BufferView& weight, const BufferView& bias,
                     const BufferView& residual, const BufferView& y) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t blocks = ceil_div(desc.width, 8) * ceil_div(desc.height, kRows);
     params::Conv2dParams params = conv2d_params(desc);
     params.has_residual = residual.block != nullptr ? 1 : 0;
     return recorder.dispatch({
         .op = op,
-        .shader = cpu ? "conv2d_forward_cpu" : "conv2d_forward_gpu",
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "conv2d_forward",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
@@ -62,15 +63,15 @@ Status direct_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
     const Conv2dDesc product = transposed ? conv2d_transposed(desc) : desc;
     const std::uint64_t bytes = direct_weight_bytes(recorder, product);
     if (bytes == 0) return {};
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), bytes / 16, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), bytes / 16, size);
     params::Conv2dParams params = conv2d_params(product);
     params.transposed = transposed ? 1 : 0;
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "conv2d_pack_weight",
         .shader = "conv2d_pack_weight",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(weight), vk::write(prepared)},
         .groups = groups,
@@ -83,16 +84,16 @@ Status direct_forward(vk::Recorder& recorder, const char* op, const Conv2dDesc& 
                       const BufferView& residual, const BufferView& y) {
     if (recorder.kernels() != Kernels::kPlain)
         return fast_forward(recorder, op, desc, x, weight, bias, residual, y);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.out_channels, 4) * conv2d_pixels(desc), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(
+        recorder.device(), ceil_div(desc.out_channels, 4) * conv2d_pixels(desc), size);
     params::Conv2dParams params = conv2d_params(desc);
     params.has_residual = residual.block != nullptr ? 1 : 0;
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = op,
         .shader = "conv2d_forward",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
@@ -107,15 +108,15 @@ Status direct_backward_input(vk::Recorder& recorder, const Conv2dDesc& desc,
     if (recorder.kernels() != Kernels::kPlain)
         return fast_forward(recorder, "conv2d_backward_input", conv2d_transposed(desc), grad_y,
                             weight, weight, addend, grad_x);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.in_channels, 4) * conv2d_pixels(desc), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(
+        recorder.device(), ceil_div(desc.in_channels, 4) * conv2d_pixels(desc), size);
     params::Conv2dParams params = conv2d_params(desc);
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "conv2d_backward_input",
         .shader = "conv2d_backward_input",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(weight), vk::read(grad_y), vk::write(grad_x)},
         .groups = groups,
@@ -131,8 +132,8 @@ std::uint64_t direct_backward_weight_bytes(const vk::Recorder& recorder, const C
 Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
                               const BufferView& grad_y, const BufferView& grad_weight,
                               const BufferView& workspace, bool accumulate) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups per_weight = groups_for(
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups per_weight = vk::groups_for(
         recorder.device(), std::uint64_t{9} * desc.in_channels * desc.out_channels, size);
     params::Conv2dParams params = conv2d_params(desc);
     params.accumulate = accumulate ? 1 : 0;
@@ -149,9 +150,8 @@ Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
                   9 * params.slices};
     SPLAT_TRY(recorder.dispatch({
         .op = "conv2d_backward_weight",
-        .shader = pick(kernels, "conv2d_backward_weight", "conv2d_backward_weight_cpu",
-                       "conv2d_backward_weight_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes}},
+        .shader = "conv2d_backward_weight",
+        .constants = {{params::kWorkgroupSizeId, lanes}},
         .push = params,
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(partial)},
         .groups = groups,
@@ -161,7 +161,7 @@ Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
     return recorder.dispatch({
         .op = "conv2d_backward_weight_reduce",
         .shader = "conv2d_backward_weight_reduce",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(partial), vk::read_write(grad_weight)},
         .groups = per_weight,

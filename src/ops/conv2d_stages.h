@@ -11,7 +11,7 @@ std::uint64_t conv2d_pixels(const Conv2dDesc& desc);
 /// Flops of the definition, whichever algorithm computes it, and bytes of the operands.
 vk::Work conv2d_work(const Conv2dDesc& desc);
 
-/// The convolution that the gradient of the input is: channels swapped, no bias.
+/// The gradient of the input as a convolution: channels swapped, no bias.
 Conv2dDesc conv2d_transposed(const Conv2dDesc& desc);
 
 params::Conv2dParams conv2d_params(const Conv2dDesc& desc);
@@ -34,12 +34,12 @@ Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                               const vk::BufferView& grad_weight, const vk::BufferView& workspace,
                               bool accumulate);
 
-/// By taps, for few output channels, whose tiles the direct kernels leave half empty: one matrix product
-/// makes all nine products of every pixel, [9][K/4][N*H*W] quads, which a pass shifts and sums. The
-/// gradients multiply the same matrix, of grad_y shifted by each tap (taps_spread).
+/// By taps, for few output channels, which leave tiles of the direct kernels half empty: one matrix product
+/// computes all nine products of every pixel, [9][K/4][N*H*W] quads, which a pass shifts and sums. The
+/// gradients multiply the matrix of grad_y shifted by each tap (taps_spread).
 ///
-/// workspace    taps_bytes; taps_backward_weight_bytes, with what taps_spread left there
-/// weight       taps_weight_bytes: the matrix, and its packed form of ops/linear.h behind it
+/// workspace    taps_bytes; taps_backward_weight_bytes, with the result of taps_spread
+/// weight       taps_weight_bytes: the matrix, followed by its packed form of ops/linear.h
 /// addend       [N,C,H,W] as quads, added to grad_x, or an empty view
 bool taps_fit(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t taps_bytes(const Conv2dDesc& desc);
@@ -62,9 +62,9 @@ Status taps_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, cons
                             const vk::BufferView& grad_weight, const vk::BufferView& workspace,
                             bool accumulate);
 
-/// Winograd's F(2x2, 3x3) and F(4x4, 3x3), desc.winograd = 2 or 4: transforms of all tiles of a
-/// slice, one matrix product for each place of a tile, transform back. Slices of tiles run through
-/// the same workspace, so that it stays in the cache and within one binding.
+/// Winograd's F(2x2, 3x3) and F(4x4, 3x3), desc.winograd = 2 or 4: transform all tiles of a slice, multiply
+/// matrices for each place of a tile, transform back. Slices of tiles use the same workspace, so that it
+/// stays in the cache and within one binding.
 ///
 /// Precision    the transforms cancel: 3e-7 for F(2x2), 1e-6 for F(4x4), 4e-6 for its gradient of a weight over
 ///              many tiles, relative L2

@@ -1,6 +1,6 @@
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -8,7 +8,7 @@ namespace {
 using vk::BufferView;
 
 constexpr std::uint64_t kStep = 256;  ///< bytes; suits every alignment of bindings
-/// Few channels fill no tiles of the direct kernels; the products of all taps of many cost memory.
+/// Few channels leave tiles of the direct kernels empty; with many the products of all taps cost memory.
 constexpr std::uint32_t kMostChannels = 16;
 constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
 
@@ -16,7 +16,7 @@ std::uint64_t rows_of(const Conv2dDesc& desc) {
     return 9 * round_up(desc.out_channels, 4);
 }
 
-/// All taps of all output channels, of every pixel alone.
+/// All taps of all output channels, for each pixel separately.
 LinearDesc product_of(const Conv2dDesc& desc) {
     return {static_cast<std::uint32_t>(conv2d_pixels(desc)), desc.in_channels,
             static_cast<std::uint32_t>(rows_of(desc)), false, 1};
@@ -26,19 +26,19 @@ std::uint64_t matrix_bytes(const Conv2dDesc& desc) {
     return round_up(rows_of(desc) * desc.in_channels * 4, kStep);
 }
 
-/// One of the passes over all products, pixels or weights.
-Status rearrange(vk::Recorder& recorder, const char* op, const char* shader, const char* cpu,
+/// Record one of the passes over all products, pixels or weights.
+Status rearrange(vk::Recorder& recorder, const char* op, const char* shader,
                  params::Conv2dParams params, std::uint64_t count,
                  std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), count, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), count, size);
     params.groups_x = groups[0];
     double bytes = 0;
     for (const vk::Access& access : accesses) bytes += static_cast<double>(access.view.bytes);
     return recorder.dispatch({
         .op = op,
-        .shader = pick(recorder.kernels(), shader, cpu),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = shader,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = std::move(accesses),
         .groups = groups,
@@ -68,8 +68,7 @@ Status taps_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const
     const std::uint64_t elements = rows_of(desc) * desc.in_channels;
     const BufferView matrix = prepared.part(0, matrix_bytes(desc));
     SPLAT_TRY(rearrange(recorder, "conv2d_pack_weight", "conv2d_taps_forward_weight",
-                        "conv2d_taps_forward_weight", conv2d_params(desc), elements,
-                        {vk::read(weight), vk::write(matrix)}));
+                        conv2d_params(desc), elements, {vk::read(weight), vk::write(matrix)}));
     return linear_pack_weight(
         recorder, product, matrix,
         prepared.part(matrix.bytes, linear_packed_bytes(recorder, product, transposed)),
@@ -86,8 +85,7 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
     SPLAT_TRY(linear_forward(recorder, product, x, packed, packed, products));
     params::Conv2dParams params = conv2d_params(desc);
     params.has_residual = residual.block != nullptr ? 1 : 0;
-    return rearrange(recorder, "conv2d_forward", "conv2d_taps_forward_sum",
-                     "conv2d_taps_forward_sum_cpu", params,
+    return rearrange(recorder, "conv2d_forward", "conv2d_taps_forward_sum", params,
                      ceil_div(desc.out_channels, 4) * conv2d_pixels(desc),
                      {vk::read(products), vk::read(bias),
                       vk::read(params.has_residual != 0 ? residual : products), vk::write(y)});
@@ -96,8 +94,7 @@ Status taps_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const Buffer
 Status taps_spread(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& grad_y,
                    const BufferView& workspace) {
     return rearrange(recorder, "conv2d_backward_begin", "conv2d_taps_backward_spread",
-                     "conv2d_taps_backward_spread_cpu", conv2d_params(desc),
-                     rows_of(desc) / 4 * conv2d_pixels(desc),
+                     conv2d_params(desc), rows_of(desc) / 4 * conv2d_pixels(desc),
                      {vk::read(grad_y), vk::write(workspace.part(0, taps_bytes(desc)))});
 }
 
@@ -129,8 +126,7 @@ Status taps_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, cons
     params::Conv2dParams params = conv2d_params(desc);
     params.accumulate = accumulate ? 1 : 0;
     return rearrange(recorder, "conv2d_backward_weight_reduce", "conv2d_taps_backward_weight",
-                     "conv2d_taps_backward_weight", params,
-                     std::uint64_t{9} * desc.in_channels * desc.out_channels,
+                     params, std::uint64_t{9} * desc.in_channels * desc.out_channels,
                      {vk::read(matrix), vk::read_write(grad_weight)});
 }
 

@@ -2,9 +2,9 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
 #include "ops/winograd_slices.h"
 #include "params/conv2d_winograd_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -12,17 +12,10 @@ namespace {
 using vk::BufferView;
 using vk::Kernels;
 
-constexpr std::uint32_t kWinogradColumnsId = 11;
-constexpr std::uint32_t kWinogradBlocksId = 12;
-constexpr std::uint32_t kWinogradDepthId = 13;
-constexpr std::uint32_t kPackedQuadsId = 11;
-constexpr std::uint32_t kWholeQuadsId = 12;
-/// Runs of 512 bytes: prepared in half the time that runs of 128 take, on Zen 4.
+/// Runs of 512 bytes take half the time of runs of 128 to prepare, on Zen 4.
 constexpr std::uint32_t kPackedQuads = 4;
-constexpr std::uint32_t kResidualId = 11;
-constexpr std::uint32_t kExactId = 12;
 
-/// V and M of one slice, one behind the other.
+/// V and M of one slice, consecutive.
 struct Workspace {
     BufferView input;
     BufferView product;
@@ -39,22 +32,22 @@ Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                                const BufferView& weight, const BufferView& prepared,
                                bool transposed) {
     const Conv2dDesc product = transposed ? conv2d_transposed(desc) : desc;
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint32_t quads = recorder.kernels() == Kernels::kCpu ? kPackedQuads : 1;
     const std::uint64_t runs = ceil_div(round_up(product.in_channels, 8), std::uint64_t{4} * quads);
     const vk::Groups groups =
-        groups_for(recorder.device(), round_up(product.out_channels, 8) * runs, size);
+        vk::groups_for(recorder.device(), round_up(product.out_channels, 8) * runs, size);
     params::Conv2dWinogradParams params = winograd_params(product);
     params.transposed = transposed ? 1 : 0;
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "conv2d_pack_weight",
-        .shader = winograd_shader(recorder, "conv2d_winograd_forward_weight",
-                                  "conv2d_winograd_forward_weight_cpu"),
-        .constants = {{kWorkgroupSizeId, size},
+        .shader = "conv2d_winograd_forward_weight",
+        .constants = {{params::kWorkgroupSizeId, size},
                       winograd_tile(desc),
-                      {kPackedQuadsId, quads},
-                      {kWholeQuadsId, !transposed && desc.in_channels % 4 == 0 ? 1U : 0U}},
+                      {params::kWinogradPackedQuadsId, quads},
+                      {params::kWinogradWholeId,
+                       !transposed && desc.in_channels % 4 == 0 ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read(weight), vk::write(prepared)},
         .groups = groups,
@@ -72,9 +65,8 @@ Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& 
                       const BufferView& x, const BufferView& transformed) {
     return recorder.dispatch({
         .op = op,
-        .shader = winograd_shader(recorder, "conv2d_winograd_forward_input",
-                                  "conv2d_winograd_forward_input_cpu"),
-        .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .shader = "conv2d_winograd_forward_input",
+        .constants = {{params::kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
         .push = params,
         .accesses = {vk::read(x), vk::write(transformed)},
         .groups = {slices.groups(params.tiles),
@@ -105,12 +97,11 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
         const double share = static_cast<double>(params.tiles) / slices.all;
         SPLAT_TRY(recorder.dispatch({
             .op = labels.product,
-            .shader = winograd_shader(recorder, "conv2d_winograd_forward_product",
-                                      "conv2d_winograd_forward_product_cpu"),
-            .constants = {{kWorkgroupSizeId, slices.lanes},
-                          {kWinogradColumnsId, slices.columns},
-                          {kWinogradBlocksId, slices.blocks},
-                          {kWinogradDepthId, slices.depth}},
+            .shader = "conv2d_winograd_forward_product",
+            .constants = {{params::kWorkgroupSizeId, slices.lanes},
+                          {params::kWinogradColumnsId, slices.columns},
+                          {params::kWinogradBlocksId, slices.blocks},
+                          {params::kWinogradDepthId, slices.depth}},
             .push = params,
             .accesses = {vk::read(space.input), vk::read(weight), vk::write(space.product)},
             .groups = {slices.groups(params.tiles) / slices.columns,
@@ -121,12 +112,11 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
         }));
         SPLAT_TRY(recorder.dispatch({
             .op = labels.output,
-            .shader = winograd_shader(recorder, "conv2d_winograd_forward_output",
-                                      "conv2d_winograd_forward_output_cpu"),
-            .constants = {{kWorkgroupSizeId, slices.lanes},
+            .shader = "conv2d_winograd_forward_output",
+            .constants = {{params::kWorkgroupSizeId, slices.lanes},
                           winograd_tile(desc),
-                          {kResidualId, has_residual ? 1U : 0U},
-                          {kExactId, exact ? 1U : 0U}},
+                          {params::kWinogradResidualId, has_residual ? 1U : 0U},
+                          {params::kWinogradExactId, exact ? 1U : 0U}},
             .push = params,
             .accesses = {vk::read(space.product), vk::read(bias),
                          vk::read(has_residual ? residual : x), vk::write(y)},

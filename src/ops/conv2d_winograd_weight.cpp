@@ -2,8 +2,8 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
-#include "ops/launch.h"
 #include "ops/winograd_slices.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -12,12 +12,9 @@ using vk::BufferView;
 
 /// conv2d_winograd_backward_weight_product.comp: 32 q input by 32 / q output channels, q = 1 or 2.
 constexpr std::uint32_t kWeightTile = 32;
-constexpr std::uint32_t kQuadsId = 11;
-constexpr std::uint32_t kAccumulateId = 11;
-constexpr std::uint32_t kWholeId = 12;
 
-/// Products of slices that are kept to be summed together: more of them cost fewer passes over
-/// grad_weight, and memory.
+/// Products of slices that are kept to be summed together: more of them save passes over grad_weight but
+/// cost memory.
 constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostProducts = 8;
 
@@ -26,7 +23,7 @@ std::uint32_t quads_per_lane(std::uint32_t in_channels) {
     return (in_channels - 1) % (2 * kWeightTile) >= kWeightTile ? 2 : 1;
 }
 
-/// V, D and the products of one round of slices, one behind the other.
+/// V, D and the products of one round of slices, consecutive.
 struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round
@@ -61,9 +58,8 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
         winograd_input(recorder, "conv2d_backward_weight_input", desc, slices, params, x, input));
     SPLAT_TRY(recorder.dispatch({
         .op = "conv2d_backward_weight_grad",
-        .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_input",
-                                  "conv2d_winograd_backward_weight_input_cpu"),
-        .constants = {{kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .shader = "conv2d_winograd_backward_weight_input",
+        .constants = {{params::kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
         .push = params,
         .accesses = {vk::read(grad_y), vk::write(grad)},
         .groups = {slices.groups(params.tiles),
@@ -75,9 +71,8 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
     const std::uint32_t quads = quads_per_lane(desc.in_channels);
     return recorder.dispatch({
         .op = "conv2d_backward_weight",
-        .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_product",
-                                  "conv2d_winograd_backward_weight_product_cpu"),
-        .constants = {{kWorkgroupSizeId, slices.lanes}, {kQuadsId, quads}},
+        .shader = "conv2d_winograd_backward_weight_product",
+        .constants = {{params::kWorkgroupSizeId, slices.lanes}, {params::kWinogradQuadsId, quads}},
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
         .groups = {static_cast<std::uint32_t>(ceil_div(
@@ -101,9 +96,9 @@ Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, 
                                 const BufferView& workspace, bool accumulate) {
     const Round round = round_of(recorder, desc);
     const WinogradSlices& slices = round.slices;
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t quads = desc.out_channels * ceil_div(desc.in_channels, 4);
-    const vk::Groups per_quad = groups_for(recorder.device(), quads, size);
+    const vk::Groups per_quad = vk::groups_for(recorder.device(), quads, size);
     for (std::uint32_t first = 0; first < slices.all;) {
         params::Conv2dWinogradParams params = winograd_params(desc);
         params.stride = slices.tiles;
@@ -122,12 +117,11 @@ Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, 
         }
         SPLAT_TRY(recorder.dispatch({
             .op = "conv2d_backward_weight_output",
-            .shader = winograd_shader(recorder, "conv2d_winograd_backward_weight_output",
-                                      "conv2d_winograd_backward_weight_output_cpu"),
-            .constants = {{kWorkgroupSizeId, size},
+            .shader = "conv2d_winograd_backward_weight_output",
+            .constants = {{params::kWorkgroupSizeId, size},
                           winograd_tile(desc),
-                          {kAccumulateId, later ? 1U : 0U},
-                          {kWholeId, desc.in_channels % 4 == 0 ? 1U : 0U}},
+                          {params::kWinogradAccumulateId, later ? 1U : 0U},
+                          {params::kWinogradWholeId, desc.in_channels % 4 == 0 ? 1U : 0U}},
             .push = params,
             .accesses = {vk::read(products), vk::read_write(grad_weight)},
             .groups = per_quad,

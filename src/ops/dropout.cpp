@@ -1,21 +1,23 @@
 #include "ops/dropout.h"
 
-#include "ops/launch.h"
+#include <limits>
+
 #include "params/dropout_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const DropoutDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const DropoutDesc& desc,
               const vk::BufferView& from, const vk::BufferView& counter, const vk::BufferView& to) {
     SPLAT_TRY(dropout_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), desc.x.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::DropoutParams{static_cast<std::uint32_t>(desc.x.quads()), desc.stream,
                                       dropout_threshold(desc.p),
                                       static_cast<float>(1 / (1 - desc.p)), groups[0]},
@@ -40,17 +42,66 @@ std::uint32_t dropout_threshold(double p) {
 
 Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk::BufferView& x,
                        const vk::BufferView& counter, const vk::BufferView& y) {
-    return record(recorder, "dropout_forward",
-                  pick(recorder.kernels(), "dropout_forward", "dropout_forward_cpu"), desc, x,
-                  counter, y);
+    return record(recorder, "dropout_forward", desc, x, counter, y);
 }
 
 Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                         const vk::BufferView& counter, const vk::BufferView& grad_y,
                         const vk::BufferView& grad_x) {
-    return record(recorder, "dropout_backward",
-                  pick(recorder.kernels(), "dropout_backward", "dropout_backward_cpu"), desc,
-                  grad_y, counter, grad_x);
+    return record(recorder, "dropout_backward", desc, grad_y, counter, grad_x);
 }
+
+namespace {
+
+constexpr Port kDropoutInputs[] = {{"x"}, {"counter", Layout::kRowMajor, false, true}};
+constexpr Attribute kDropoutAttributes[] = {
+    {"p", "number", "0.1", "probability of dropping an element; 0 <= p < 1"},
+    {"stream", "integer", "0", "sets the calls of one step apart"},
+};
+
+Result<DropoutDesc> dropout_desc(const Attributes& attributes, const Shape& x) {
+    DropoutDesc desc;
+    SPLAT_ASSIGN(desc.x, quad_dims(x));
+    desc.p = attributes.number("p");
+    const auto stream = attributes.integer("stream");
+    if (stream < 0 || stream > std::numeric_limits<std::uint32_t>::max())
+        return error(Code::kInvalidArgument, "dropout: stream is %lld, expected 0 to 2^32 - 1",
+                     static_cast<long long>(stream));
+    desc.stream = static_cast<std::uint32_t>(stream);
+    return desc;
+}
+
+Result<OpPlan> dropout_plan(const vk::Recorder&, const Attributes& attributes,
+                            std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, inputs[0]));
+    SPLAT_TRY(dropout_check(desc));
+    SPLAT_TRY(expect_shape("dropout", "counter", inputs[1], {4}));
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status dropout_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
+    return dropout_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status dropout_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                            const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
+    return dropout_backward(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kDropoutRow = {
+    .name = "dropout",
+    .equation = "y = x / (1 - p) where Philox(counter, stream, place) keeps it, else 0",
+    .inputs = kDropoutInputs,
+    .outputs = kOutputY,
+    .attributes = kDropoutAttributes,
+    .plan = dropout_plan,
+    .forward = dropout_row_forward,
+    .backward = dropout_row_backward,
+    .backward_reads = no_backward_reads};
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -7,7 +8,7 @@ namespace splat::ops {
 struct DropoutDesc {
     QuadDims x;
     double p = 0;              ///< probability of dropping an element, 0 <= p < 1
-    std::uint32_t stream = 0;  ///< sets the calls of one step apart
+    std::uint32_t stream = 0;  ///< distinguishes the calls of one step
 };
 
 /// Errors: kInvalidArgument for p outside [0, 1).
@@ -35,5 +36,7 @@ Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk
 Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                         const vk::BufferView& counter, const vk::BufferView& grad_y,
                         const vk::BufferView& grad_x);
+
+extern const OpRow kDropoutRow;
 
 }  // namespace splat::ops

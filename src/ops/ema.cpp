@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 
@@ -18,7 +18,7 @@ std::optional<double> ema_decay(std::uint64_t call, const EmaSchedule& schedule)
 params::EmaParams ema_params(const vk::DeviceInfo& device, double decay, std::uint64_t bytes) {
     const std::uint64_t quads = bytes / 16;
     return {static_cast<std::uint32_t>(quads),
-            groups_for(device, quads, workgroup_size(device, 64))[0],
+            vk::groups_for(device, quads, vk::workgroup_size(device, 64))[0],
             static_cast<float>(1 - decay)};
 }
 
@@ -30,15 +30,15 @@ Status ema(vk::Recorder& recorder, double decay, const vk::BufferView& value,
         return error(Code::kShape, "ema: value has %llu bytes and shadow %llu, expected the same",
                      static_cast<unsigned long long>(value.bytes),
                      static_cast<unsigned long long>(shadow.bytes));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const double bytes = static_cast<double>(value.bytes);
     return recorder.dispatch({
         .op = "ema",
-        .shader = pick(recorder.kernels(), "ema", "ema_cpu"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "ema",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = ema_params(recorder.device(), decay, value.bytes),
         .accesses = {vk::read(value), vk::read(shadow), vk::write(shadow)},
-        .groups = groups_for(recorder.device(), value.bytes / 16, size),
+        .groups = vk::groups_for(recorder.device(), value.bytes / 16, size),
         .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes},
         .may_alias = true,  // an element is written by the invocation that read it
     });

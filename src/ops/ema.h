@@ -7,7 +7,7 @@
 
 namespace splat::ops {
 
-/// When the exponential moving average of the parameters is updated, and how fast it forgets.
+/// When the exponential moving average of the parameters is updated, and how fast it decays.
 struct EmaSchedule {
     std::uint64_t update_every = 10;
     std::uint64_t update_after =
@@ -16,18 +16,18 @@ struct EmaSchedule {
     double power = 2.0 / 3.0;
 };
 
-/// The decay of a call, counted from 0: nothing where the average is left alone, 0 for a copy, else
+/// The decay of a call, counted from 0: nothing if the average is not updated, 0 for a copy, else
 /// min(most, 1 - (1 + call - update_after)^-power).
 ///
 /// Source: the schedule of Splatter Image's training (arXiv:2312.13150) with its package ema-pytorch.
 std::optional<double> ema_decay(std::uint64_t call, const EmaSchedule& schedule = {});
 
-/// The push constants of an update of a block of so many bytes, for CommandList::set_push.
+/// The push constants of an update of a block of `bytes` bytes, for CommandList::set_push.
 params::EmaParams ema_params(const vk::DeviceInfo& device, double decay, std::uint64_t bytes);
 
 /// Exponential moving average, in place:  shadow -= (shadow - value) (1 - decay)
 ///
-/// value, shadow   float32 blocks of the same length; every quad of them is updated
+/// value, shadow   float32 blocks of the same length; every quad is updated
 /// decay        0 (an exact copy) to 1
 /// Errors       kInvalidArgument for a decay outside of [0, 1], kShape for lengths that differ, the
 ///              recorder's beyond the device's binding limits; nothing is recorded on error

@@ -1,21 +1,21 @@
 #include "ops/film.h"
 
-#include "ops/launch.h"
 #include "params/film_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
 /// A kernel with one invocation per quad of x.
-Status record(vk::Recorder& recorder, const char* op, const char* shader, const FilmDesc& desc,
+Status record(vk::Recorder& recorder, const char* kernel, const FilmDesc& desc,
               std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), desc.x.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::FilmParams{desc.x.n, desc.x.c, desc.x.p, desc.scaled ? 0U : 1U, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -38,8 +38,7 @@ Status film_check(const vk::DeviceInfo& device, const FilmDesc& desc) {
 Status film_forward(vk::Recorder& recorder, const FilmDesc& desc, const vk::BufferView& x,
                     const vk::BufferView& modulation, const vk::BufferView& y) {
     SPLAT_TRY(film_check(recorder.device(), desc));
-    return record(recorder, "film_forward",
-                  pick(recorder.kernels(), "film_forward", "film_forward_cpu"), desc,
+    return record(recorder, "film_forward", desc,
                   {vk::read(x), vk::read(modulation), vk::write(y)});
 }
 
@@ -47,8 +46,7 @@ Status film_backward_input(vk::Recorder& recorder, const FilmDesc& desc,
                            const vk::BufferView& modulation, const vk::BufferView& grad_y,
                            const vk::BufferView& grad_x) {
     SPLAT_TRY(film_check(recorder.device(), desc));
-    return record(recorder, "film_backward_input",
-                  pick(recorder.kernels(), "film_backward_input", "film_backward_input_cpu"), desc,
+    return record(recorder, "film_backward_input", desc,
                   {vk::read(modulation), vk::read(grad_y), vk::write(grad_x)});
 }
 
@@ -61,14 +59,64 @@ Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
     const double bytes = static_cast<double>(desc.x.bytes());
     return recorder.dispatch({
         .op = "film_backward_modulation",
-        .shader =
-            pick(recorder.kernels(), "film_backward_modulation", "film_backward_modulation_cpu"),
-        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), lanes, desc.x.p)}},
+        .shader = "film_backward_modulation",
+        .constants = {{params::kWorkgroupSizeId,
+                       vk::workgroup_size(recorder.device(), lanes, desc.x.p)}},
         .push = params::FilmParams{desc.x.n, desc.x.c, desc.x.p, desc.scaled ? 0U : 1U, 0},
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(grad_modulation)},
         .groups = {(desc.x.c + 3) / 4, desc.x.n, 1},
         .work = {.flops = bytes, .bytes = 2 * bytes},
     });
 }
+
+namespace {
+
+constexpr Port kFilmInputs[] = {{"x"}, {"modulation"}};
+
+Result<FilmDesc> film_desc(const Shape& x, const Shape& modulation) {
+    FilmDesc desc;
+    SPLAT_ASSIGN(desc.x, quad_dims(x));
+    const auto [n, c, p] = desc.x;
+    desc.scaled = modulation == Shape{n, 2 * c};
+    if (!desc.scaled && !(modulation == Shape{n, c}))
+        return error(Code::kShape,
+                     "film: tensor 'modulation' has shape %s, expected [%u, %u] or "
+                     "[%u, %u] for x of shape %s",
+                     modulation.text().c_str(), n, 2 * c, n, c, x.text().c_str());
+    return desc;
+}
+
+Result<OpPlan> film_plan(const vk::Recorder& recorder, const Attributes&,
+                         std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(inputs[0], inputs[1]));
+    SPLAT_TRY(film_check(recorder.device(), desc));
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status film_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return film_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status film_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FilmDesc desc, film_desc(v.inputs[0].shape, v.inputs[1].shape));
+    if (present(v.grad_inputs[1]))
+        SPLAT_TRY(film_backward_modulation(recorder, desc, v.inputs[0], v.grad_outputs[0],
+                                           v.grad_inputs[1]));
+    if (!present(v.grad_inputs[0])) return {};
+    return film_backward_input(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFilmRow = {
+    .name = "film",
+    .equation = "y = gamma * x + beta, modulation [N, 2C] = (gamma, beta); [N, C]: y = x + beta",
+    .inputs = kFilmInputs,
+    .outputs = kOutputY,
+    .plan = film_plan,
+    .forward = film_row_forward,
+    .backward = film_row_backward,
+    .backward_reads = product_backward_reads};
 
 }  // namespace splat::ops

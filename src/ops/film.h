@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -36,5 +37,7 @@ Status film_backward_input(vk::Recorder& recorder, const FilmDesc& desc,
 Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
                                 const vk::BufferView& x, const vk::BufferView& grad_y,
                                 const vk::BufferView& grad_modulation);
+
+extern const OpRow kFilmRow;
 
 }  // namespace splat::ops

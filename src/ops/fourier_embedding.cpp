@@ -2,8 +2,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
-#include "ops/launch.h"
 #include "params/fourier_embedding_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -11,14 +11,14 @@ namespace {
 Status record(vk::Recorder& recorder, const char* name, const FourierEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(fourier_embedding_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = 2.0 * desc.rows * desc.features * desc.waves;
     return recorder.dispatch({
         .op = name,
         .shader = name,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::FourierEmbeddingParams{desc.rows, desc.features, desc.waves, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -52,5 +52,53 @@ Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbedding
     return record(recorder, "fourier_embedding_backward", desc, desc.features,
                   {vk::read(x), vk::read(frequencies), vk::read(grad_y), vk::write(grad_x)});
 }
+
+namespace {
+
+constexpr Port kFourierEmbeddingInputs[] = {{"x"}, {"frequencies", Layout::kRowMajor, false, true}};
+
+Result<FourierEmbeddingDesc> fourier_desc(const Shape& x, const Shape& frequencies) {
+    if (x.rank() != 2)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'x' has shape %s, expected [rows, features]",
+                     x.text().c_str());
+    if (frequencies.rank() != 1)
+        return error(Code::kShape,
+                     "fourier_embedding: tensor 'frequencies' has shape %s, expected one dimension",
+                     frequencies.text().c_str());
+    return FourierEmbeddingDesc{x[0], x[1], frequencies[0]};
+}
+
+Result<OpPlan> fourier_embedding_plan(const vk::Recorder&, const Attributes&,
+                                      std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc, fourier_desc(inputs[0], inputs[1]));
+    SPLAT_TRY(fourier_embedding_check(desc));
+    return OpPlan{.outputs = {Shape{desc.rows, 2 * desc.features * desc.waves}}};
+}
+
+Status fourier_embedding_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return fourier_embedding_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+}
+
+Status fourier_embedding_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
+                 fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
+    return fourier_embedding_backward(recorder, desc, v.inputs[0], v.inputs[1], v.grad_outputs[0],
+                                      v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFourierEmbeddingRow = {
+    .name = "fourier_embedding",
+    .equation = "each feature s becomes cos(2 pi s f), then sin(2 pi s f), of all frequencies f",
+    .inputs = kFourierEmbeddingInputs,
+    .outputs = kOutputY,
+    .plan = fourier_embedding_plan,
+    .forward = fourier_embedding_row_forward,
+    .backward = fourier_embedding_row_backward};
 
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -16,10 +16,10 @@ Status fourier_embedding_check(const FourierEmbeddingDesc& desc);
 /// Each feature s becomes 2W values:  cos(2 pi s f_j), j < W, then sin(2 pi s f_j)
 ///
 /// x, y         [rows,F] and [rows,F*2W] float32 as quads; no aliasing
-/// frequencies  [W] float32, constant; random ones in the sources, N(0,1) * 16 in the second
+/// frequencies  [W] float32, constant; random in both sources, N(0,1) * 16 in the second
 /// Errors       those of fourier_embedding_check; nothing is recorded on error
-/// Precision    5e-7 absolute for |s|, |f_j| < 2^60: s f_j is exact, in two floats, and its whole turns
-///              are taken off before 2 pi comes in
+/// Precision    5e-7 absolute for |s|, |f_j| < 2^60: s f_j is exact, in two floats, and loses its whole
+///              turns before it is multiplied by 2 pi
 /// Determinism  bit-exact for any thread count
 /// Source       Tancik et al. 2020, arXiv:2006.10739; Song et al. 2021, arXiv:2011.13456
 Status fourier_embedding_forward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
@@ -31,5 +31,7 @@ Status fourier_embedding_forward(vk::Recorder& recorder, const FourierEmbeddingD
 Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
                                   const vk::BufferView& x, const vk::BufferView& frequencies,
                                   const vk::BufferView& grad_y, const vk::BufferView& grad_x);
+
+extern const OpRow kFourierEmbeddingRow;
 
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -12,19 +12,19 @@ struct GaussianHeadDesc {
     std::uint32_t sh_degree = 1;
     float znear = 0;
     float zfar = 1;
-    bool offset = true;      ///< three channels move each point off its ray
-    bool isotropic = false;  ///< the first scale is all three
-    bool activate = true;    ///< false: opacities and scales as the network gives them
+    bool offset = true;      ///< three channels offset each point from its ray
+    bool isotropic = false;  ///< the first scale serves for all three
+    bool activate = true;    ///< false: opacities and scales straight from the network
 };
 
-/// Channels that the network must give: 1 + 3 offset + 1 + 3 + 4 + 3 + 9 sh_degree.
+/// Channels of the network's output: 1 + 3 offset + 1 + 3 + 4 + 3 + 9 sh_degree.
 std::uint32_t gaussian_head_channels(const GaussianHeadDesc& desc);
 
 /// Errors: kInvalidArgument for a degree above 1 or depths that are not finite with znear < zfar, kShape
 /// for views that do not divide the images or another number of channels.
 Status gaussian_head_check(const GaussianHeadDesc& desc);
 
-/// What is known of each image. Points are row vectors: [p, 1] view_to_world.
+/// Camera data of each image. Points are row vectors: [p, 1] view_to_world.
 struct GaussianHeadCameras {
     vk::BufferView rays;           ///< [3,pixels]; z is 1
     vk::BufferView view_to_world;  ///< [images,4,4]
@@ -42,7 +42,7 @@ struct GaussianHeadTensors {
     vk::BufferView sh;         ///< [batch,M,1 or 4,3], coefficient 0 first
 };
 
-/// Network output to one 3D Gaussian per pixel, in the frame of the world.
+/// Turn the network's output into one 3D Gaussian per pixel, in the world's frame.
 ///
 ///   p = ray * (sigmoid(depth) * (zfar - znear) + znear + origin) + offset
 ///   means = r.xyz / (r.w + 1e-10),  r = [p, 1] view_to_world
@@ -55,15 +55,17 @@ struct GaussianHeadTensors {
 /// Errors       those of gaussian_head_check; nothing is recorded on error
 /// Precision    a few roundings (tests/ops/gaussian_head_test.cpp)
 /// Determinism  bit-exact for any thread count
-/// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3 and its published program
+/// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3, and its published code
 Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                              const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                              const GaussianHeadTensors& gaussians);
 
-/// Its gradient by the network output, overwritten; cameras have none. Derived in
+/// Its gradient with respect to the network's output, overwritten; cameras have none. Derived in
 /// tests/ref/gaussian_head_ref.h; the rest as in the forward pass.
 Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                               const GaussianHeadTensors& grads, const vk::BufferView& grad_net_out);
+
+extern const OpRow kGaussianHeadRow;
 
 }  // namespace splat::ops

@@ -2,14 +2,15 @@
 
 #include <cmath>
 
-#include "ops/launch.h"
+#include "core/checked_math.h"
 #include "params/group_norm_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
 /// 1024 lanes loop over a group three times, each within kMaxTurns.
-constexpr std::uint64_t kMaxGroupElements = 1024 * kMaxTurns;
+constexpr std::uint64_t kMaxGroupElements = 1024 * vk::kMaxTurns;
 
 params::GroupNormParams params_of(const GroupNormDesc& desc, bool accumulate) {
     return {desc.x.n,
@@ -30,18 +31,18 @@ vk::Kernels kernels_for(const vk::Recorder& recorder, const GroupNormDesc& desc)
     return desc.x.c / desc.groups % 4 == 0 ? recorder.kernels() : vk::Kernels::kPlain;
 }
 
-/// Lanes per group. On CPU devices one subgroup, which needs no waiting at barriers (1.5 to 2 times
-/// faster than 64); on GPUs enough to keep a multiprocessor busy; more for groups that are very large.
+/// Lanes per group. On CPU devices one subgroup, which does not wait at barriers (1.5 to 2 times as fast as
+/// 64); on GPUs enough to keep a multiprocessor busy; more for very large groups.
 std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
                         vk::Kernels kernels) {
     const std::uint64_t elements = group_elements(desc);
     switch (kernels) {
         case vk::Kernels::kCpu:
-            return workgroup_size(recorder.device(), 8, elements / 8);
+            return vk::workgroup_size(recorder.device(), 8, elements / 8);
         case vk::Kernels::kGpu:
-            return workgroup_size(recorder.device(), 256, elements / 8);
+            return vk::workgroup_size(recorder.device(), 256, elements / 8);
         default:
-            return workgroup_size(recorder.device(), 64, elements);
+            return vk::workgroup_size(recorder.device(), 64, elements);
     }
 }
 
@@ -80,15 +81,15 @@ Status group_norm_forward(vk::Recorder& recorder, const GroupNormDesc& desc,
     const double elements = static_cast<double>(desc.x.n) * desc.x.c * desc.x.p;
     return recorder.dispatch({
         .op = "group_norm_forward",
-        .shader =
-            pick(kernels, "group_norm_forward", "group_norm_forward_cpu", "group_norm_forward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
+        .shader = "group_norm_forward",
+        .constants = {{params::kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, false),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::write(y), vk::write(mean),
                      vk::write(rstd)},
         .groups = {desc.groups, desc.x.n, 1},
         .work = {.flops = (desc.silu ? 14.0 : 10.0) * elements, .bytes = 8.0 * elements},
         .may_alias = true,  // each group is read whole before it is written
+        .kernels = kernels,
     });
 }
 
@@ -104,27 +105,111 @@ Status group_norm_backward(vk::Recorder& recorder, const GroupNormDesc& desc,
     const double elements = static_cast<double>(desc.x.n) * desc.x.c * desc.x.p;
     SPLAT_TRY(recorder.dispatch({
         .op = "group_norm_backward",
-        .shader = pick(kernels, "group_norm_backward", "group_norm_backward_cpu",
-                       "group_norm_backward_gpu"),
-        .constants = {{kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
+        .shader = "group_norm_backward",
+        .constants = {{params::kWorkgroupSizeId, lanes_for(recorder, desc, kernels)}},
         .push = params_of(desc, accumulate),
         .accesses = {vk::read(x), vk::read(gamma), vk::read(beta), vk::read(mean), vk::read(rstd),
                      vk::read(grad_y), vk::write(grad_x), vk::write(sums)},
         .groups = {desc.groups, desc.x.n, 1},
         .work = {.flops = (desc.silu ? 30.0 : 16.0) * elements, .bytes = 12.0 * elements},
         .may_alias = true,  // an element of grad_x is written by the invocation that read it last
+        .kernels = kernels,
     }));
     if (grad_gamma.block == nullptr) return {};
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     return recorder.dispatch({
         .op = "group_norm_backward_params",
         .shader = "group_norm_backward_params",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params_of(desc, accumulate),
         .accesses = {vk::read(sums), vk::read_write(grad_gamma), vk::read_write(grad_beta)},
         .groups = {(desc.x.c + size - 1) / size, 1, 1},
         .work = {.flops = 2.0 * desc.x.n * desc.x.c, .bytes = 8.0 * desc.x.n * desc.x.c},
     });
 }
+
+namespace {
+
+constexpr Port kGroupNormInputs[] = {
+    {"x"}, {"gamma", Layout::kRowMajor}, {"beta", Layout::kRowMajor}};
+constexpr const char* kGroupNormSaved[] = {"mean", "rstd"};
+constexpr Attribute kGroupNormAttributes[] = {
+    {"groups", "integer", "1", "number of groups; divides the channels"},
+    {"eps", "number", "1e-6", "added to the variance; > 0"},
+    {"silu", "boolean", "false", "apply SiLU in the same pass"},
+};
+
+Result<GroupNormDesc> group_norm_desc(const Attributes& attributes, const Shape& x) {
+    if (x.rank() < 2)
+        return error(Code::kShape, "group_norm: tensor 'x' has shape %s, expected [N, C, ...]",
+                     x.text().c_str());
+    GroupNormDesc desc;
+    SPLAT_ASSIGN(desc.x, quad_dims(x));
+    const auto groups = attributes.integer("groups");
+    if (groups < 1 || groups > desc.x.c)
+        return error(Code::kInvalidArgument, "group_norm: groups is %lld, expected 1 to %u",
+                     static_cast<long long>(groups), desc.x.c);
+    desc.groups = static_cast<std::uint32_t>(groups);
+    desc.eps = static_cast<float>(attributes.number("eps"));
+    desc.silu = attributes.boolean("silu");
+    return desc;
+}
+
+/// Where the workspace goes on behind the sums.
+std::uint64_t sums_end(const vk::Recorder& recorder, const GroupNormDesc& desc) {
+    return round_up(group_norm_sums_bytes(desc), recorder.device().limits.offset_alignment);
+}
+
+Result<OpPlan> group_norm_plan(const vk::Recorder& recorder, const Attributes& attributes,
+                               std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const GroupNormDesc desc, group_norm_desc(attributes, inputs[0]));
+    SPLAT_TRY(group_norm_check(recorder.device(), desc));
+    SPLAT_TRY(expect_shape("group_norm", "gamma", inputs[1], {desc.x.c}));
+    SPLAT_TRY(expect_shape("group_norm", "beta", inputs[2], {desc.x.c}));
+    const Shape of_groups{desc.x.n, desc.groups};
+    return OpPlan{.outputs = {inputs[0]},
+                  .saved = {of_groups, of_groups},
+                  .backward_workspace = sums_end(recorder, desc) + desc.x.bytes()};
+}
+
+Status group_norm_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    SPLAT_ASSIGN(const GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
+    return group_norm_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.outputs[0],
+                              v.saved[0], v.saved[1]);
+}
+
+Status group_norm_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                               const OpViews& v) {
+    SPLAT_ASSIGN(const GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
+    // A gradient that nobody wants is written behind the sums where the other of its pair is wanted.
+    const std::uint64_t end = sums_end(recorder, desc);
+    const vk::BufferView sums = v.workspace.part(0, group_norm_sums_bytes(desc));
+    const vk::BufferView& grad_gamma = v.grad_inputs[1];
+    const vk::BufferView& grad_beta = v.grad_inputs[2];
+    const vk::BufferView unwanted = v.workspace.part(end, vk::quad_bytes(desc.x.c));
+    const bool parameters = present(grad_gamma) || present(grad_beta);
+    return group_norm_backward(
+        recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0], v.saved[1],
+        v.grad_outputs[0],
+        present(v.grad_inputs[0]) ? v.grad_inputs[0] : v.workspace.part(end, desc.x.bytes()),
+        parameters && !present(grad_gamma) ? unwanted : grad_gamma,
+        parameters && !present(grad_beta) ? unwanted : grad_beta, sums, v.accumulate);
+}
+
+}  // namespace
+
+const OpRow kGroupNormRow = {
+    .name = "group_norm",
+    .equation =
+        "y = gamma * (x - mean) / sqrt(var + eps) + beta over C/groups channels and all "
+        "pixels; then silu(y) if silu",
+    .inputs = kGroupNormInputs,
+    .outputs = kOutputY,
+    .saved = kGroupNormSaved,
+    .attributes = kGroupNormAttributes,
+    .plan = group_norm_plan,
+    .forward = group_norm_row_forward,
+    .backward = group_norm_row_backward};
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -61,5 +62,7 @@ Status group_norm_backward(vk::Recorder& recorder, const GroupNormDesc& desc,
                            const vk::BufferView& grad_x, const vk::BufferView& grad_gamma,
                            const vk::BufferView& grad_beta, const vk::BufferView& sums,
                            bool accumulate);
+
+extern const OpRow kGroupNormRow;
 
 }  // namespace splat::ops

@@ -4,8 +4,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
-#include "ops/launch.h"
 #include "params/linear_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -13,23 +13,19 @@ namespace {
 using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image) would leave it
-/// idle. As tall as wastes least on the blocks beyond the last: fetching the rows of a tile takes about as long as
-/// three fifths of a block (by its instructions on lavapipe). 1, 2 or 4 blocks, as every form takes lavapipe 20 to 50
-/// ms to compile. A single block takes twice the rows, as its fetches serve the fewest products; so does any on a CPU
-/// of many registers, where larger code gains a tenth (Zen 5).
+/// idle. Its height wastes least on blocks beyond the last: fetching the rows of a tile takes about as long as three
+/// fifths of a block (by its instructions on lavapipe). Only 1, 2 or 4 blocks, because lavapipe compiles each form for
+/// 20 to 50 ms. A single block takes twice the rows, because its fetches serve the fewest products; so does any tile
+/// on a CPU of many registers, where larger code gains a tenth (Zen 5).
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;
     std::uint32_t depth;  ///< quads of k per turn of the loop, 1 or 2
 };
 constexpr std::uint32_t kMostBlocks = 4;
-constexpr std::uint32_t kColumnsId = 10;
-constexpr std::uint32_t kBlocksId = 11;
-constexpr std::uint32_t kResidualId = 12;
-constexpr std::uint32_t kDepthId = 13;
 
-/// Two quads deep where that unrolls to no more code than the instruction cache holds: for large tiles a fifth slower
-/// on Zen 3, and 0.93 of the time on a Xeon with 64 KiB.
+/// Two quads deep if the unrolled code fits in the instruction cache: for large tiles this is a fifth slower on Zen 3,
+/// but takes 0.93 of the time on a Xeon with 64 KiB.
 Tile tile_for(const LinearDesc& desc, const vk::DeviceFeatures& device) {
     const std::uint64_t blocks = ceil_div(desc.out_features, 8);
     const auto cost = [&](std::uint32_t height) {
@@ -63,18 +59,17 @@ vk::Work product_work(const LinearDesc& desc) {
 constexpr std::uint32_t kMaxFeatures = 65535;
 
 /// linear_backward_weight_fast.comp: most features per tile, both ways.
-constexpr std::uint32_t kTile = 32;
-constexpr std::uint32_t kOutQuadsId = 10;
+constexpr std::uint32_t kFeatureTile = 32;
 
-/// Slices of the rows: so many that none takes more turns than kMaxTurns, and for the fast kernels
-/// enough to give every core or multiprocessor work, but none of less than a few blocks of 64 rows.
+/// Slices of the rows: enough that none takes more turns than kMaxTurns and, for the fast kernels, that every
+/// core or multiprocessor has work, but none with less than a few blocks of 64 rows.
 /// On CPU devices slices of 1024 rows, up to 16, stay in the cache while all tiles read them: a tenth faster.
 std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const bool plain = recorder.kernels() == Kernels::kPlain;
-    const std::uint64_t least = ceil_div(desc.rows, plain ? kMaxTurns : 4 * kMaxTurns);
+    const std::uint64_t least = ceil_div(desc.rows, plain ? vk::kMaxTurns : 4 * vk::kMaxTurns);
     if (plain) return static_cast<std::uint32_t>(least);
     const std::uint64_t tiles =
-        ceil_div(desc.in_features, kTile) * ceil_div(desc.out_features, kTile);
+        ceil_div(desc.in_features, kFeatureTile) * ceil_div(desc.out_features, kFeatureTile);
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const std::uint64_t most = ceil_div(desc.rows, 256);
     const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 512, tiles), most);
@@ -82,15 +77,15 @@ std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     return static_cast<std::uint32_t>(std::max({least, busy, cached}));
 }
 
-/// The fast product; backward_input is the same with the roles of in and out exchanged.
+/// The fast product; backward_input is the same with in and out exchanged.
 Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const Tile tile = tile_for(desc, recorder.device().features);
-    // On CPU devices work is spread per workgroup, so small ones; a GPU wants its whole subgroup
+    // CPU devices distribute workgroups, so these are small; a GPU needs its whole subgroup
     // filled.
-    const std::uint32_t size = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t row_groups = ceil_div(desc.rows, std::uint64_t{size} * tile.columns);
     const std::uint64_t layers = ceil_div(row_groups, recorder.device().limits.max_groups[1]);
     const vk::Groups groups{
@@ -102,12 +97,12 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
     const bool has_residual = residual.block != nullptr;
     return recorder.dispatch({
         .op = op,
-        .shader = cpu ? "linear_forward_cpu" : "linear_forward_gpu",
-        .constants = {{kWorkgroupSizeId, size},
-                      {kColumnsId, tile.columns},
-                      {kBlocksId, tile.blocks},
-                      {kResidualId, has_residual ? 1U : 0U},
-                      {kDepthId, tile.depth}},
+        .shader = "linear_forward",
+        .constants = {{params::kWorkgroupSizeId, size},
+                      {params::kLinearColumnsId, tile.columns},
+                      {params::kLinearBlocksId, tile.blocks},
+                      {params::kLinearResidualId, has_residual ? 1U : 0U},
+                      {params::kLinearDepthId, tile.depth}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(has_residual ? residual : x), vk::write(y)},
@@ -146,8 +141,8 @@ Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
     SPLAT_TRY(linear_check(desc));
     const std::uint64_t bytes = linear_packed_bytes(recorder, desc, transposed);
     if (bytes == 0) return {};
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), bytes / 16, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), bytes / 16, size);
     params::LinearParams params = params_of(desc);
     if (transposed) std::swap(params.in_features, params.out_features);
     params.transposed = transposed ? 1 : 0;
@@ -155,7 +150,7 @@ Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
     return recorder.dispatch({
         .op = "linear_pack_weight",
         .shader = "linear_pack_weight",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(weight), vk::write(packed)},
         .groups = groups,
@@ -169,16 +164,16 @@ Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::
     SPLAT_TRY(linear_check(desc));
     if (recorder.kernels() != Kernels::kPlain)
         return multiply(recorder, "linear_forward", desc, x, weight, bias, y, residual);
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.out_features, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(desc.out_features, 4) * desc.rows, size);
     params::LinearParams params = params_of(desc);
     params.groups_x = groups[0];
     params.has_residual = residual.block != nullptr ? 1 : 0;
     return recorder.dispatch({
         .op = "linear_forward",
         .shader = "linear_forward",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(params.has_residual != 0 ? residual : x), vk::write(y)},
@@ -197,15 +192,15 @@ Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
         return multiply(recorder, "linear_backward_input", transposed, grad_y, weight, weight,
                         grad_x, {});
     }
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(desc.in_features, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(desc.in_features, 4) * desc.rows, size);
     params::LinearParams params = params_of(desc);
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "linear_backward_input",
         .shader = "linear_backward_input",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(weight), vk::read(grad_y), vk::write(grad_x)},
         .groups = groups,
@@ -223,9 +218,9 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
                               const vk::BufferView& grad_weight, const vk::BufferView& partial,
                               bool accumulate) {
     SPLAT_TRY(linear_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups per_weight =
-        groups_for(recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups per_weight = vk::groups_for(
+        recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
     params::LinearParams params = params_of(desc);
     params.accumulate = accumulate ? 1 : 0;
     params.groups_x = per_weight[0];
@@ -234,21 +229,22 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     const Kernels kernels = recorder.kernels();
     const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
     vk::Groups groups = per_weight;
-    std::vector<vk::SpecConstant> constants = {{kWorkgroupSizeId, lanes}};
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {
-        const std::uint32_t in_tile = kTile * (lanes / 8);  // each 8 lanes take a tile of their own
-        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Two sizes: each is
+        const std::uint32_t in_tile =
+            kFeatureTile * (lanes / 8);  // each 8 lanes take a tile of their own
+        // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Only two sizes, as each is
         // one more pipeline.
-        const auto out_tiles = static_cast<std::uint32_t>(ceil_div(desc.out_features, kTile));
+        const auto out_tiles =
+            static_cast<std::uint32_t>(ceil_div(desc.out_features, kFeatureTile));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
-        constants.push_back({kOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});
+        constants.push_back({params::kLinearOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});
         groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};
     }
     groups[2] = params.slices;
     SPLAT_TRY(recorder.dispatch({
         .op = "linear_backward_weight",
-        .shader = pick(kernels, "linear_backward_weight", "linear_backward_weight_cpu",
-                       "linear_backward_weight_gpu"),
+        .shader = "linear_backward_weight",
         .constants = constants,
         .push = params,
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(partial)},
@@ -259,7 +255,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     return recorder.dispatch({
         .op = "linear_backward_weight_reduce",
         .shader = "linear_backward_weight_reduce",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params,
         .accesses = {vk::read(partial), vk::read_write(grad_weight)},
         .groups = per_weight,
@@ -276,14 +272,86 @@ Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
     const double elements = count(desc.rows, desc.out_features);
     return recorder.dispatch({
         .op = "linear_backward_bias",
-        .shader = pick(recorder.kernels(), "linear_backward_bias", "linear_backward_bias_cpu",
-                       "linear_backward_bias_gpu"),
-        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64, desc.rows)}},
+        .shader = "linear_backward_bias",
+        .constants = {{params::kWorkgroupSizeId,
+                       vk::workgroup_size(recorder.device(), 64, desc.rows)}},
         .push = params,
         .accesses = {vk::read(grad_y), vk::read_write(grad_bias)},
         .groups = {(desc.out_features + 3) / 4, 1, 1},
         .work = {.flops = elements, .bytes = 4.0 * elements},
     });
 }
+
+namespace {
+
+constexpr Port kLinearInputs[] = {
+    {"x"}, {"weight", Layout::kRowMajor}, {"bias", Layout::kRowMajor, true}};
+
+LinearDesc linear_desc(const OpViews& v) {
+    const Shape& x = v.inputs[0].shape;
+    return {x[0], x[1], v.inputs[1].shape[0], present(v.inputs[2])};
+}
+
+Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Attributes&,
+                           std::span<const Shape> inputs) {
+    const Shape& x = inputs[0];
+    const Shape& weight = inputs[1];
+    if (x.rank() != 2)
+        return error(Code::kShape, "linear: tensor 'x' has shape %s, expected [rows, in]",
+                     x.text().c_str());
+    if (weight.rank() != 2)
+        return error(Code::kShape, "linear: tensor 'weight' has shape %s, expected [out, in]",
+                     weight.text().c_str());
+    SPLAT_TRY(expect_shape("linear", "weight", weight, {weight[0], x[1]}));
+    const bool bias = inputs[2].rank() > 0;
+    if (bias) SPLAT_TRY(expect_shape("linear", "bias", inputs[2], {weight[0]}));
+    const LinearDesc desc{x[0], x[1], weight[0], bias};
+    SPLAT_TRY(linear_check(desc));
+    return OpPlan{.outputs = {Shape{x[0], weight[0]}},
+                  .backward_workspace = linear_backward_weight_bytes(recorder, desc),
+                  .forward_prepared = linear_packed_bytes(recorder, desc, false),
+                  .backward_prepared = linear_packed_bytes(recorder, desc, true)};
+}
+
+Status linear_row_prepare(vk::Recorder& recorder, const Attributes&, const OpViews& v, Pass pass) {
+    const bool transposed = pass == Pass::kBackward;
+    return linear_pack_weight(recorder, linear_desc(v), v.inputs[1],
+                              transposed ? v.backward_prepared : v.forward_prepared, transposed);
+}
+
+Status linear_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const LinearDesc desc = linear_desc(v);
+    const vk::BufferView& weight = present(v.forward_prepared) ? v.forward_prepared : v.inputs[1];
+    return linear_forward(recorder, desc, v.inputs[0], weight,
+                          desc.bias ? v.inputs[2] : v.inputs[1], v.outputs[0]);
+}
+
+Status linear_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const LinearDesc desc = linear_desc(v);
+    const vk::BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
+    if (present(v.grad_inputs[0]))
+        SPLAT_TRY(
+            linear_backward_input(recorder, desc, weight, v.grad_outputs[0], v.grad_inputs[0]));
+    if (present(v.grad_inputs[1])) {
+        const vk::BufferView partial =
+            v.workspace.part(0, linear_backward_weight_bytes(recorder, desc));
+        SPLAT_TRY(linear_backward_weight(recorder, desc, v.inputs[0], v.grad_outputs[0],
+                                         v.grad_inputs[1], partial, v.accumulate));
+    }
+    if (!present(v.grad_inputs[2])) return {};
+    return linear_backward_bias(recorder, desc, v.grad_outputs[0], v.grad_inputs[2], v.accumulate);
+}
+
+}  // namespace
+
+const OpRow kLinearRow = {.name = "linear",
+                          .equation = "y = x weight^T + bias",
+                          .inputs = kLinearInputs,
+                          .outputs = kOutputY,
+                          .plan = linear_plan,
+                          .prepare = linear_row_prepare,
+                          .forward = linear_row_forward,
+                          .backward = linear_row_backward,
+                          .backward_reads = product_backward_reads};
 
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -16,8 +16,7 @@ struct LinearDesc {
 /// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65535.
 Status linear_check(const LinearDesc& desc);
 
-/// Bytes of the packed weight of linear_pack_weight; 0 where the kernels in use read the weight
-/// itself.
+/// Bytes of the packed weight of linear_pack_weight; 0 if the kernels in use read the weight itself.
 std::uint64_t linear_packed_bytes(const vk::Recorder& recorder, const LinearDesc& desc,
                                   bool transposed);
 
@@ -75,5 +74,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
 Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
                             const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
                             bool accumulate);
+
+extern const OpRow kLinearRow;
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -14,22 +15,24 @@ struct MaxPool2dDesc {
 /// Errors: kShape for less than 2 rows or columns.
 Status max_pool2d_check(const MaxPool2dDesc& desc);
 
-/// The greatest of each window of 2x2 pixels, windows side by side:
+/// The maximum of each window of 2x2 pixels, windows side by side:
 ///
 ///   y[i,j] = max over r, s < 2 of x[2i + r, 2j + s]
 ///
 /// x, y         [N,C,H,W] and [N,C,H/2,W/2] (rounded down) float32 as quads; no aliasing
 /// Errors       those of max_pool2d_check, and the recorder's; nothing is recorded on error
-/// Precision    exact; of NaN nothing is said
+/// Precision    exact; undefined for NaN
 /// Determinism  bit-exact for any thread count
 /// Source       the definition, as in torch.nn.MaxPool2d(2, 2)
 Status max_pool2d_forward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                           const vk::BufferView& x, const vk::BufferView& y);
 
-/// Its gradient: that of y goes to the first of the greatest in its window, row by row; pixels of a last
-/// odd row or column get 0.
+/// Its gradient: that of y goes to the first maximum of its window, row by row; pixels of a last odd row or
+/// column get 0.
 Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                            const vk::BufferView& x, const vk::BufferView& grad_y,
                            const vk::BufferView& grad_x);
+
+extern const OpRow kMaxPool2dRow;
 
 }  // namespace splat::ops

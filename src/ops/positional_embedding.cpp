@@ -4,8 +4,8 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
-#include "ops/launch.h"
 #include "params/positional_embedding_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -15,14 +15,14 @@ constexpr std::uint32_t kMaxDimension = 64;
 Status record(vk::Recorder& recorder, const char* name, const PositionalEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(positional_embedding_check(desc));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups =
-        groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
+        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = static_cast<double>(desc.rows) * desc.features * desc.dimension;
     return recorder.dispatch({
         .op = name,
         .shader = name,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push =
             params::PositionalEmbeddingParams{
                 desc.rows, desc.features, desc.dimension, desc.swap_halves ? 1U : 0U,
@@ -60,5 +60,61 @@ Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmb
     return record(recorder, "positional_embedding_backward", desc, desc.features,
                   {vk::read(x), vk::read(grad_y), vk::write(grad_x)});
 }
+
+namespace {
+
+constexpr Attribute kPositionalEmbeddingAttributes[] = {
+    {"dimension", "integer", "10", "values per feature; half of them cosines; even, up to 64"},
+    {"swap_halves", "boolean", "false", "the halves of the result change places"},
+};
+
+Result<PositionalEmbeddingDesc> positional_desc(const Attributes& attributes, const Shape& x) {
+    if (x.rank() != 2)
+        return error(Code::kShape,
+                     "positional_embedding: tensor 'x' has shape %s, expected [rows, features]",
+                     x.text().c_str());
+    const auto dimension = attributes.integer("dimension");
+    if (dimension < 2 || dimension > kMaxDimension)
+        return error(Code::kInvalidArgument,
+                     "positional_embedding: dimension is %lld, expected an even number up to %u",
+                     static_cast<long long>(dimension), kMaxDimension);
+    return PositionalEmbeddingDesc{x[0], x[1], static_cast<std::uint32_t>(dimension),
+                                   attributes.boolean("swap_halves")};
+}
+
+Result<OpPlan> positional_embedding_plan(const vk::Recorder&, const Attributes& attributes,
+                                         std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const PositionalEmbeddingDesc desc, positional_desc(attributes, inputs[0]));
+    SPLAT_TRY(positional_embedding_check(desc));
+    return OpPlan{.outputs = {Shape{desc.rows, desc.features * desc.dimension}}};
+}
+
+Status positional_embedding_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                                        const OpViews& v) {
+    SPLAT_ASSIGN(const PositionalEmbeddingDesc desc,
+                 positional_desc(attributes, v.inputs[0].shape));
+    return positional_embedding_forward(recorder, desc, v.inputs[0], v.outputs[0]);
+}
+
+Status positional_embedding_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                                         const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const PositionalEmbeddingDesc desc,
+                 positional_desc(attributes, v.inputs[0].shape));
+    return positional_embedding_backward(recorder, desc, v.inputs[0], v.grad_outputs[0],
+                                         v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kPositionalEmbeddingRow = {
+    .name = "positional_embedding",
+    .equation = "each feature s becomes cos(s f_j), then sin(s f_j), f_j = 10000^(-2j/dimension)",
+    .inputs = kInputX,
+    .outputs = kOutputY,
+    .attributes = kPositionalEmbeddingAttributes,
+    .plan = positional_embedding_plan,
+    .forward = positional_embedding_row_forward,
+    .backward = positional_embedding_row_backward};
 
 }  // namespace splat::ops

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "ops/op_table.h"
 
 namespace splat::ops {
 
@@ -8,7 +8,7 @@ struct PositionalEmbeddingDesc {
     std::uint32_t rows = 1;
     std::uint32_t features = 1;
     std::uint32_t dimension = 2;  ///< values per feature
-    bool swap_halves = false;     ///< the halves of the result change places
+    bool swap_halves = false;     ///< exchange the halves of the result
 };
 
 /// Errors: kInvalidArgument for an odd dimension or one beyond 64, or halves that do not exist;
@@ -31,5 +31,7 @@ Status positional_embedding_forward(vk::Recorder& recorder, const PositionalEmbe
 Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
                                      const vk::BufferView& x, const vk::BufferView& grad_y,
                                      const vk::BufferView& grad_x);
+
+extern const OpRow kPositionalEmbeddingRow;
 
 }  // namespace splat::ops

@@ -1,7 +1,7 @@
 #include "ops/quads.h"
 
-#include "ops/launch.h"
 #include "params/quads_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -9,12 +9,12 @@ namespace {
 Status convert(vk::Recorder& recorder, const char* name, const vk::BufferView& x,
                const vk::BufferView& y) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(x.shape));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
     return recorder.dispatch({
         .op = name,
         .shader = name,
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::QuadsParams{dims.n, dims.c, dims.p, groups[0]},
         .accesses = {vk::read(x), vk::write(y)},
         .groups = groups,

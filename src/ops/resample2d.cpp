@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/resample2d_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -12,9 +12,8 @@ namespace {
 constexpr std::uint32_t kMaxTaps = 16;
 
 /// One dispatch from an image of height x width.
-Status record(vk::Recorder& recorder, const char* op, const char* shader,
-              const Resample2dDesc& desc, bool up, std::uint32_t height, std::uint32_t width,
-              std::vector<vk::Access> accesses) {
+Status record(vk::Recorder& recorder, const char* kernel, const Resample2dDesc& desc, bool up,
+              std::uint32_t height, std::uint32_t width, std::vector<vk::Access> accesses) {
     params::Resample2dParams params{};
     params.planes = (desc.c + 3) / 4 * desc.n;
     params.height = height;
@@ -23,14 +22,16 @@ Status record(vk::Recorder& recorder, const char* op, const char* shader,
     params.gain = desc.up ? 4.0F : 1.0F;
     const std::uint64_t in = std::uint64_t{params.planes} * height * width;
     const std::uint64_t out = up ? 4 * in : in / 4;
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), out, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), out, size);
     params.groups_x = groups[0];
     const double taps = std::max(2U, desc.taps);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}, {10, desc.taps == 0 ? 1U : 0U}, {11, up ? 1U : 0U}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size},
+                      {params::kResample2dBoxId, desc.taps == 0 ? 1U : 0U},
+                      {params::kResample2dUpId, up ? 1U : 0U}},
         .push = params,
         .accesses = std::move(accesses),
         .groups = groups,
@@ -63,9 +64,8 @@ Status resample2d_forward(vk::Recorder& recorder, const Resample2dDesc& desc,
                           const vk::BufferView& x, const vk::BufferView& filter,
                           const vk::BufferView& y) {
     SPLAT_TRY(resample2d_check(desc));
-    return record(recorder, "resample2d_forward",
-                  pick(recorder.kernels(), "resample2d_forward", "resample2d_forward_cpu"), desc,
-                  desc.up, desc.height, desc.width, {vk::read(x), vk::read(filter), vk::write(y)});
+    return record(recorder, "resample2d_forward", desc, desc.up, desc.height, desc.width,
+                  {vk::read(x), vk::read(filter), vk::write(y)});
 }
 
 Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
@@ -73,10 +73,72 @@ Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
                            const vk::BufferView& grad_x) {
     SPLAT_TRY(resample2d_check(desc));
     const auto other = [&](std::uint32_t size) { return desc.up ? 2 * size : size / 2; };
-    return record(recorder, "resample2d_backward",
-                  pick(recorder.kernels(), "resample2d_backward", "resample2d_backward_cpu"), desc,
-                  !desc.up, other(desc.height), other(desc.width),
-                  {vk::read(grad_y), vk::read(filter), vk::write(grad_x)});
+    return record(recorder, "resample2d_backward", desc, !desc.up, other(desc.height),
+                  other(desc.width), {vk::read(grad_y), vk::read(filter), vk::write(grad_x)});
 }
+
+namespace {
+
+constexpr Port kResample2dInputs[] = {{"x"}, {"filter", Layout::kRowMajor, true, true}};
+constexpr Attribute kResample2dAttributes[] = {
+    {"up", "boolean", "false", "to twice the size; one of up and down"},
+    {"down", "boolean", "false", "to half the size"},
+};
+
+Result<Resample2dDesc> resample2d_desc(const Attributes& attributes, const Shape& x,
+                                       const Shape& filter) {
+    if (x.rank() != 4)
+        return error(Code::kShape, "resample2d: tensor 'x' has shape %s, expected [N, C, H, W]",
+                     x.text().c_str());
+    if (attributes.boolean("up") == attributes.boolean("down"))
+        return error(Code::kInvalidArgument,
+                     "resample2d: up and down are both %s, expected one of them",
+                     attributes.boolean("up") ? "true" : "false");
+    if (filter.rank() > 1)
+        return error(Code::kShape, "resample2d: tensor 'filter' has shape %s, expected [taps]",
+                     filter.text().c_str());
+    const std::uint32_t taps = filter.rank() == 1 ? filter[0] : 0;
+    return Resample2dDesc{x[0], x[1], x[2], x[3], attributes.boolean("up"), taps};
+}
+
+Result<OpPlan> resample2d_plan(const vk::Recorder&, const Attributes& attributes,
+                               std::span<const Shape> inputs) {
+    const Shape& x = inputs[0];
+    SPLAT_ASSIGN(const Resample2dDesc desc, resample2d_desc(attributes, x, inputs[1]));
+    SPLAT_TRY(resample2d_check(desc));
+    return OpPlan{.outputs = {desc.up ? Shape{x[0], x[1], 2 * x[2], 2 * x[3]}
+                                      : Shape{x[0], x[1], x[2] / 2, x[3] / 2}}};
+}
+
+Status resample2d_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    SPLAT_ASSIGN(const Resample2dDesc desc,
+                 resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return resample2d_forward(recorder, desc, v.inputs[0],
+                              present(v.inputs[1]) ? v.inputs[1] : v.inputs[0], v.outputs[0]);
+}
+
+Status resample2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                               const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const Resample2dDesc desc,
+                 resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
+    return resample2d_backward(recorder, desc,
+                               present(v.inputs[1]) ? v.inputs[1] : v.grad_outputs[0],
+                               v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kResample2dRow = {
+    .name = "resample2d",
+    .equation = "y = x at twice or half the size, through the filter outer(f, f) / sum(f)^2",
+    .inputs = kResample2dInputs,
+    .outputs = kOutputY,
+    .attributes = kResample2dAttributes,
+    .plan = resample2d_plan,
+    .forward = resample2d_row_forward,
+    .backward = resample2d_row_backward,
+    .backward_reads = no_backward_reads};
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -39,5 +40,7 @@ Status resample2d_forward(vk::Recorder& recorder, const Resample2dDesc& desc,
 Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
                            const vk::BufferView& filter, const vk::BufferView& grad_y,
                            const vk::BufferView& grad_x);
+
+extern const OpRow kResample2dRow;
 
 }  // namespace splat::ops

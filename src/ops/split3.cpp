@@ -1,19 +1,19 @@
 #include "ops/split3.h"
 
-#include "ops/launch.h"
 #include "params/split3_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-Status record_split3(vk::Recorder& recorder, const char* op, const char* shader,
-                     const QuadDims& dims, std::vector<vk::Access> accesses) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
+Status record_split3(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
+                     std::vector<vk::Access> accesses) {
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
     return recorder.dispatch({
-        .op = op,
-        .shader = shader,
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::Split3Params{dims.n * dims.p, dims.c, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
@@ -25,17 +25,62 @@ Status record_split3(vk::Recorder& recorder, const char* op, const char* shader,
 
 Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
                       const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c) {
-    return record_split3(recorder, "split3_forward",
-                         pick(recorder.kernels(), "split3_forward", "split3_forward_cpu"), dims,
+    return record_split3(recorder, "split3_forward", dims,
                          {vk::read(x), vk::write(a), vk::write(b), vk::write(c)});
 }
 
 Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
                        const vk::BufferView& grad_b, const vk::BufferView& grad_c,
                        const vk::BufferView& grad_x) {
-    return record_split3(recorder, "split3_backward",
-                         pick(recorder.kernels(), "split3_backward", "split3_backward_cpu"), dims,
+    return record_split3(recorder, "split3_backward", dims,
                          {vk::read(grad_a), vk::read(grad_b), vk::read(grad_c), vk::write(grad_x)});
 }
+
+namespace {
+
+constexpr Port kSplit3Outputs[] = {{"a"}, {"b"}, {"c"}};
+
+/// The dimensions of each part.
+Result<QuadDims> part_dims(const Shape& x) {
+    SPLAT_ASSIGN(QuadDims dims, quad_dims(x));
+    if (dims.c % 3 != 0)
+        return error(Code::kShape,
+                     "split3: tensor 'x' has shape %s, expected a multiple of 3 channels",
+                     x.text().c_str());
+    dims.c /= 3;
+    return dims;
+}
+
+Result<OpPlan> split3_plan(const vk::Recorder&, const Attributes&, std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const QuadDims part, part_dims(inputs[0]));
+    std::vector<std::int64_t> dims;
+    for (std::uint32_t axis = 0; axis < inputs[0].rank(); ++axis)
+        dims.push_back(axis == 1 ? part.c : inputs[0][axis]);
+    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, "split3"));
+    return OpPlan{.outputs = {shape, shape, shape}};
+}
+
+Status split3_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, part_dims(v.inputs[0].shape));
+    return split3_forward(recorder, dims, v.inputs[0], v.outputs[0], v.outputs[1], v.outputs[2]);
+}
+
+Status split3_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, part_dims(v.inputs[0].shape));
+    return split3_backward(recorder, dims, v.grad_outputs[0], v.grad_outputs[1], v.grad_outputs[2],
+                           v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kSplit3Row = {.name = "split3",
+                          .equation = "a[n,c] = x[n,3c], b[n,c] = x[n,3c+1], c[n,c] = x[n,3c+2]",
+                          .inputs = kInputX,
+                          .outputs = kSplit3Outputs,
+                          .plan = split3_plan,
+                          .forward = split3_row_forward,
+                          .backward = split3_row_backward,
+                          .backward_reads = no_backward_reads};
 
 }  // namespace splat::ops

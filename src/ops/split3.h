@@ -1,10 +1,11 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
 
-/// Take three interleaved tensors apart:  part_j[n,c] = x[n, 3c + j]
+/// Separate three interleaved tensors:  part_j[n,c] = x[n, 3c + j]
 ///
 /// dims         of each part
 /// x            [N,3C,...] float32 as quads; a, b, c [N,C,...] as quads; no aliasing
@@ -20,5 +21,7 @@ Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::Bu
 Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
                        const vk::BufferView& grad_b, const vk::BufferView& grad_c,
                        const vk::BufferView& grad_x);
+
+extern const OpRow kSplit3Row;
 
 }  // namespace splat::ops

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
-#include "ops/launch.h"
 #include "params/strided_copy_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-/// Parts begin at multiples of this many elements, which suits every alignment of bindings.
+/// Parts begin at multiples of this many elements, which satisfies every alignment of bindings.
 constexpr std::uint64_t kPartAlignment = 256;
-/// Floats that one dispatch takes, so that 32 bits index them.
+/// Floats per dispatch, so that 32 bits index them.
 constexpr std::uint64_t kMostFloats = std::uint64_t{1} << 30;
 
 Status check(const char* name, const StridedCopyDesc& desc, const Stride& layout,
@@ -47,9 +47,9 @@ struct Part {
 /// gaps.
 Status copy_part(vk::Recorder& recorder, const StridedCopyDesc& desc, const Part& part,
                  std::uint64_t begin, std::uint64_t end, bool dense) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t floats = (end - begin) * desc.channels;
-    const vk::Groups groups = groups_for(recorder.device(), dense ? floats / 4 : floats, size);
+    const vk::Groups groups = vk::groups_for(recorder.device(), dense ? floats / 4 : floats, size);
     const params::StridedCopyParams params{.begin = static_cast<std::uint32_t>(begin),
                                            .count = static_cast<std::uint32_t>(end),
                                            .in_stride = desc.in.stride,
@@ -57,15 +57,12 @@ Status copy_part(vk::Recorder& recorder, const StridedCopyDesc& desc, const Part
                                            .out_stride = desc.out.stride,
                                            .out_offset = desc.out.offset,
                                            .groups_x = groups[0]};
-    const vk::Kernels kernels = recorder.kernels();
     return recorder.dispatch({
         .op = "strided_copy",
-        .shader = dense ? pick(kernels, "strided_copy_dense", "strided_copy_dense_cpu",
-                               "strided_copy_dense")
-                        : pick(kernels, "strided_copy", "strided_copy_cpu", "strided_copy"),
-        .constants = {{kWorkgroupSizeId, size},
-                      {10, desc.channels},
-                      {11, desc.accumulate ? 1U : 0U}},
+        .shader = dense ? "strided_copy_dense" : "strided_copy",
+        .constants = {{params::kWorkgroupSizeId, size},
+                      {params::kStridedCopyChannelsId, desc.channels},
+                      {params::kStridedCopyAccumulateId, desc.accumulate ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read(part.x), vk::read_write(part.y)},
         .groups = groups,

@@ -5,14 +5,13 @@
 #include <limits>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/tensor_stats_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-/// Elements per workgroup: enough to hide its start, and below 2^24 so that counts in float are
-/// exact.
+/// Elements per workgroup: enough to hide its start, and below 2^24 so that counts in float are exact.
 constexpr std::uint32_t kChunk = 16384;
 constexpr std::size_t kWordsPerChunk = 8;
 
@@ -24,12 +23,12 @@ std::uint64_t tensor_stats_partial_bytes(std::uint64_t elements) {
 
 Status tensor_stats(vk::Recorder& recorder, std::uint64_t elements, const vk::BufferView& x,
                     const vk::BufferView& partial) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), ceil_div(elements, kChunk), 1);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), ceil_div(elements, kChunk), 1);
     return recorder.dispatch({
         .op = "tensor_stats",
         .shader = "tensor_stats",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::TensorStatsParams{static_cast<std::uint32_t>(elements), kChunk, groups[0]},
         .accesses = {vk::read(x), vk::write(partial)},
         .groups = groups,

@@ -10,8 +10,8 @@ struct TensorStats {
     std::uint64_t nan_count = 0;
     std::uint64_t inf_count = 0;
     double min = 0;   ///< of the finite elements; +inf without any
-    double max = 0;   ///< likewise; -inf
-    double mean = 0;  ///< likewise; 0
+    double max = 0;   ///< of the finite elements; -inf without any
+    double mean = 0;  ///< of the finite elements; 0 without any
 };
 
 /// Bytes of `partial` for so many elements.
@@ -22,7 +22,7 @@ std::uint64_t tensor_stats_partial_bytes(std::uint64_t elements);
 /// x            float32, `elements` from the start of the view
 /// partial      out, tensor_stats_partial_bytes
 /// Errors       kUnsupported beyond the device's binding limits
-/// Precision    min, max and counts exact; mean within 2e-6 of the greatest magnitude
+/// Precision    min, max and counts exact; mean within 2e-6 of the largest magnitude
 ///              (tests/ops/tensor_stats_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definitions

@@ -3,18 +3,18 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-/// V and M of a slice together: on CPU devices they should stay in the cache (measured: 256 tiles of
-/// 128 + 128 channels are 15 % faster than 1024); a GPU wants work for all of its processors.
+/// V and M of a slice together: on CPU devices they should stay in the cache (256 tiles of 128 + 128
+/// channels were 15 % faster than 1024); a GPU needs work for all its processors.
 constexpr std::uint64_t kCpuSliceBytes = std::uint64_t{9} << 20;
 constexpr std::uint64_t kGpuSliceBytes = std::uint64_t{96} << 20;
 
-/// From so many tiles on, register tiles are square, which need the fewest fetches for their products; below, they are
-/// tall, and few lanes idle.
+/// From so many tiles on, register tiles are square, which needs the fewest fetches per product; below, they are tall,
+/// which leaves few lanes idle.
 constexpr std::uint32_t kSquareFrom = 64;
 
 struct RegisterTile {
@@ -23,10 +23,10 @@ struct RegisterTile {
     std::uint32_t depth;
 };
 
-/// Of the product on CPU devices. Wide and two quads deep takes the fewest instructions, as it touches its sums half
-/// as often: 1.2 times as fast on Zen 5. It unrolls to 21 KiB of code, though; two quads of as many sums made a Zen 3
-/// core, which has 16 registers, a sixth slower, and a Skylake server no faster. Large unrolls to twice that, for three
-/// fetches where wide takes five: a tenth faster on a Xeon whose instruction cache holds it.
+/// Register tile of the product on CPU devices. Wide and two quads deep takes the fewest instructions, because it
+/// touches its sums half as often: 1.2 times as fast on Zen 5. But it unrolls to 21 KiB of code: two quads of as many
+/// sums made a Zen 3 core, which has 16 registers, a sixth slower, and a Skylake server no faster. Large unrolls to
+/// twice that, with three fetches instead of five: a tenth faster on a Xeon whose instruction cache holds it.
 RegisterTile cpu_tile(const vk::DeviceFeatures& cpu, std::uint32_t tiles) {
     constexpr RegisterTile kTall{2, 8, 1}, kSquare{4, 4, 1}, kWide{8, 2, 2}, kLarge{8, 4, 2};
     if (tiles < kSquareFrom) return kTall;
@@ -54,7 +54,7 @@ WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& d
     const params::Conv2dWinogradParams params = winograd_params(desc);
     WinogradSlices slices{};
     slices.all = desc.n * params.tiles_x * params.tiles_y;
-    slices.lanes = cpu ? 8 : workgroup_size(recorder.device(), 64);
+    slices.lanes = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     const RegisterTile tile =
         cpu ? cpu_tile(recorder.device().features, slices.all) : RegisterTile{1, 2, 1};
     slices.columns = tile.columns;
@@ -86,10 +86,6 @@ params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc) {
     params.places = winograd_places(desc);
     params.one = 1;
     return params;
-}
-
-const char* winograd_shader(const vk::Recorder& recorder, const char* gpu, const char* cpu) {
-    return recorder.kernels() == vk::Kernels::kCpu ? cpu : gpu;
 }
 
 }  // namespace splat::ops

@@ -3,12 +3,12 @@
 #include "ops/conv2d.h"
 #include "params/conv2d_winograd_params.h"
 
-/// How the tiles of a Winograd convolution are cut into slices, and what its stages share.
+/// Slices of the tiles of a Winograd convolution, and code shared by its stages.
 namespace splat::ops {
 
 /// The specialisation constant of the transforms.
 inline vk::SpecConstant winograd_tile(const Conv2dDesc& desc) {
-    return {10, static_cast<std::uint32_t>(desc.winograd)};
+    return {params::kWinogradTileId, static_cast<std::uint32_t>(desc.winograd)};
 }
 
 /// A slice is a whole number of workgroups of the product, so that none of the stages has to guard
@@ -34,9 +34,6 @@ std::uint32_t winograd_places(const Conv2dDesc& desc);
 WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc);
-
-/// One of the two modules of a shader under LOADS of shaders/CMakeLists.txt.
-const char* winograd_shader(const vk::Recorder& recorder, const char* gpu, const char* cpu);
 
 /// V = B^T x B of one slice.
 Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& desc,

@@ -3,18 +3,18 @@
 #include <cmath>
 #include <numeric>
 
-#include "ops/launch.h"
 #include "params/blend_params.h"
 #include "raster/tile_bin.h"
 #include "raster_constants.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kTilePixels = kTileSize * kTileSize;
 
-/// A step through `total` rows of tiles that visits each once, about 0.618 of them long, so that every
-/// contiguous run of them is spread evenly.
+/// A step of about 0.618 * total that visits each of `total` rows of tiles once. Any run of
+/// consecutive steps then spreads evenly over the rows.
 std::uint32_t spread_of(std::uint64_t total) {
     auto step = static_cast<std::uint64_t>(0.6180339887 * static_cast<double>(total));
     while (step > 1 && std::gcd(step, total) != 1) --step;
@@ -34,7 +34,7 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
     params.spread = tile_order_used(recorder, desc, window)
                         ? 0
                         : spread_of(std::uint64_t{window.rows()} * desc.views);
-    // 3dgs stops when T would be < the limit, gsplat when it would be <=.
+    // 3dgs stops before T < the limit, gsplat before T <= the limit.
     params.stop_below = desc.convention == Convention::k3dgs
                             ? kTransmittanceMin
                             : std::nextafter(kTransmittanceMin, 1.0F);
@@ -49,15 +49,13 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const std::uint32_t parts = cpu ? 4 : 1;
     const auto pairs = static_cast<double>(pairs_estimate);
-    std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
-                                               {10, desc.extra && !normals ? 1U : 0U},
-                                               {13, normals ? 1U : 0U}};
-    if (cpu) {
-        constants.push_back({11, desc.skips.early_out ? 0U : 1U});
-        constants.push_back({12, desc.skips.blocks ? 0U : 1U});
-    } else if (recorder.kernels() == vk::Kernels::kGpu) {
-        constants.push_back({11, desc.skips.early_out ? 1U : 0U});
-    }
+    std::vector<vk::SpecConstant> constants = {
+        {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
+        {params::kBlendExtraId, desc.extra && !normals ? 1U : 0U},
+        {params::kBlendNormalsId, normals ? 1U : 0U}};
+    if (recorder.kernels() != vk::Kernels::kPlain)
+        constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
+    if (cpu) constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
     std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
                                         vk::read(views.normals),    vk::read(views.ranges),
                                         vk::read(views.background), vk::write(views.image),
@@ -65,7 +63,7 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
     if (cpu) accesses.push_back(vk::read(views.order));
     return recorder.dispatch({
         .op = "blend_forward",
-        .shader = cpu ? "blend_forward_cpu" : "blend_forward",
+        .shader = "blend_forward",
         .constants = constants,
         .push = blend_params(recorder, desc, window),
         .accesses = accesses,
@@ -84,29 +82,32 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         kernels = vk::Kernels::kPlain;
     const bool cpu = kernels == vk::Kernels::kCpu;
     const auto pairs = static_cast<double>(pairs_estimate);
-    std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
-                                               {10, desc.grad_depth ? 1U : 0U},
-                                               {11, desc.export_gradients ? 1U : 0U}};
+    std::vector<vk::SpecConstant> constants = {
+        {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
+        {params::kBlendDepthId, desc.grad_depth ? 1U : 0U},
+        {params::kBlendAbsoluteId, desc.export_gradients ? 1U : 0U}};
     std::vector<vk::Access> accesses = {
         vk::read(views.splats), vk::read(views.pairs),      vk::read(views.slots),
         vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
         vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
         vk::write(records.b),   vk::write(records.c)};
-    if (kernels != vk::Kernels::kPlain) constants.push_back({12, desc.skips.early_out ? 0U : 1U});
+    if (kernels != vk::Kernels::kPlain)
+        constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
     if (cpu) {
-        constants.push_back({13, desc.skips.blocks ? 0U : 1U});
-        constants.push_back({14, desc.original_gradient ? 1U : 0U});
+        constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
+        constants.push_back({params::kBlendStraightThroughId, desc.original_gradient ? 1U : 0U});
         accesses.push_back(vk::read(views.order));
     }
     return recorder.dispatch({
         .op = "blend_backward",
-        .shader = ops::pick(kernels, "blend_backward", "blend_backward_cpu", "blend_backward_gpu"),
+        .shader = "blend_backward",
         .constants = constants,
         .push = blend_params(recorder, desc, window),
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = {.flops = 40 * pairs * kTilePixels,
                  .bytes = 108 * pairs + 24 * static_cast<double>(desc.pixels())},
+        .kernels = kernels,
     });
 }
 

@@ -5,12 +5,12 @@
 namespace splat::raster {
 
 struct BlendViews {
-    vk::BufferView splats;   ///< of project_forward and project_colors
+    vk::BufferView splats;   ///< of project_forward
     vk::BufferView pairs;    ///< [pairs,2] uint32: tile and item, by tile, then depth
     vk::BufferView normals;  ///< [V*N] quads of project_normals; one quad if not desc.normals
-    vk::BufferView slots;    ///< [pairs] uint32: its record; backward only
+    vk::BufferView slots;    ///< [pairs] uint32: the pair's record; backward only
     vk::BufferView ranges;   ///< [tiles] 2 uint32
-    vk::BufferView order;    ///< [tiles] uint32 of tile_ranges; any quad if tile_order_used is false
+    vk::BufferView order;  ///< [tiles] uint32 of tile_ranges; any quad if tile_order_used is false
     vk::BufferView background;  ///< one quad: RGB
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
     vk::BufferView state;       ///< [V,H,W] 2 float32: transmittance, entries before the stop
@@ -18,18 +18,18 @@ struct BlendViews {
                                 ///< one quad if not desc.extra
 };
 
-/// Blend each tile's list front to back; with `normals` the normals instead of the colours, into
-/// views.image, without background.
+/// Blend each tile's list front to back into views.image. With `normals`, blend normals instead of
+/// colours, without a background.
 ///
 /// pairs_estimate  expected number of pairs, for the length of submits
 /// Errors       the recorder's
-/// Precision    1e-5 absolute off pixels where a decision lies within float32 rounding
+/// Precision    1e-5 absolute, except on pixels where float32 rounding flips a decision
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 6; shaders/raster/blend_forward.comp
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                      const BlendViews& views, std::uint64_t pairs_estimate, bool normals = false);
 
-/// The gradient, as one record per pair.
+/// Gradient of blend_forward, written as one record per pair.
 ///
 /// grad_image   [V,H,W] quads: by RGB and alpha
 /// grad_depth   [V,H,W] float32: by the accumulated depth; any quad if not desc.grad_depth

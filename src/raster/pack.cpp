@@ -11,13 +11,13 @@ namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kGaussianFloats = 12;
-constexpr std::size_t kPiece = 65536;  ///< Gaussians that are packed at a time
+constexpr std::size_t kPiece = 65536;  ///< Gaussians packed at a time
 
 std::uint32_t color_floats(const RasterDesc& desc) {
     return desc.direct_colors ? 3 : 3 * scene::sh_coefficients(desc.sh_degree);
 }
 
-/// An attribute: which view, how many floats, and where they are packed.
+/// One attribute: its array, its floats per Gaussian, and their place in the packed layout.
 struct Row {
     const vk::BufferView* view;
     std::uint32_t channels;
@@ -25,15 +25,16 @@ struct Row {
     ops::Stride layout;
 };
 
-template <class Copy>
-Status for_each_attribute(const RasterDesc& desc, const AttributeViews& views,
-                          const SceneInput& packed, const Copy& copy) {
+/// Packed: PackedGaussians or PackedGradients.
+template <class Packed, class Copy>
+Status for_each_attribute(const RasterDesc& desc, const GaussianAttributes& attributes,
+                          const Packed& packed, const Copy& copy) {
     const Row rows[] = {
-        {&views.means, 3, &packed.gaussians, {kGaussianFloats, 0}},
-        {&views.opacities, 1, &packed.gaussians, {kGaussianFloats, 3}},
-        {&views.scales, 3, &packed.gaussians, {kGaussianFloats, 4}},
-        {&views.rotations, 4, &packed.gaussians, {kGaussianFloats, 8}},
-        {&views.colors, color_floats(desc), &packed.colors, {4 * desc.color_quads(), 0}},
+        {&attributes.means, 3, &packed.gaussians, {kGaussianFloats, 0}},
+        {&attributes.opacities, 1, &packed.gaussians, {kGaussianFloats, 3}},
+        {&attributes.scales, 3, &packed.gaussians, {kGaussianFloats, 4}},
+        {&attributes.rotations, 4, &packed.gaussians, {kGaussianFloats, 8}},
+        {&attributes.colors, color_floats(desc), &packed.colors, {4 * desc.color_quads(), 0}},
     };
     for (const Row& row : rows)
         if (row.view->buffer != VK_NULL_HANDLE) SPLAT_TRY(copy(row));
@@ -51,20 +52,21 @@ void pack_gaussian(const scene::Gaussians& scene, std::size_t i, float* to) {
 
 }  // namespace
 
-Result<PackedArrays> allocate_packed(vk::Context& context, const RasterDesc& desc) {
+Result<PackedBuffers> allocate_packed(vk::Context& context, const RasterDesc& desc) {
     const std::uint64_t count = std::max<std::uint64_t>(desc.gaussians, 1);
-    PackedArrays arrays;
-    SPLAT_ASSIGN(arrays.gaussians, context.memory().allocate(count * kGaussianFloats * 4,
-                                                             vk::MemoryKind::kDevice, "Gaussians"));
-    SPLAT_ASSIGN(arrays.colors, context.memory().allocate(count * desc.color_quads() * 16,
-                                                          vk::MemoryKind::kDevice, "colours"));
-    SPLAT_TRY(context.fill(arrays.gaussians.range(), 0));
-    SPLAT_TRY(context.fill(arrays.colors.range(), 0));
-    return arrays;
+    PackedBuffers buffers;
+    SPLAT_ASSIGN(buffers.gaussians,
+                 context.memory().allocate(count * kGaussianFloats * 4, vk::MemoryKind::kDevice,
+                                           "Gaussians"));
+    SPLAT_ASSIGN(buffers.colors, context.memory().allocate(count * desc.color_quads() * 16,
+                                                           vk::MemoryKind::kDevice, "colours"));
+    SPLAT_TRY(context.fill(buffers.gaussians.range(), 0));
+    SPLAT_TRY(context.fill(buffers.colors.range(), 0));
+    return buffers;
 }
 
 Status upload_scene(vk::Context& context, const RasterDesc& desc, const scene::Gaussians& scene,
-                    const PackedArrays& to) {
+                    const PackedBuffers& to) {
     SPLAT_ASSERT(scene.count() == desc.gaussians && !desc.direct_colors);
     const std::size_t quads = desc.color_quads();
     const std::size_t there = std::size_t{3} * scene::sh_coefficients(scene.sh_degree);
@@ -86,8 +88,8 @@ Status upload_scene(vk::Context& context, const RasterDesc& desc, const scene::G
     return {};
 }
 
-Status pack_attributes(vk::Recorder& recorder, const RasterDesc& desc, const AttributeViews& from,
-                       const SceneInput& to) {
+Status pack_attributes(vk::Recorder& recorder, const RasterDesc& desc,
+                       const GaussianAttributes& from, const PackedGaussians& to) {
     return for_each_attribute(desc, from, to, [&](const Row& row) {
         return ops::strided_copy(
             recorder, {desc.gaussians, row.channels, {row.channels, 0}, row.layout, false},
@@ -95,8 +97,8 @@ Status pack_attributes(vk::Recorder& recorder, const RasterDesc& desc, const Att
     });
 }
 
-Status unpack_attributes(vk::Recorder& recorder, const RasterDesc& desc, const SceneInput& from,
-                         const AttributeViews& to, bool accumulate) {
+Status unpack_gradients(vk::Recorder& recorder, const RasterDesc& desc, const PackedGradients& from,
+                        const GaussianAttributes& to, bool accumulate) {
     return for_each_attribute(desc, to, from, [&](const Row& row) {
         return ops::strided_copy(
             recorder, {desc.gaussians, row.channels, row.layout, {row.channels, 0}, accumulate},

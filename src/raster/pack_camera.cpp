@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raster/rasterizer.h"
+#include "raster/pack.h"
 #include "raster_constants.h"
 
 namespace splat::raster {
@@ -9,7 +9,7 @@ namespace {
 
 using Matrix = std::array<double, 9>;
 
-/// Below this volume of the axes a camera maps space onto a plane; poses are rotations, so about 1.
+/// A smaller determinant means that the camera maps space onto a plane. Rotations have about 1.
 constexpr double kLeastDeterminant = 1e-9;
 
 double determinant(const Matrix& m) {

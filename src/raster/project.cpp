@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/pose_reduce_params.h"
 #include "params/project_params.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
 
-/// Flops of one projection and its gradient; only the length of submits depends on them.
+/// Flops of one projection and of its gradient. They only decide the length of submits.
 constexpr double kForwardFlops = 400;
 constexpr double kBackwardFlops = 1200;
 
@@ -32,10 +32,10 @@ params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
 }
 
 std::uint32_t group_size(const vk::Recorder& recorder) {
-    return ops::workgroup_size(recorder.device(), kGroup);
+    return vk::workgroup_size(recorder.device(), kGroup);
 }
 
-/// One dispatch: the Gaussians from `first` on, one invocation for each (in one view).
+/// One dispatch, for `count` Gaussians from `first`: one invocation per Gaussian and view.
 struct Slice {
     std::uint32_t first;
     std::uint32_t count;
@@ -50,7 +50,7 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
     const std::uint32_t size = slice_size(recorder.device(), desc);
     for (std::uint32_t first = 0; first < desc.gaussians; first += size) {
         const std::uint32_t count = std::min(size, desc.gaussians - first);
-        const vk::Groups groups = ops::groups_for(recorder.device(), count, group_size(recorder));
+        const vk::Groups groups = vk::groups_for(recorder.device(), count, group_size(recorder));
         Slice slice{first, count, params_of(desc, window), groups};
         slice.params.first = first;
         slice.params.count = count;
@@ -63,20 +63,21 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
 }  // namespace
 
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const SceneViews& scene, const ItemViews& items) {
+                       const PackedGaussians& scene, const vk::BufferView& cameras,
+                       const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
     return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_forward",
-            .shader = ops::pick(recorder.kernels(), "project_forward", "project_forward_cpu",
-                                "project_forward"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : std::min(desc.sh_degree, scene.sh_degree)},
-                          {kFlagsId, desc.flags()}},
+            .shader = "project_forward",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectDegreeId,
+                           desc.direct_colors ? 0 : std::min(desc.sh_degree, scene.sh_degree)},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(scene.cameras), vk::write(items.splats), vk::write(items.counts),
+                         vk::read(cameras), vk::write(items.splats), vk::write(items.counts),
                          vk::write(items.keys), vk::write(items.radii),
                          vk::write(items.footprints)},
             .groups = {part.groups[0], part.groups[1], desc.views},
@@ -86,17 +87,18 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
     });
 }
 
-Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                       const ItemViews& items, const vk::BufferView& normals) {
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
+                       const vk::BufferView& cameras, const ItemViews& items,
+                       const vk::BufferView& normals) {
     return for_slices(recorder, desc, {}, [&](const Slice& part) {
         return recorder.dispatch({
             .op = "project_normals",
-            .shader = ops::pick(recorder.kernels(), "project_normals", "project_normals_cpu",
-                                "project_normals"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)}, {kFlagsId, desc.flags()}},
+            .shader = "project_normals",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
-                         vk::read(scene.cameras), vk::read(items.counts), vk::write(normals)},
+                         vk::read(cameras), vk::read(items.counts), vk::write(normals)},
             .groups = {part.groups[0], part.groups[1], desc.views},
             .work = {.flops = 80.0 * part.count * desc.views,
                      .bytes = 68.0 * part.count * desc.views},
@@ -109,31 +111,31 @@ std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc&
     return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;
 }
 
-Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                        const ItemViews& items, const vk::BufferView& begins,
-                        const RecordViews& records, const GradientViews& gradients,
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
+                        const PackedGaussians& scene, const vk::BufferView& cameras,
+                        const ItemViews& items, const RecordViews& records,
+                        const PackedGradients& gradients, const ProjectionGradients& projection,
                         bool accumulate) {
     const std::uint32_t quads = desc.color_quads();
     SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
         part.params.accumulate = accumulate ? 1 : 0;
         return recorder.dispatch({
             .op = "project_backward",
-            .shader = ops::pick(recorder.kernels(), "project_backward", "project_backward_cpu",
-                                "project_backward"),
-            .constants = {{ops::kWorkgroupSizeId, group_size(recorder)},
-                          {10, desc.direct_colors ? 0 : desc.sh_degree},
-                          {11, desc.export_gradients ? 1U : 0U},
-                          {12, desc.grad_pose ? 1U : 0U},
-                          {kFlagsId, desc.flags()}},
+            .shader = "project_backward",
+            .constants = {{params::kWorkgroupSizeId, group_size(recorder)},
+                          {params::kProjectDegreeId, desc.direct_colors ? 0 : desc.sh_degree},
+                          {params::kProjectExportId, desc.export_gradients ? 1U : 0U},
+                          {params::kProjectPoseId, desc.grad_pose ? 1U : 0U},
+                          {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(scene.cameras), vk::read(items.splats), vk::read(items.counts),
-                         vk::read(begins), vk::read(records.a), vk::read(records.b),
+                         vk::read(cameras), vk::read(items.splats), vk::read(items.counts),
+                         vk::read(records.begins), vk::read(records.a), vk::read(records.b),
                          vk::read(records.c),
                          vk::read_write(slice(gradients.gaussians, part.first, part.count, 3)),
                          vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
-                         vk::read_write(gradients.exported), vk::write(gradients.pose_partial)},
+                         vk::read_write(projection.exported), vk::write(projection.pose_partial)},
             .groups = part.groups,
             .work = {.flops = kBackwardFlops * part.count * desc.views,
                      .bytes = 16.0 * (12 + 2 * quads) * part.count * desc.views},
@@ -146,10 +148,10 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Sc
     return recorder.dispatch({
         .op = "pose_reduce",
         .shader = "pose_reduce",
-        .constants = {{ops::kWorkgroupSizeId,
-                       ops::workgroup_size(recorder.device(), 64, partial_groups)}},
+        .constants = {{params::kWorkgroupSizeId,
+                       vk::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
-        .accesses = {vk::read(gradients.pose_partial), vk::read_write(gradients.pose)},
+        .accesses = {vk::read(projection.pose_partial), vk::read_write(projection.pose)},
         .groups = {desc.views, 1, 1},
         .work = {.flops = 12.0 * partial_groups * desc.views,
                  .bytes = 48.0 * partial_groups * desc.views},

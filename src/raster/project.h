@@ -1,24 +1,11 @@
 #pragma once
 
-#include "raster/raster_desc.h"
-#include "scene/gaussians.h"
+#include "raster/pack.h"
 #include "vk/recorder.h"
 
 namespace splat::raster {
 
-/// vec4 per view of the packed cameras: rows of [R|t]; fx fy cx cy; least and greatest x/z and y/z
-/// of the Jacobian; position.
-inline constexpr std::uint32_t kCameraQuads = 6;
-
-/// What is rasterized, packed in vec4 and activated.
-struct SceneViews {
-    vk::BufferView gaussians;  ///< [N,3] quads: mean xyz, opacity; scale xyz, 0; rotation wxyz
-    vk::BufferView colors;     ///< [N,color_quads] quads
-    vk::BufferView cameras;    ///< [V,kCameraQuads] quads
-    std::uint32_t sh_degree = scene::kMaxShDegree;  ///< bands above are zeros
-};
-
-/// Per item (view * N + Gaussian), written by the projection.
+/// What the projection writes for each item (view * N + Gaussian).
 struct ItemViews {
     vk::BufferView splats;      ///< [V*N,3] quads: see shaders/raster/project_forward.comp
     vk::BufferView counts;      ///< [V*N] uint32: tiles
@@ -27,29 +14,31 @@ struct ItemViews {
     vk::BufferView footprints;  ///< [V*N,2] uint32: tiles, packed; see tile_footprint.glsl
 };
 
-/// Project Gaussians into the views, cull them, count their tiles in the window, and evaluate the
-/// colours of those dense enough to be seen. Only counts, keys and footprints depend on the window.
+/// Project and cull Gaussians, count their tiles in the window, and evaluate the colours of those
+/// that a pixel may see. Only counts, keys and footprints depend on the window.
 ///
+/// cameras      [V,kCameraQuads] quads
 /// Errors       the recorder's
-/// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/project_test.cpp)
+/// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/needles_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const SceneViews& scene, const ItemViews& items);
+                       const PackedGaussians& scene, const vk::BufferView& cameras,
+                       const ItemViews& items);
 
-/// normals [V*N] quads: of each Gaussian that reaches a tile, in coordinates of the camera.
-Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                       const ItemViews& items, const vk::BufferView& normals);
+/// Compute the normal of each Gaussian that reaches a tile, in camera coordinates, as [V*N] quads.
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
+                       const vk::BufferView& cameras, const ItemViews& items,
+                       const vk::BufferView& normals);
 
-/// Records of the blending backward pass, each [pairs] quads.
+/// Records of the blending's backward pass, one per pair.
 struct RecordViews {
-    vk::BufferView a, b, c;
+    vk::BufferView a, b, c;  ///< [pairs] quads each
+    vk::BufferView begins;   ///< [V*N] uint32: an item's first record, slot_begins of tile_bin
 };
 
-/// Where gradients go, packed like the scene.
-struct GradientViews {
-    vk::BufferView gaussians;     ///< like SceneViews::gaussians
-    vk::BufferView colors;        ///< like SceneViews::colors
+/// Gradients by the projected Gaussians and by the cameras.
+struct ProjectionGradients {
     vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
     vk::BufferView pose_partial;  ///< pose_partial_bytes
     vk::BufferView pose;          ///< [V,3] quads: rows of dL/d[R|t], or one quad
@@ -57,16 +46,16 @@ struct GradientViews {
 
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc);
 
-/// Gradients by the Gaussians, their colours and the cameras, from the records; added to what is
-/// there when `accumulate`.
+/// Sum the records into gradients by the Gaussians, their colours and the cameras. With
+/// `accumulate`, add them to the values already there.
 ///
-/// begins       [V*N] uint32: first record of an item, slot_begins of tile_bin
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count: records are summed in their order
 /// Source       shaders/include/projection_backward.glsl; derived in tests/ref/project_ref.h
-Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SceneViews& scene,
-                        const ItemViews& items, const vk::BufferView& begins,
-                        const RecordViews& records, const GradientViews& gradients,
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
+                        const PackedGaussians& scene, const vk::BufferView& cameras,
+                        const ItemViews& items, const RecordViews& records,
+                        const PackedGradients& gradients, const ProjectionGradients& projection,
                         bool accumulate);
 
 }  // namespace splat::raster

@@ -4,40 +4,43 @@
 #include <bit>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/radix_sort_params.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
 
-/// Shape of the sort on a device. A lane has a counter for each value of a digit; on GPUs they are
-/// per subgroup and fit 32 KiB of shared memory. On CPU devices one subgroup per workgroup and up to
-/// 9 bits: depths within a factor of 65536, whose bits differ in 27, take three passes (8 bits: within one
-/// of 4), and 512 tiles take one. A lane's chunk is longer than its 512 counters, or they would take most
-/// of the time.
+/// Values of the longest digit with kernels that keep totals.
+constexpr std::uint32_t kRadixBins = 256;
+
+/// Shape of the sort on a device. Each lane has one counter per value of a digit; on GPUs each
+/// subgroup has, in 32 KiB of shared memory. On CPU devices a workgroup is one subgroup and digits
+/// have up to 9 bits: depths within a factor of 65536 differ in 27 bits and take three passes (with
+/// 8 bits only a factor of 4 would), and 512 tiles take one. Chunks are longer than 512, or the
+/// counters would take most of the time.
 struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
     std::uint32_t passes;
-    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs where entries are moved
-    std::uint32_t least;  ///< of them for few entries
-    std::uint32_t chunk;  ///< entries for each of them
+    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs when entries are moved
+    std::uint32_t least;  ///< lanes that take part however few entries there are
+    std::uint32_t chunk;  ///< entries per lane
     std::uint32_t groups;
-    bool ranged;  ///< keys of all bits: digits of the bits by which they differ
+    bool ranged;  ///< sort by the bits in which the keys differ; keys of 32 bits
 };
 
-/// How a set of kernels shares entries: lanes (or workgroups) for few and for many of them, entries
-/// that each further one is for, and the most that one can have: the turns of its loop, the 16 bits of
-/// a rank. On CPU devices one workgroup sums the counts, longer for more chunks; 8 chunks are one workgroup
-/// of counting, so 128 give work to 16 threads.
+/// How kernels share entries among lanes (or workgroups): the least and the most lanes, the entries
+/// per lane in between, and the most that one lane can take (turns of its loop, 16 bits of a rank).
+/// On CPU devices one workgroup sums the counts of all chunks, so fewer are faster; 128 chunks keep
+/// 16 threads busy, as a workgroup counts 8.
 struct Sharing {
     std::uint32_t least, most, chunk, longest;
 };
 
 Sharing sharing_of(vk::Kernels kernels) {
     if (kernels == vk::Kernels::kCpu) return {16, 128, 4096, 1U << 16};
-    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, ops::kMaxTurns};
-    return {32, 4096, 128, ops::kMaxTurns};
+    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, vk::kMaxTurns};
+    return {32, 4096, 128, vk::kMaxTurns};
 }
 
 Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
@@ -48,7 +51,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     const std::uint32_t most_bits = plain ? 4 : gpu ? 8 : 9;
     const std::uint32_t bits = std::max(desc.key_bits, 2U);  // bins are read in quads
     Plan plan{};
-    plan.group = ops::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
+    plan.group = vk::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
     plan.passes = (bits + most_bits - 1) / most_bits;
     plan.ranged = !gpu && bits == 32;
     plan.digit_bits = plan.ranged ? most_bits : (bits + plan.passes - 1) / plan.passes;
@@ -73,14 +76,40 @@ params::RadixSortParams params_of(const Plan& plan, const RadixSortDesc& desc, s
     return params;
 }
 
+/// Every view that the kernels bind.
+struct Arrays : RadixSortViews {
+    vk::BufferView table, places, ranks, totals, range;
+};
+
+Arrays arrays_of(const RadixSortDesc& desc, const RadixSortViews& views,
+                 const RadixSortWorkspace& space) {
+    Arrays arrays{views,
+                  space.table.range(),
+                  space.places.range(),
+                  space.ranks.range(),
+                  space.totals.range(),
+                  space.range.range()};
+    if (!desc.second) arrays.seconds = {space.unused[0].range(), space.unused[1].range()};
+    return arrays;
+}
+
+std::uint64_t table_bytes(const vk::Recorder& recorder, RadixSortDesc desc) {
+    // Keys of fewer bits may have longer digits: 10 bits are two digits of 5, 9 bits are one of 9.
+    std::uint64_t most = 0;
+    for (; desc.key_bits >= 1; --desc.key_bits) {
+        const Plan plan = plan_for(recorder, desc);
+        most = std::max(most, std::uint64_t{4} * plan.lanes << plan.digit_bits);
+    }
+    return most;
+}
+
 Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& desc,
-                 const RadixSortViews& views) {
+                 const Arrays& views) {
     SPLAT_TRY(recorder.fill(views.range, 0xFFFFFFFFU));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(recorder.kernels(), "radix_sort_range", "radix_sort_range_cpu",
-                            "radix_sort_range"),
-        .constants = {{ops::kWorkgroupSizeId, plan.group}},
+        .shader = "radix_sort_range",
+        .constants = {{params::kWorkgroupSizeId, plan.group}},
         .push = params_of(plan, desc, 0),
         .accesses = {vk::read(views.input), vk::read(views.count), vk::read_write(views.range)},
         .groups = {plan.groups, 1, 1},
@@ -88,8 +117,8 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
     });
 }
 
-/// One digit. Which pass is the first is known on the device if digits are by the range of the keys, so
-/// that the kernels see the input, too.
+/// One pass, by one digit. If digits follow the range of the keys, only the device knows which pass
+/// is the first, so every pass also binds the input.
 struct Pass {
     params::RadixSortParams params;
     std::vector<vk::SpecConstant> constants;
@@ -98,14 +127,13 @@ struct Pass {
     double table = 0;  ///< bytes
 };
 
-Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& views,
-             std::uint32_t pass) {
+Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const Arrays& views, std::uint32_t pass) {
     const vk::BufferView& entries = pass == 0 ? views.input : views.sides[(pass - 1) % 2];
     return {.params = params_of(plan, desc, pass),
-            .constants = {{ops::kWorkgroupSizeId, plan.group},
-                          {10, plan.digit_bits},
-                          {12, desc.second ? 1U : 0U},
-                          {15, plan.ranged ? 1U : 0U}},
+            .constants = {{params::kWorkgroupSizeId, plan.group},
+                          {params::kRadixSortBitsId, plan.digit_bits},
+                          {params::kRadixSortSecondId, desc.second ? 1U : 0U},
+                          {params::kRadixSortRangedId, plan.ranged ? 1U : 0U}},
             .input = plan.ranged ? views.input : entries,
             .entries = entries,
             .entries_out = views.sides[pass % 2],
@@ -115,7 +143,7 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const RadixSortViews& 
             .table = double{4} * (plan.lanes << plan.digit_bits)};
 }
 
-Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
+Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
                     const Pass& pass) {
     const vk::Kernels kernels = recorder.kernels();
     std::vector<vk::Access> accesses = {vk::read(pass.input), vk::read(pass.entries),
@@ -125,8 +153,7 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     if (kernels == vk::Kernels::kCpu) accesses.push_back(vk::write(views.ranks));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(kernels, "radix_sort_upsweep", "radix_sort_upsweep_cpu",
-                            "radix_sort_upsweep_gpu"),
+        .shader = "radix_sort_upsweep",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,
@@ -135,8 +162,7 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     });
 }
 
-Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
-                  const Pass& pass) {
+Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read_write(views.table), vk::write(views.totals),
                                         vk::read(views.count), vk::read(views.kept),
@@ -146,7 +172,7 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews
                     vk::write(views.places), vk::read_write(views.kept)};
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = cpu ? "radix_sort_spine_cpu" : "radix_sort_spine",
+        .shader = "radix_sort_spine",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,
@@ -155,8 +181,8 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const RadixSortViews
     });
 }
 
-Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortViews& views,
-                    const Pass& pass, bool second) {
+Status move_entries(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass,
+                    bool second) {
     const vk::Kernels kernels = recorder.kernels();
     const bool cpu = kernels == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read(pass.input),
@@ -171,8 +197,7 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
     if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
     return recorder.dispatch({
         .op = "radix_sort",
-        .shader = ops::pick(kernels, "radix_sort_downsweep", "radix_sort_downsweep_cpu",
-                            "radix_sort_downsweep_gpu"),
+        .shader = "radix_sort_downsweep",
         .constants = pass.constants,
         .push = pass.params,
         .accesses = accesses,
@@ -183,32 +208,49 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const RadixSortVie
 
 }  // namespace
 
-std::uint64_t radix_sort_table_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
-    const Plan plan = plan_for(recorder, desc);
-    return std::uint64_t{4} * plan.lanes << plan.digit_bits;
+std::uint64_t RadixSortWorkspace::bytes() const {
+    return table.bytes() + places.bytes() + ranks.bytes() + totals.bytes() + range.bytes() +
+           unused[0].bytes() + unused[1].bytes();
 }
 
-std::uint64_t radix_sort_rank_bytes(const vk::Recorder& recorder, const RadixSortDesc& desc) {
+Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const RadixSortDesc& desc) {
+    const vk::Recorder recorder(context);
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint64_t table = table_bytes(recorder, desc);
     // 16 bits each, written for four entries at a time.
-    return recorder.kernels() == vk::Kernels::kCpu ? ceil_div(std::uint64_t{desc.capacity}, 4) * 8
-                                                   : 16;
+    const std::uint64_t ranks = ceil_div(std::uint64_t{desc.capacity}, 4) * 8;
+    RadixSortWorkspace space;
+    const auto allocate = [&](vk::Buffer& buffer, const char* name, std::uint64_t bytes) -> Status {
+        SPLAT_ASSIGN(buffer, context.memory().allocate(std::max<std::uint64_t>(bytes, 16),
+                                                       vk::MemoryKind::kDevice, name));
+        return {};
+    };
+    SPLAT_TRY(allocate(space.table, "sort table", table));
+    SPLAT_TRY(allocate(space.places, "sort places", cpu ? table : 0));
+    SPLAT_TRY(allocate(space.ranks, "sort ranks", cpu ? ranks : 0));
+    SPLAT_TRY(allocate(space.totals, "sort totals", 4 * kRadixBins));
+    SPLAT_TRY(allocate(space.range, "sort range", 0));
+    for (vk::Buffer& unused : space.unused) SPLAT_TRY(allocate(unused, "unused", 0));
+    return space;
 }
 
 std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     return (plan_for(recorder, desc).passes + 1) % 2;
 }
 
-Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views) {
+Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views,
+                  const RadixSortWorkspace& space) {
     SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
+    const Arrays arrays = arrays_of(desc, views, space);
     const Plan plan = plan_for(recorder, desc);
-    // The first pass that works is known on the device alone, and with it the second values' side.
+    // Only the device knows the first pass of a ranged sort, and so the side of the second values.
     SPLAT_ASSERT(!plan.ranged || !desc.second);
-    if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, views));
+    if (plan.ranged) SPLAT_TRY(key_range(recorder, plan, desc, arrays));
     for (std::uint32_t index = 0; index < plan.passes; ++index) {
-        const Pass pass = pass_of(plan, desc, views, index);
-        SPLAT_TRY(count_digits(recorder, plan, views, pass));
-        SPLAT_TRY(sum_counts(recorder, plan, views, pass));
-        SPLAT_TRY(move_entries(recorder, plan, views, pass, desc.second));
+        const Pass pass = pass_of(plan, desc, arrays, index);
+        SPLAT_TRY(count_digits(recorder, plan, arrays, pass));
+        SPLAT_TRY(sum_counts(recorder, plan, arrays, pass));
+        SPLAT_TRY(move_entries(recorder, plan, arrays, pass, desc.second));
     }
     return {};
 }

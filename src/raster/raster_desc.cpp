@@ -29,7 +29,7 @@ vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint6
 }
 
 std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc) {
-    // A multiple of 256 Gaussians keeps every slice aligned and workgroups whole.
+    // Multiples of 256 Gaussians keep slices aligned and workgroups full.
     const std::uint64_t stride = std::max<std::uint64_t>(3, desc.color_quads()) * 16;
     const std::uint64_t most =
         std::min(device.limits.max_storage_buffer_bytes, device.limits.max_texel_elements * 16);

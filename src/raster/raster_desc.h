@@ -8,28 +8,25 @@
 
 namespace splat::raster {
 
-/// Which rules decide what a pixel sees; the tables are in README.md.
+/// Rules that decide what a pixel sees. README.md compares them.
 enum class Convention : int {
     k3dgs = 0,    ///< Kerbl et al. 2023: near plane 0.2, a square of 3 sigma in whole tiles
     kGsplat = 1,  ///< gsplat 1.6: near and far planes, exactly alpha >= 1/255, unit quaternions
 };
 
-/// What work may be left out without changing the image. All on by default.
+/// Work to skip. No skip changes the image; all are on by default.
 struct Skips {
     bool opacity_extent = true;  ///< extents end where alpha falls below 1/255
     bool exact_tiles = true;     ///< tiles within the extent that the ellipse does not touch
-    bool cull = true;       ///< Gaussians that reach no tile are not sorted: those between pixel
-                            ///< centres, too faint, or, antialiased, too small (their opacity
-                            ///< compensates); what the convention culls never is
-    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, both passes;
-                            ///< kernels for CPUs alone have blocks
+    bool cull = true;       ///< do not sort Gaussians that reach no tile: between pixel centres,
+                            ///< too faint or, antialiased, too small; what the convention culls
+                            ///< is never sorted
+    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, in both
+                            ///< passes; only kernels for CPUs have blocks
     bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes; the
                             ///< plain kernels walk whole lists
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
-
-/// Of the shaders that depend on RasterDesc::flags.
-inline constexpr std::uint32_t kFlagsId = 13;
 
 /// What to rasterize. Fixed for the life of a Rasterizer.
 struct RasterDesc {
@@ -45,7 +42,7 @@ struct RasterDesc {
     float far_plane = kFarGsplat;
     bool extra = false;              ///< also depth and contributors
     bool normals = false;            ///< also an image of normals
-    bool backward = false;           ///< keep what the backward pass needs
+    bool backward = false;           ///< keep the data of the backward pass
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth
     bool grad_pose = false;          ///< gradient by the cameras
@@ -60,14 +57,14 @@ struct RasterDesc {
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
-    [[nodiscard]] std::uint32_t flags() const;  ///< bits of params/project_params.h, for kFlagsId
+    [[nodiscard]] std::uint32_t flags() const;  ///< kFlag... of params/project_params.h
 };
 
-/// Tiles of a window that one invocation may have to walk: an item's own, and in the backward pass
-/// those of all views. Each may take three turns of the 65535 that lavapipe's loops have.
+/// Most tiles of a window, all views together: one invocation may walk them all in the backward
+/// pass. A tile takes up to three turns, and lavapipe ends loops after 65535.
 inline constexpr std::uint64_t kMaxWindowTiles = 20000;
 
-/// Rows of tiles that one pass covers, all views.
+/// Rows of tiles that one pass covers, in all views.
 struct Window {
     std::uint32_t row_begin = 0;
     std::uint32_t row_end = 0;
@@ -75,11 +72,11 @@ struct Window {
     [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
 };
 
-/// Part of a buffer of `stride` quads per element, from element `first`.
+/// `count` elements from element `first` of a buffer with `stride` quads per element.
 vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint64_t count,
                      std::uint64_t stride);
 
-/// Gaussians that one dispatch can take, so that no binding of the packed arrays passes the limit.
+/// Most Gaussians per dispatch, so that no binding of a packed array exceeds the device's limit.
 std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc);
 
 }  // namespace splat::raster

@@ -8,18 +8,18 @@
 namespace splat::raster {
 namespace {
 
-/// Pairs per item to begin with; what a scene needs is known after its first frame.
+/// Pairs per item at first. What a scene needs is known after its first frame.
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
-bool same(const SceneInput& a, const SceneInput& b) {
+bool same(const PackedGaussians& a, const PackedGaussians& b) {
     return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors) &&
            a.sh_degree == b.sh_degree;
 }
 
 }  // namespace
 
-bool Rasterizer::names(const SceneInput& scene) const {
+bool Rasterizer::names(const PackedGaussians& scene) const {
     return same(scene, scene_);
 }
 
@@ -99,7 +99,7 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         sum.longest = std::max<std::uint64_t>(sum.longest, words[params::kStatLongest]);
         sum.empty_tiles += words[params::kStatEmptyTiles];
         needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
-        if (needed > space_.capacity) return {};  // the others have to run again anyway
+        if (needed > space_.capacity) return {};  // all passes have to run again
     }
     sum.tiles = std::uint64_t{desc_.tiles_x()} * desc_.tiles_y() * desc_.views;
     sum.passes = passes_;
@@ -129,10 +129,11 @@ Status Rasterizer::grow(std::uint64_t needed) {
     return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
 }
 
-// Entries of a tile's list that the kernels can walk, see ops/launch.h; other devices have no limit.
-// A loop that ends counts a turn, too: plain, 66 for 64 entries, 1 for each in the backward pass, 34
-// with the kernels for GPUs; 3 and 10 for 8 entries with those for CPUs. Measured with
-// tests/raster/rasterizer_memory_test.cpp: 63551 (backward to 63000, no further), 1927; 174760, 52424.
+// Most entries of a tile's list that the kernels can walk. Only lavapipe has a limit (65535 turns
+// of a loop; the end of a loop counts as a turn). Turns, forward and backward: plain 66 per 64
+// entries and 1 per entry; for GPUs 34 per entry backward; for CPUs 3 and 10 per 8 entries.
+// Measured with tests/raster/rasterizer_memory_test.cpp: 63551 (backward tried to 63000), 1927;
+// 174760, 52424.
 std::uint64_t Rasterizer::list_limit() const {
     if (context_.device().info().kind != vk::DeviceKind::kCpu) return ~std::uint64_t{0};
     const vk::Kernels kernels = context_.device().kernels();
@@ -141,7 +142,7 @@ std::uint64_t Rasterizer::list_limit() const {
     return desc_.backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
 }
 
-Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
+Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& views) {
     SPLAT_ASSERT(views.values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
     const bool moved = views.values != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
@@ -149,7 +150,7 @@ Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
         stats_.runs = 0;
         return {};
     }
-    // Until the device works, a failure leaves the last call as it was, its gradient included.
+    // A failure before the device starts leaves the previous call valid, including its gradient.
     std::vector<float> values = moved ? views.values : std::vector<float>();
     if (forward_.empty() || !same(scene, scene_)) SPLAT_TRY(record_forward(scene));
     scene_ = scene;
@@ -173,7 +174,7 @@ Status Rasterizer::forward(const SceneInput& scene, const PackedViews& views) {
 }
 
 Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                            const SceneInput& gradients) {
+                            const PackedGradients& gradients) {
     if (!desc_.backward)
         return error(Code::kInvalidArgument,
                      "rasterizer: made without backward; set it when creating");
@@ -193,7 +194,7 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
         backward_views_ = views;
     }
     for (std::size_t pass = 0; pass < backward_.size(); ++pass) {
-        if (backward_.size() > 1) SPLAT_TRY(context_.run(forward_[pass]));  // its lists are gone
+        if (backward_.size() > 1) SPLAT_TRY(context_.run(forward_[pass]));  // lists overwritten
         SPLAT_TRY(context_.run(backward_[pass]));
     }
     return {};

@@ -2,17 +2,15 @@
 
 #include <array>
 #include <memory>
-#include <span>
 
 #include "raster/workspace.h"
-#include "scene/camera.h"
 
 namespace splat::raster {
 
 /// What the latest forward call did.
 struct RasterStats {
-    std::uint64_t visible = 0;      ///< (Gaussian, view) sorted: that reached a tile or, without
-                                    ///< skips.cull, are not culled; in the pass with most
+    std::uint64_t visible = 0;      ///< (Gaussian, view) sorted, in the pass with most: those that
+                                    ///< reach a tile or, without skips.cull, those not culled
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
     std::uint64_t empty_tiles = 0;  ///< of all views
@@ -22,56 +20,38 @@ struct RasterStats {
     std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 and more: the pair arrays had to grow
 };
 
-/// Where the scene is, packed (SceneViews without cameras). `version` changes with the contents; 0
-/// means not known. Bands above `sh_degree` are zeros, which need not be read.
-struct SceneInput {
-    vk::BufferView gaussians;
-    vk::BufferView colors;
-    std::uint64_t version = 0;
-    std::uint32_t sh_degree = scene::kMaxShDegree;
-};
-
-/// Cameras and background as the kernels read them: [V,kCameraQuads] quads, one quad.
-struct PackedViews {
-    std::vector<float> values;
-};
-
-/// Errors: kInvalidArgument for another number of cameras than desc.views, and for a camera that is
-/// singular, not finite or of another size.
-Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
-                               const std::array<float, 3>& background);
-
-/// The stages of 3D Gaussian splatting in order, with their memory: project, sort by depth, tile_bin,
-/// sort by tile, tile_ranges, blend; and back.
+/// Runs the stages of 3D Gaussian splatting and owns their memory. Forward: project, sort by depth,
+/// tile_bin, sort by tile, tile_ranges, blend.
 ///
-/// One submit per call as long as all pairs fit. If they do not, nothing is drawn; the arrays grow,
-/// or, where a binding is full, the image is drawn in groups of tile rows, with the same result.
+/// A call is one submit while all pairs fit. If they do not, the arrays grow and the call runs
+/// again; where a binding is full, the image is drawn in groups of tile rows. The result is the
+/// same.
 class Rasterizer {
   public:
     /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
     static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
-    /// `views` is of pack_views with this rasterizer's desc.
+    /// Draw `scene`. `views` comes from pack_views with this rasterizer's desc.
     ///
-    /// Errors: kUnsupported if a tile's list is longer than the device's loops can be; those of
-    /// create. One before the device works leaves the call before as it was.
-    Status forward(const SceneInput& scene, const PackedViews& views);
+    /// Errors: kUnsupported if a tile's list is longer than the device's loops; those of create. If
+    /// the call fails before the device starts, the results of the previous call stay valid.
+    Status forward(const PackedGaussians& scene, const PackedViews& views);
 
-    /// Gradient of the latest forward call. `gradients` is like SceneInput; pose and exported
-    /// gradients stay in the workspace.
+    /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
+    /// gradients.
     ///
     /// grad_image   [V,H,W] quads: by RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                    const SceneInput& gradients);
+                    const PackedGradients& gradients);
 
     /// Whether the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
-    /// Whether recorded lists may name these arrays; they name those of one scene.
-    [[nodiscard]] bool names(const SceneInput& scene) const;
+    /// Whether recorded command lists may name these arrays. They name those of one scene.
+    [[nodiscard]] bool names(const PackedGaussians& scene) const;
 
-    /// The scene's arrays are about to be written: from now on nothing is drawn.
+    /// Call before the scene's arrays are written: the results no longer count as drawn.
     void invalidate() { valid_ = false; }
 
     [[nodiscard]] const RasterDesc& desc() const { return desc_; }
@@ -83,12 +63,13 @@ class Rasterizer {
     Status check_device() const;
     Status allocate_first_pairs();
     Status upload(std::vector<float> values);
-    Status record_forward(const SceneInput& scene);
-    Status record_forward_pass(vk::Recorder& recorder, const SceneViews& scene,
+    Status record_forward(const PackedGaussians& scene);
+    Status record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
                                const Window& window);
-    Status record_normals(vk::Recorder& recorder, const SceneViews& scene, const Window& window);
+    Status record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
+                          const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                           const SceneInput& gradients);
+                           const PackedGradients& gradients);
     Status run_forward(std::uint64_t& needed);
     Status grow(std::uint64_t needed);
     [[nodiscard]] TileRanges tile_views() const;
@@ -100,7 +81,7 @@ class Rasterizer {
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;
-    SceneInput scene_;
+    PackedGaussians scene_;
     std::vector<float> uploaded_;           ///< cameras and background as on the device
     bool valid_ = false;                    ///< the workspace holds a finished forward call
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded

@@ -23,7 +23,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .extra = space_.extra.range()};
 }
 
-Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SceneViews& scene,
+Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
                                        const Window& window) {
     const auto items = static_cast<std::uint32_t>(desc_.items());
     const RadixSortDesc by_depth = {.capacity = items};
@@ -31,18 +31,15 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SceneViews&
                                    .key_bits = tile_key_bits(desc_, window),
                                    .second = desc_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
-    SPLAT_TRY(project_forward(recorder, desc_, window, scene, space_.items()));
+    SPLAT_TRY(
+        project_forward(recorder, desc_, window, scene, space_.cameras.range(), space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
                          {.input = space_.item_keys.range(),
                           .sides = {space_.item_order[0].range(), space_.item_order[1].range()},
-                          .seconds = {space_.unused[0].range(), space_.unused[1].range()},
-                          .table = space_.item_table.range(),
-                          .places = space_.item_places.range(),
-                          .ranks = space_.item_ranks.range(),
-                          .totals = space_.totals.range(),
-                          .range = space_.key_range.range(),
+                          .seconds = {},
                           .count = space_.item_count.range(),
-                          .kept = space_.sorted.range()}));
+                          .kept = space_.sorted.range()},
+                         space_.item_sort));
     SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
                        {.splats = space_.splats.range(),
                         .counts = space_.counts.range(),
@@ -62,13 +59,9 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SceneViews&
                    {.input = space_.pairs.entries[1].range(),
                     .sides = {space_.pairs.entries[0].range(), space_.pairs.entries[1].range()},
                     .seconds = {space_.pairs.slots[0].range(), space_.pairs.slots[1].range()},
-                    .table = space_.pairs.table.range(),
-                    .places = space_.pairs.places.range(),
-                    .ranks = space_.pairs.ranks.range(),
-                    .totals = space_.totals.range(),
-                    .range = space_.key_range.range(),
                     .count = space_.pair_count.range(),
-                    .kept = space_.kept_pairs.range()}));
+                    .kept = space_.kept_pairs.range()},
+                   space_.pairs.sort));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[side].range(),
                           space_.kept_pairs.range(), tile_views()));
@@ -76,33 +69,32 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SceneViews&
     return record_normals(recorder, scene, window);
 }
 
-Status Rasterizer::record_normals(vk::Recorder& recorder, const SceneViews& scene,
+Status Rasterizer::record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
                                   const Window& window) {
     if (!desc_.normals) return {};
     if (desc_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
-    SPLAT_TRY(project_normals(recorder, desc_, scene, space_.items(), space_.normals.range()));
+    SPLAT_TRY(project_normals(recorder, desc_, scene, space_.cameras.range(), space_.items(),
+                              space_.normals.range()));
     BlendViews views = blend_views(window);
     views.image = space_.normal_image.range();
     return blend_forward(recorder, desc_, window, views, space_.capacity, true);
 }
 
-Status Rasterizer::record_forward(const SceneInput& scene) {
+Status Rasterizer::record_forward(const PackedGaussians& scene) {
     if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
-    const SceneViews from = {scene.gaussians, scene.colors, space_.cameras.range(),
-                             scene.sh_degree};
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(desc_, pass, passes_);
         vk::Recorder recorder(context_);
         if (desc_.items() > 0) {
-            SPLAT_TRY(record_forward_pass(recorder, from, window));
+            SPLAT_TRY(record_forward_pass(recorder, scene, window));
         } else {
             SPLAT_TRY(recorder.fill(space_.kept_pairs.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
             SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[0].range(),
                                   space_.kept_pairs.range(), tile_views()));
             SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
-            SPLAT_TRY(record_normals(recorder, from, window));
+            SPLAT_TRY(record_normals(recorder, scene, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         SPLAT_TRY(context_.make_ready(list));
@@ -114,7 +106,8 @@ Status Rasterizer::record_forward(const SceneInput& scene) {
 }
 
 Status Rasterizer::record_backward(const vk::BufferView& grad_image,
-                                   const vk::BufferView& grad_depth, const SceneInput& gradients) {
+                                   const vk::BufferView& grad_depth,
+                                   const PackedGradients& gradients) {
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(desc_, pass, passes_);
@@ -123,10 +116,9 @@ Status Rasterizer::record_backward(const vk::BufferView& grad_image,
             SPLAT_TRY(blend_backward(recorder, desc_, window, blend_views(window), grad_image,
                                      grad_depth, space_.records(), space_.capacity));
             SPLAT_TRY(project_backward(
-                recorder, desc_, {scene_.gaussians, scene_.colors, space_.cameras.range()},
-                space_.items(), space_.slot_begins.range(), space_.records(),
-                {gradients.gaussians, gradients.colors, space_.exported.range(),
-                 space_.pose_partial.range(), space_.pose.range()},
+                recorder, desc_, scene_, space_.cameras.range(), space_.items(), space_.records(),
+                gradients,
+                {space_.exported.range(), space_.pose_partial.range(), space_.pose.range()},
                 pass > 0));
         } else {
             SPLAT_TRY(recorder.fill(space_.pose.range(), 0));

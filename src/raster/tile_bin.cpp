@@ -4,9 +4,9 @@
 #include <bit>
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/tile_bin_params.h"
 #include "raster/radix_sort.h"
+#include "vk/launch.h"
 
 namespace splat::raster {
 namespace {
@@ -14,10 +14,11 @@ namespace {
 constexpr std::uint32_t kBinGroup = 64;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
-/// Entries of a chunk that a workgroup of 8 lanes may walk on CPU devices: lavapipe ends its loops after
-/// 65535 turns in all (src/ops/launch.h). Sums of chunks are read 16 in a turn, and there are at most 32768 (a power of
-/// two below 65536 workgroups); 8 entries take one turn, one for each tile of the largest of their packed footprints,
-/// of 6 by 15 tiles (shaders/include/tile_footprint.glsl), and one more if there are larger ones in the chunk.
+/// Most entries of a chunk on CPU devices, where a workgroup of 8 lanes walks it and lavapipe ends
+/// its loops after 65535 turns in all. Reading the sums takes one turn per 16 chunks, of which
+/// there are at most 32768 (a power of two below 65536 workgroups). 8 entries take one turn, one
+/// more per tile of their largest packed footprint (6 by 15 tiles,
+/// shaders/include/tile_footprint.glsl), and one more if the chunk has larger ones.
 constexpr std::uint64_t kMaxChunks = 32768;
 constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (2 + 6 * 15) * 8;
 static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);
@@ -41,8 +42,8 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     return params;
 }
 
-/// Large footprints that one invocation may have to do. On CPU devices, where groups that do nothing
-/// cost most, up to 16, as long as they walk no more tiles in all than one may.
+/// Large footprints per invocation. CPU devices take up to 128, since an idle group is expensive
+/// there, but no more than kMaxWindowTiles allows if each covers the whole window.
 std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
                           const Window& window) {
     if (recorder.kernels() != vk::Kernels::kCpu) return 1;
@@ -50,23 +51,23 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
     return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 128);
 }
 
-/// Exclusive sums of the tile counts: by depth, which also decides what this pass does, or by index. On
-/// CPU devices those by depth are left as sums of each chunk alone, and `emit` decides.
+/// Exclusive sums of the tile counts, in order of depth or of index. The sum by depth also decides
+/// whether this pass draws. On CPU devices only the sums of the chunks are made by depth, and
+/// `emit` decides.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
-    const vk::Kernels kernels = recorder.kernels();
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), 8);
+    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const std::uint32_t group = vk::workgroup_size(recorder.device(), 8);
     const vk::Groups groups = {params.lanes / group, 1, 1};
-    const std::vector<vk::SpecConstant> constants = {{ops::kWorkgroupSizeId, group},
-                                                     {10, by_index ? 1U : 0U}};
-    const bool cpu = kernels == vk::Kernels::kCpu;
+    const std::vector<vk::SpecConstant> constants = {
+        {params::kWorkgroupSizeId, group}, {params::kTileBinByIndexId, by_index ? 1U : 0U}};
     const double items = params.items;
     std::vector<vk::Access> accesses = {vk::read(views.counts), vk::read(views.order),
                                         vk::read(views.sorted), vk::write(views.sums)};
     accesses.push_back(vk::write(cpu ? views.stats : views.large));
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
-        .shader = cpu ? "tile_bin_reduce_cpu" : "tile_bin_reduce",
+        .shader = "tile_bin_reduce",
         .constants = constants,
         .push = params,
         .accesses = accesses,
@@ -77,7 +78,8 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader = "tile_bin_scan",
-        .constants = {{ops::kWorkgroupSizeId, 1}, {10, by_index ? 1U : 0U}},
+        .constants = {{params::kWorkgroupSizeId, 1},
+                      {params::kTileBinByIndexId, by_index ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read_write(views.sums), vk::read(views.sorted), vk::write(views.stats),
                      vk::write(views.pair_count)},
@@ -85,8 +87,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     }));
     return recorder.dispatch({
         .op = "tile_bin",
-        .shader =
-            ops::pick(kernels, "tile_bin_offsets", "tile_bin_offsets_cpu", "tile_bin_offsets"),
+        .shader = "tile_bin_offsets",
         .constants = constants,
         .push = params,
         .accesses = {vk::read(by_index ? views.counts : views.large), vk::read(views.sorted),
@@ -96,13 +97,13 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     });
 }
 
-/// The pairs of all footprints that are packed.
+/// Write the pairs of all packed footprints.
 Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParams params,
             const TileBinViews& views) {
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), cpu ? 8 : kBinGroup);
+    const std::uint32_t group = vk::workgroup_size(recorder.device(), cpu ? 8 : kBinGroup);
     const vk::Groups groups = cpu ? vk::Groups{params.lanes, 1, 1}
-                                  : ops::groups_for(recorder.device(), desc.items(), group);
+                                  : vk::groups_for(recorder.device(), desc.items(), group);
     params.groups_x = groups[0];
     const auto items = static_cast<double>(desc.items());
     std::vector<vk::Access> accesses = {
@@ -119,8 +120,9 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
     accesses.push_back(vk::read_write(views.stats));
     return recorder.dispatch({
         .op = "tile_bin",
-        .shader = cpu ? "tile_bin_emit_cpu" : "tile_bin_emit",
-        .constants = {{ops::kWorkgroupSizeId, group}, {10, desc.backward ? 1U : 0U}},
+        .shader = "tile_bin_emit",
+        .constants = {{params::kWorkgroupSizeId, group},
+                      {params::kTileBinSlotsId, desc.backward ? 1U : 0U}},
         .push = params,
         .accesses = accesses,
         .groups = groups,
@@ -131,12 +133,12 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 }  // namespace
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
-    // Chunks of 64 or more, few enough lanes that one invocation can scan their sums; on CPU devices, where each is a
-    // workgroup, of 256 or more.
+    // Chunks have 64 entries or more, so that one invocation can scan their sums; on CPU devices,
+    // where each is a workgroup, 256 or more.
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
-        ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : ops::kMaxTurns)));
+        ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : vk::kMaxTurns)));
     const std::uint32_t most = cpu ? 512 : 4096;
     return std::max(std::clamp(std::bit_ceil(items / (cpu ? 512 : 64)), 64U, most), least);
 }
@@ -151,21 +153,20 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
     params.capacity = bin.capacity;
     const auto items = static_cast<double>(desc.items());
     if (desc.backward) SPLAT_TRY(scan_counts(recorder, params, views, true));
-    SPLAT_TRY(scan_counts(recorder, params, views, false));  // its sums are still needed
+    SPLAT_TRY(scan_counts(recorder, params, views, false));  // last: `emit` needs these sums
     SPLAT_TRY(emit(recorder, desc, params, views));
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
+    const std::uint32_t group = vk::workgroup_size(recorder.device(), kBinGroup);
     const std::uint64_t share = large_share(recorder, desc, bin.window);
     const vk::Groups large_groups =
-        ops::groups_for(recorder.device(), ceil_div(desc.items(), share), group);
+        vk::groups_for(recorder.device(), ceil_div(desc.items(), share), group);
     params.groups_x = large_groups[0];
     params.stride = group * large_groups[0] * large_groups[1];
     return recorder.dispatch({
         .op = "tile_bin",
-        .shader = ops::pick(recorder.kernels(), "tile_bin_emit_large", "tile_bin_emit_large_cpu",
-                            "tile_bin_emit_large"),
-        .constants = {{ops::kWorkgroupSizeId, group},
-                      {10, desc.backward ? 1U : 0U},
-                      {kFlagsId, desc.flags()}},
+        .shader = "tile_bin_emit_large",
+        .constants = {{params::kWorkgroupSizeId, group},
+                      {params::kTileBinSlotsId, desc.backward ? 1U : 0U},
+                      {params::kProjectFlagsId, desc.flags()}},
         .push = params,
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
@@ -177,7 +178,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
 }
 
 bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window) {
-    const std::uint32_t most = ops::workgroup_size(recorder.device(), kMaxOrderedTiles);
+    const std::uint32_t most = vk::workgroup_size(recorder.device(), kMaxOrderedTiles);
     return recorder.kernels() == vk::Kernels::kCpu && tiles_of(desc, window) <= most;
 }
 
@@ -189,20 +190,20 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
     if (tile_order_used(recorder, desc, window))
         return recorder.dispatch({
             .op = "tile_ranges",
-            .shader = "tile_ranges_ordered_cpu",
-            .constants = {{ops::kWorkgroupSizeId, std::max(std::bit_ceil(params.tiles), 8U)}},
+            .shader = "tile_ranges_ordered",
+            .constants = {{params::kWorkgroupSizeId, std::max(std::bit_ceil(params.tiles), 8U)}},
             .push = params,
             .accesses = {vk::read(pairs), vk::read(sorted), vk::write(to.ranges),
                          vk::read_write(to.stats), vk::write(to.order)},
             .work = {.flops = 100 * tiles + 10 * tiles * tiles, .bytes = 200 * tiles},
         });
-    const std::uint32_t group = ops::workgroup_size(recorder.device(), kBinGroup);
-    const vk::Groups groups = ops::groups_for(recorder.device(), params.tiles, group);
+    const std::uint32_t group = vk::workgroup_size(recorder.device(), kBinGroup);
+    const vk::Groups groups = vk::groups_for(recorder.device(), params.tiles, group);
     params.groups_x = groups[0];
     return recorder.dispatch({
         .op = "tile_ranges",
-        .shader = ops::pick(recorder.kernels(), "tile_ranges", "tile_ranges_cpu", "tile_ranges"),
-        .constants = {{ops::kWorkgroupSizeId, group}},
+        .shader = "tile_ranges",
+        .constants = {{params::kWorkgroupSizeId, group}},
         .push = params,
         .accesses = {vk::read(pairs), vk::read(sorted), vk::write(to.ranges),
                      vk::read_write(to.stats)},

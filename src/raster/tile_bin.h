@@ -5,7 +5,7 @@
 
 namespace splat::raster {
 
-/// A (tile, Gaussian) pair is an intersection; the arrays hold `capacity` of them.
+/// A pair is a tile and a Gaussian that reaches it. The arrays hold `capacity` pairs.
 struct TileBinDesc {
     std::uint32_t capacity = 0;
     Window window;
@@ -18,9 +18,9 @@ struct TileBinViews {
     vk::BufferView order;   ///< [V*N,2] uint32: depth, item; by depth
     vk::BufferView sorted;  ///< uint32: their number
     vk::BufferView sums;    ///< tile_bin_lanes uint32, workspace
-    vk::BufferView begins;  ///< [V*N] uint32, workspace: first pair of an entry of `order`, on CPU
-                            ///< devices of those with large footprints alone
-    vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: its first record
+    vk::BufferView begins;  ///< [V*N] uint32, workspace: first pair of each entry of `order`; on
+                            ///< CPU devices only where the footprint is large
+    vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: first record
     vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
     vk::BufferView large;  ///< [V*N] uint32, workspace: counts by depth (not on CPU devices), then
@@ -31,12 +31,12 @@ struct TileBinViews {
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);
 
-/// Bits of a tile's index, all views.
+/// Bits of a tile's index in the window, all views.
 std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
 
-/// One pair per tile that a Gaussian reaches, in depth order. More pairs than `capacity`: none, and
-/// stats says how many there are. Records of the backward pass are by index, so that what reads them
-/// goes through memory in order.
+/// Write one pair per tile that a Gaussian reaches, in depth order. If there are more than
+/// `capacity`, write none and count them in stats. Records of the backward pass are ordered by
+/// item, so that their reader goes through memory in order.
 ///
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count
@@ -47,16 +47,17 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
 struct TileRanges {
     vk::BufferView
         ranges;  ///< [tiles,2] uint32, out: each tile's part [first, last) of the sorted pairs
-    vk::BufferView order;  ///< [tiles] uint32, out where tile_order_used: tiles so that runs of
-                           ///< workgroups take about equally long; no result depends on it
+    vk::BufferView order;  ///< [tiles] uint32, out if tile_order_used: an order in which contiguous
+                           ///< runs of tiles take about equally long; no result depends on it
     vk::BufferView stats;  ///< kStatWords uint32, in place
 };
 
-/// Whether the blending kernels take their tiles in such an order: of few tiles one may outweigh many,
-/// and ranking takes a time that grows with their square. CPU devices only.
+/// Whether the blending kernels use TileRanges::order: on CPU devices, if there are few tiles. One
+/// tile may then outweigh many, and the time for ranking grows with the square of their number.
 bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window);
 
-/// Where each tile's list lies among the pairs [capacity,2] (tile, item), `sorted` of them by tile.
+/// Find each tile's list among the `sorted` pairs [capacity,2] (tile, item), which are in order of
+/// tiles.
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                    const vk::BufferView& pairs, const vk::BufferView& sorted, const TileRanges& to);
 

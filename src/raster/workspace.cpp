@@ -13,7 +13,7 @@ struct Wanted {
     std::uint64_t bytes;
 };
 
-/// Allocate the buffers of `list`. Returns: their bytes.
+/// Allocate the buffers of `list`. Returns the sum of their bytes.
 Result<std::uint64_t> allocate(vk::Context& context, const std::vector<Wanted>& list) {
     std::uint64_t sum = 0;
     for (const Wanted& wanted : list) {
@@ -23,22 +23,6 @@ Result<std::uint64_t> allocate(vk::Context& context, const std::vector<Wanted>& 
         sum += wanted.buffer->bytes();
     }
     return sum;
-}
-
-std::uint64_t table_bytes(vk::Context& context, std::uint64_t capacity, std::uint32_t bits) {
-    const vk::Recorder recorder(context);
-    return radix_sort_table_bytes(
-        recorder, {.capacity = static_cast<std::uint32_t>(capacity), .key_bits = bits});
-}
-
-/// Of what kernels for CPU devices alone use.
-std::uint64_t cpu_bytes(vk::Context& context, std::uint64_t bytes) {
-    return context.device().kernels() == vk::Kernels::kCpu ? bytes : 0;
-}
-
-std::uint64_t rank_bytes(vk::Context& context, std::uint64_t capacity) {
-    const vk::Recorder recorder(context);
-    return radix_sort_rank_bytes(recorder, {.capacity = static_cast<std::uint32_t>(capacity)});
 }
 
 }  // namespace
@@ -66,16 +50,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&item_keys, "depth keys", 8 * items},
                            {&item_order[0], "depth order", 8 * items},
                            {&item_order[1], "depth order", 8 * items},
-                           {&item_table, "sort table", table_bytes(context, items, 32)},
-                           {&item_places, "sort places",
-                            cpu_bytes(context, table_bytes(context, items, 32))},
-                           {&item_ranks, "sort ranks", rank_bytes(context, items)},
-                           {&totals, "sort totals", 4 * kRadixBins},
-                           {&key_range, "depth range", 16},
                            {&item_count, "item count", 16},
                            {&sorted, "sorted count", 16},
-                           {&unused[0], "unused", 16},
-                           {&unused[1], "unused", 16},
                            {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
                            {&stats, "raster statistics", 4 * params::kStatWords},
                            {&pair_count, "pair count", 16},
@@ -90,6 +66,9 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
                            {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
                            {&pose, "pose gradient", std::uint64_t{48} * desc.views}}));
+    SPLAT_ASSIGN(item_sort,
+                 allocate_radix_sort(context, {.capacity = static_cast<std::uint32_t>(items)}));
+    item_bytes_ += item_sort.bytes();
     return {};
 }
 
@@ -102,22 +81,20 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     const std::uint64_t entries = std::uint64_t{8} * wanted;
     const std::uint64_t slots = desc.backward ? std::uint64_t{4} * wanted : 16;
     const std::uint64_t record = desc.backward ? std::uint64_t{16} * wanted : 16;
-    const std::uint32_t bits = tile_key_bits(desc, {0, desc.tiles_y()});
-    std::uint64_t table = 0;  // fewer tiles in a window may mean fewer or longer digits
-    for (std::uint32_t b = 1; b <= bits; ++b)
-        table = std::max(table, table_bytes(context, wanted, b));
-    const std::uint64_t ranks = rank_bytes(context, wanted);
-    SPLAT_ASSIGN(pair_bytes_,
+    SPLAT_ASSIGN(const std::uint64_t bytes,
                  allocate(context, {{&fresh.entries[0], "pairs", entries},
                                     {&fresh.entries[1], "pairs", entries},
                                     {&fresh.slots[0], "record slots", slots},
                                     {&fresh.slots[1], "record slots", slots},
-                                    {&fresh.table, "sort table", table},
-                                    {&fresh.places, "sort places", cpu_bytes(context, table)},
-                                    {&fresh.ranks, "sort ranks", ranks},
                                     {&fresh.record_a, "gradient records", record},
                                     {&fresh.record_b, "gradient records", record},
                                     {&fresh.record_c, "gradient records", record}}));
+    // Keys of a smaller window have fewer bits.
+    SPLAT_ASSIGN(fresh.sort,
+                 allocate_radix_sort(context, {.capacity = wanted,
+                                               .key_bits = tile_key_bits(desc, {0, desc.tiles_y()}),
+                                               .second = desc.backward}));
+    pair_bytes_ = bytes + fresh.sort.bytes();
     pairs = std::move(fresh);
     capacity = wanted;
     return {};

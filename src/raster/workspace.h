@@ -7,32 +7,32 @@
 
 namespace splat::raster {
 
-/// Device memory of one Rasterizer. Item arrays are sized once, pair arrays grow.
+/// Device memory of one Rasterizer. Item arrays have a fixed size, pair arrays grow.
 class Workspace {
   public:
     /// Errors: those of Memory::allocate.
     Status allocate_items(vk::Context& context, const RasterDesc& desc);
 
-    /// Pair arrays for `capacity` pairs. The old ones go first, as nothing of them is needed and both
-    /// might not fit; if this fails there are none, and the capacity is 0.
+    /// Replace the pair arrays by arrays for `capacity` pairs. The old ones are freed first, as
+    /// both might not fit. On failure there are no pair arrays, and the capacity is 0.
     Status allocate_pairs(vk::Context& context, const RasterDesc& desc, std::uint32_t capacity);
 
-    /// Of all buffers.
+    /// Size of all buffers.
     [[nodiscard]] std::uint64_t bytes() const { return item_bytes_ + pair_bytes_; }
 
-    /// Most pairs whose arrays fit one binding.
+    /// Most pairs for which each array fits one binding.
     static std::uint32_t max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc);
 
     std::uint32_t capacity = 0;
 
     vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
-    vk::Buffer item_keys, item_order[2], item_table, item_places, item_ranks;
-    vk::Buffer totals, key_range, item_count, sorted, unused[2], sums, stats, pair_count,
-        kept_pairs;
+    vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
         pose;
+    RadixSortWorkspace item_sort;
     struct Pairs {
-        vk::Buffer entries[2], slots[2], table, places, ranks;
+        vk::Buffer entries[2], slots[2];
+        RadixSortWorkspace sort;
         vk::Buffer record_a, record_b, record_c;
     };
     Pairs pairs;
@@ -45,7 +45,8 @@ class Workspace {
                 .footprints = footprints.range()};
     }
     [[nodiscard]] RecordViews records() const {
-        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range()};
+        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range(),
+                slot_begins.range()};
     }
 
   private:
@@ -53,7 +54,7 @@ class Workspace {
     std::uint64_t pair_bytes_ = 0;
 };
 
-/// Tile rows that a pass covers if there are `passes` of them.
+/// Tile rows of pass `pass` of `passes`.
 Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t passes);
 
 }  // namespace splat::raster

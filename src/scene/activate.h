@@ -5,8 +5,8 @@
 
 namespace splat::scene {
 
-/// Opacities beyond 1 / (1 + exp(-/+40)) have this logit: 1 is not reached, so that gradients and
-/// files stay finite; in float32 sigmoid(40) is 1.
+/// Opacities beyond 1 / (1 + exp(-/+40)) get this logit, so that gradients and files stay finite; in
+/// float32 sigmoid(40) is 1.
 inline constexpr double kMaxOpacityLogit = 40;
 
 /// 1 / (1 + exp(-logit)), without overflow.
@@ -15,7 +15,7 @@ double opacity_of(double logit);
 /// log(p / (1 - p)), clamped to -/+ kMaxOpacityLogit; NaN outside [0, 1].
 double logit_of(double opacity);
 
-/// Gaussians in the parameters that a rasterizer takes.
+/// Gaussians in the parameters of a rasterizer.
 struct ActivatedGaussians {
     std::uint32_t sh_degree = 0;
     std::vector<float> means;      ///< [n,3]

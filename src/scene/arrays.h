@@ -5,8 +5,8 @@
 
 namespace splat::scene {
 
-/// Errors: kInvalidArgument if the degree is above kMaxShDegree or an array has not the length that
-/// the count and the degree ask for; names the array.
+/// Errors: kInvalidArgument if the degree is above kMaxShDegree or the length of an array does not
+/// fit the count and the degree; names the array.
 Status check_arrays(const Gaussians& gaussians);
 
 /// n Gaussians of this degree, all zeros.
@@ -19,8 +19,8 @@ Gaussians gather(const Gaussians& gaussians, const std::vector<std::size_t>& ind
 Gaussians with_sh_degree(const Gaussians& gaussians, std::uint32_t sh_degree);
 
 /// Scale every rotation to length 1. One of length 1 within 1e-6 keeps its bits, so that a file
-/// that was read and written again stays the same; one of length 0 or not finite stays as it is.
-/// Returns how many of the latter there are.
+/// stays the same when it is read and written again. Rotations of length 0 or not finite are kept;
+/// returns their number.
 std::size_t normalise_rotations(Gaussians& gaussians);
 
 }  // namespace splat::scene

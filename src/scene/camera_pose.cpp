@@ -57,8 +57,7 @@ Mat4 inverse_pose(const Mat4& m) {
     return pose(back, scaled(product(back, translation_of(m)), -1));
 }
 
-/// A direction at a right angle to `axis`, of length 1: the part of +z, or if there is little of it
-/// of +x.
+/// A direction of length 1 at a right angle to `axis`: the part of +z, or of +x where that is short.
 Vec3 across(const Vec3& axis) {
     for (const Vec3& candidate : {Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
         const Vec3 part = minus(candidate, scaled(axis, dot(candidate, axis)));
@@ -75,7 +74,7 @@ Result<double> orbit_distance(const Statistics& scene, const Camera& camera,
     }
     if (!(scene.radius > 0))
         return error(Code::kInvalidArgument,
-                     "orbit: the scene has no extent that says a distance; give one");
+                     "orbit: the scene has no extent to derive a distance from; give one");
     const double half_x = std::atan(camera.width / (2 * camera.fx));
     const double half_y = std::atan(camera.height / (2 * camera.fy));
     return scene.radius / std::sin(std::min(half_x, half_y));

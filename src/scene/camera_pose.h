@@ -12,7 +12,7 @@ inline constexpr std::uint32_t kMaxImageSide = 16384;
 
 /// Errors: kInvalidArgument, naming the camera and the field, for width or height 0 or above
 /// kMaxImageSide, a focal length that is not > 0, anything not finite, a last row other than
-/// 0 0 0 1, and a matrix whose 3x3 part is singular, mirrors, or is no rotation within 1e-3.
+/// 0 0 0 1, and a matrix whose 3x3 part is singular, mirrors, or is not a rotation within 1e-3.
 Status check_camera(const Camera& camera);
 
 /// fx, fy, cx, cy of an image of this size whose horizontal field of view is `fov_x` radians; square
@@ -34,16 +34,16 @@ struct OrbitOptions {
     std::uint32_t height = 512;
     double fov_x = 0.7;      ///< radians
     double elevation = 0.2;  ///< radians above the horizon
-    double start = 0;        ///< angle of the first camera; 0: before the scene, looking along +z
-    double distance = 0;     ///< from the centre; 0: the scene's radius fills the image
+    double start = 0;     ///< angle of the first camera; 0: in front of the scene, looking along +z
+    double distance = 0;  ///< from the centre; 0: the scene's radius fills the image
     Vec3 up = kUp;
 };
 
 /// Cameras at equal angles on a circle around the centre of a scene. Errors: kInvalidArgument for
-/// options that make no camera, or a scene without extent if there is no distance.
+/// invalid options, or for a scene without extent if no distance is given.
 Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& options = {});
 
-/// Where the camera is in the world. The matrix is that of a valid camera.
+/// Position of a valid camera in the world.
 Vec3 camera_center(const Camera& camera);
 
 /// OpenGL camera-to-world (x right, y up, z backwards; NeRF's transform_matrix) and OpenCV

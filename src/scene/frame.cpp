@@ -47,7 +47,7 @@ void convert_frame(Gaussians& g, Frame from, Frame to) {
     if (from == to) return;
     const Signs signs = axis_signs(from, to);
     for (std::size_t i = 0; i < g.means.size(); ++i) g.means[i] *= signs[i % 3];
-    // The mirror F turns the rotation R into F R F, of which the covariance needs no more.
+    // The mirror F turns the rotation R into F R F, up to signs that the covariance does not see.
     const std::array<float, 4> turn = {1, signs[1] * signs[2], signs[0] * signs[2],
                                        signs[0] * signs[1]};
     for (std::size_t i = 0; i < g.rotations.size(); ++i) g.rotations[i] *= turn[i % 4];

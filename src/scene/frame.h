@@ -7,7 +7,7 @@
 
 namespace splat::scene {
 
-/// Where the axes x, y, z of a scene point, seen from a viewer: right or left, up or down, front or
+/// Directions of the axes x, y, z of a scene, seen by a viewer: right or left, up or down, front or
 /// back. Scenes in memory are kRdf.
 enum class Frame : std::uint8_t {
     kRdf,  ///< 3DGS .ply files, .splat, COLMAP, OpenCV
@@ -23,7 +23,7 @@ enum class Frame : std::uint8_t {
 /// "RDF" and so on.
 const char* frame_name(Frame frame);
 
-/// By the name, in any case; nothing for another word.
+/// By the name, in any case; nothing for an unknown one.
 std::optional<Frame> frame_from_name(std::string_view name);
 
 /// Express means, rotations and SH bands in the frame `to` instead of `from`. The frames differ in

@@ -16,7 +16,7 @@ struct Box {
 /// Errors: kInvalidArgument for a box whose low corner is not below the high one, or arrays.
 Result<Gaussians> crop(const Gaussians& gaussians, const Box& box);
 
-/// The Gaussians of at least this opacity (0 to 1), in their order; a logit NaN is below all.
+/// The Gaussians of at least this opacity (0 to 1), in their order; a logit of NaN is below every opacity.
 /// Errors: kInvalidArgument.
 Result<Gaussians> filter_by_opacity(const Gaussians& gaussians, double least);
 
@@ -29,7 +29,7 @@ Result<Gaussians> remove_invalid(const Gaussians& gaussians);
 Result<Gaussians> merge(const std::vector<Gaussians>& scenes);
 
 /// The Gaussians along a Morton curve through their bounds: neighbours in space become neighbours
-/// in memory. Equal places keep their order; means that are not finite come last. Errors:
+/// in memory. Gaussians at equal places keep their order; means that are not finite come last. Errors:
 /// kInvalidArgument.
 Result<Gaussians> sort_morton(const Gaussians& gaussians);
 

@@ -42,7 +42,7 @@ Range range_of(const std::vector<float>& values, const std::function<double(doub
     return sum.range();
 }
 
-/// Value at this part of the sorted list; reorders it.
+/// The quantile of a list, which is reordered.
 double quantile(std::vector<double>& values, double part) {
     if (values.empty()) return 0;
     const auto place = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));

@@ -6,7 +6,7 @@
 
 namespace splat::scene {
 
-/// Of the finite values of an attribute; all zero if there is none.
+/// Of the finite values of an attribute; all zero without any.
 struct Range {
     double min = 0;
     double max = 0;
@@ -20,7 +20,7 @@ struct Statistics {
     std::uint32_t sh_degree = 0;
     Box bounds;         ///< of the finite means; zero without any
     Vec3 center{};      ///< median of the finite means, axis by axis
-    double radius = 0;  ///< 95 % of the finite means are so near to the centre
+    double radius = 0;  ///< of the ball around the centre that holds 95 % of the finite means
     Range means;
     Range scales;                     ///< linear
     Range opacities;                  ///< 0 to 1

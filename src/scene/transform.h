@@ -21,7 +21,7 @@ struct Similarity {
 /// Precision    computed in float64, rounded once
 Status transform(Gaussians& gaussians, const Similarity& similarity);
 
-/// The similarity that undoes another one.
+/// The inverse of a similarity.
 Similarity inverse(const Similarity& similarity);
 
 }  // namespace splat::scene

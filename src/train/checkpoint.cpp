@@ -1,7 +1,8 @@
-// Trainer::checkpoint and resume: one file of weights that holds the whole state of a training.
+// Trainer::checkpoint and resume: one file of weights with the whole state of a training.
 
 #include <charconv>
 
+#include "config/config_file.h"
 #include "core/json.h"
 #include "io/compress.h"
 #include "train/trainer.h"
@@ -29,7 +30,7 @@ Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string&
         if (failed == std::errc() && end == text.data() + text.size()) return value;
     }
     return error(Code::kInvalidArgument,
-                 "checkpoint: no number '%s' in its metadata: the file is no training state",
+                 "checkpoint: no number '%s' in its metadata: the file is not a training state",
                  key.c_str());
 }
 
@@ -43,7 +44,7 @@ Result<io::WeightsFile> Trainer::checkpoint() {
                      {"step", std::to_string(optimiser_->steps())},
                      {"attempts", std::to_string(attempts_)},
                      {"crc32", std::to_string(checksum(file.tensors))},
-                     {"config", merged_config_text(predictor_->config(), config_)}};
+                     {"config", config::merged_config_text({predictor_->config(), config_})}};
     return file;
 }
 
@@ -56,13 +57,13 @@ Status Trainer::resume(const io::WeightsFile& file) {
         return error(Code::kInvalidArgument,
                      "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
                      static_cast<unsigned long long>(expected));
-    // The state of the optimiser is no part of a state dict.
+    // The state of the optimiser does not belong to a state dict.
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)
         if (tensor.name.find(':') == std::string::npos) SPLAT_TRY(weights.add(tensor));
     SPLAT_TRY(optimiser_->check(file.tensors));
     model::LoadOptions options;
-    options.take_rays = true;  // whatever the training began with
+    options.take_rays = true;  // keep the rays that the training began with
     model::LoadReport report;
     SPLAT_TRY(model::load_state(*predictor_, weights, options, report));
     if (!report.fresh.empty())

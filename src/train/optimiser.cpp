@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "ops/adam.h"
+#include "ops/ema.h"
 #include "ops/tensor_stats.h"
 
 namespace splat::train {
 
 Result<Optimiser> Optimiser::create(vk::Context& context, nn::Parameters& parameters,
-                                    const TrainConfig& config) {
+                                    const config::TrainConfig& config) {
     Optimiser optimiser(context, parameters, config);
     SPLAT_TRY(optimiser.allocate());
     SPLAT_TRY(optimiser.record());
@@ -74,8 +75,8 @@ Status Optimiser::step() {
     ops::AdamDesc desc;
     desc.step = steps_ + 1;
     desc.learning_rate = config_.rate(steps_ + 1);
-    desc.beta1 = config_.beta1;
-    desc.beta2 = config_.beta2;
+    desc.beta1 = config_.betas[0];
+    desc.beta2 = config_.betas[1];
     desc.eps = config_.eps;
     SPLAT_TRY(ops::adam_check(desc));
     const vk::DeviceInfo& device = context_->device().info();
@@ -83,7 +84,8 @@ Status Optimiser::step() {
     for (std::size_t i = 0; i < states_.size(); ++i)
         SPLAT_TRY(adam_.set_push(states_[i].adam,
                                  ops::adam_params(device, desc, blocks[i].values.bytes)));
-    const auto decay = config_.ema ? ops::ema_decay(steps_, config_.ema_schedule) : std::nullopt;
+    const ops::EmaSchedule schedule{config_.ema_every, config_.ema_after, config_.ema_most};
+    const auto decay = config_.ema ? ops::ema_decay(steps_, schedule) : std::nullopt;
     if (decay) {
         for (std::size_t i = 0; i < states_.size(); ++i)
             SPLAT_TRY(ema_.set_push(states_[i].ema,

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "config/train_config.h"
 #include "io/tensor_file.h"
 #include "nn/parameters.h"
-#include "train/train_config.h"
 
 namespace splat::train {
 
@@ -13,10 +13,10 @@ namespace splat::train {
 /// Determinism  bit-exact for any thread count
 class Optimiser {
   public:
-    /// The parameters must outlive it. Moments are zero, the average is not there until the first
-    /// update of its schedule.
+    /// The parameters must outlive it. Moments start at zero; the average starts with the first update of
+    /// its schedule.
     static Result<Optimiser> create(vk::Context& context, nn::Parameters& parameters,
-                                    const TrainConfig& config);
+                                    const config::TrainConfig& config);
 
     /// NaN and infinite numbers among the gradients.
     Result<std::uint64_t> count_not_finite();
@@ -27,20 +27,20 @@ class Optimiser {
     /// Updates done.
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
 
-    /// A copy of the averaged values of a parameter, or of its own where nothing is averaged.
+    /// A copy of a parameter's averaged values, or of the parameter without averaging.
     Status read_average(const nn::Parameter& parameter, LargeVector<float>& values);
 
     /// Moments and averages of trainable parameters as "m:NAME", "v:NAME" and "ema:NAME".
     Status save(io::NamedTensors& tensors);
 
-    /// Errors: kInvalidArgument for one that is missing or of another size.
+    /// Check the state to load. Errors: kInvalidArgument for a tensor that is missing or of another size.
     Status check(const io::NamedTensors& tensors) const;
 
-    /// All of them again; the errors of check().
+    /// Load the state; errors as check().
     Status load(const io::NamedTensors& tensors, std::uint64_t steps);
 
   private:
-    /// What belongs to one block of parameters, laid out as its values are.
+    /// State of one block of parameters, in the layout of its values.
     struct State {
         vk::Buffer m, v, average, partial;
         std::size_t adam = 0, ema = 0;  ///< dispatches of the lists
@@ -50,7 +50,7 @@ class Optimiser {
         vk::Buffer State::*buffer;
     };
     [[nodiscard]] std::vector<Kind> kinds() const;
-    Optimiser(vk::Context& context, nn::Parameters& parameters, const TrainConfig& config)
+    Optimiser(vk::Context& context, nn::Parameters& parameters, const config::TrainConfig& config)
         : context_(&context), parameters_(&parameters), config_(config) {}
     Status allocate();
     Status record();
@@ -60,7 +60,7 @@ class Optimiser {
 
     vk::Context* context_;
     nn::Parameters* parameters_;
-    TrainConfig config_;
+    config::TrainConfig config_;
     std::vector<State> states_;
     vk::CommandList adam_, ema_, stats_;
     std::uint64_t steps_ = 0;

@@ -91,7 +91,7 @@ Status RenderLoss::record_backward(vk::Recorder& recorder, const vk::BufferView&
     const vk::BufferView& a = rgb_.range();
     const vk::BufferView& b = targets_.range();
     const vk::BufferView weight = scalar(weights_, 0);
-    SPLAT_TRY(desc_.pixel_loss == PixelLoss::kL1
+    SPLAT_TRY(desc_.pixel_loss == config::PixelLoss::kL1
                   ? ops::l1_backward(recorder, dims, a, b, weight, grad_image)
                   : ops::l2_backward(recorder, dims, a, b, weight, grad_image));
     if (desc_.ssim_weight == 0) return {};
@@ -107,7 +107,7 @@ Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& gra
     vk::Recorder recorder(*context_);
     SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, image, a));
     SPLAT_TRY(ops::l2_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 0)));
-    if (desc_.pixel_loss == PixelLoss::kL1)
+    if (desc_.pixel_loss == config::PixelLoss::kL1)
         SPLAT_TRY(ops::l1_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 1)));
     if (desc_.ssim_weight != 0)
         SPLAT_TRY(ops::ssim_forward(recorder, ssim_of(desc_), a, b, rows_.range(), slopes_.range(),
@@ -157,7 +157,7 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
         SPLAT_TRY(record(image, grad_image));
     const double pixel_weight = 1 - desc_.ssim_weight - lpips_weight;
     const float gradients[2] = {share * static_cast<float>(pixel_weight),
-                                // the loss falls where the similarity rises
+                                // the loss falls when the similarity rises
                                 -share * static_cast<float>(desc_.ssim_weight)};
     for (std::uint64_t i = 0; i < 2; ++i)
         SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));
@@ -167,7 +167,7 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
     float losses[3] = {};
     for (std::uint64_t i = 0; i < 3; ++i)
         SPLAT_TRY(context_->read(scalar(losses_, i), &losses[i], sizeof(float)));
-    const bool l1 = desc_.pixel_loss == PixelLoss::kL1;
+    const bool l1 = desc_.pixel_loss == config::PixelLoss::kL1;
     terms.squared = static_cast<double>(losses[0]);
     terms.pixel = static_cast<double>(losses[l1 ? 1 : 0]);
     terms.ssim = static_cast<double>(losses[2]);

@@ -2,41 +2,40 @@
 
 #include <span>
 
+#include "config/train_config.h"
 #include "model/lpips_net.h"
 #include "nn/executor.h"
-#include "train/train_config.h"
 
 namespace splat::train {
 
 struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
-    PixelLoss pixel_loss = PixelLoss::kL2;
+    config::PixelLoss pixel_loss = config::PixelLoss::kL2;
     double ssim_weight = 0;
-    /// Weights of LPIPS, see model::LpipsNet; only read by create(). Empty: it has no part.
+    /// Weights of LPIPS, see model::LpipsNet; only create() reads them. Empty: no LPIPS.
     std::span<const io::NamedTensors* const> lpips;
-    model::Precision precision = model::Precision::kBalanced;  ///< of the network of LPIPS
+    model::Precision precision = model::Precision::kBalanced;  ///< of the LPIPS network
 };
 
 /// Terms of a loss: means over views, pixels and channels.
 struct LossTerms {
     double total = 0;
-    double squared = 0;  ///< mean squared difference, whatever the loss is
-    double pixel = 0;    ///< of the kind that is weighted
-    double ssim = 0;     ///< structural similarity; 0 where it has no weight
-    double lpips = 0;    ///< 0 where it has no weight
+    double squared = 0;  ///< mean squared difference, for any loss
+    double pixel = 0;    ///< of the kind in use, L1 or L2
+    double ssim = 0;     ///< structural similarity; 0 without weight
+    double lpips = 0;    ///< 0 without weight
 };
 
-/// How far rendered images are from their targets, with the gradient by the images:
+/// Distance of rendered images from their targets, with the gradient with respect to the images:
 ///
 ///   loss = (1 - s - l) mean |a - b|^p + s (1 - SSIM(a, b)) + l mean over views of LPIPS(a, b),   p = 1
 ///   or 2, s = ssim_weight, l = lpips_weight
 ///
-/// Images and their gradients are as the rasterizer has them, [V,H,W] quads of RGB and alpha; alpha has
-/// no part in it.
+/// Images and their gradients are as in the rasterizer, [V,H,W] quads of RGB and alpha; alpha is ignored.
 ///
 /// Errors       the recorder's; those of Context::run and of model::LpipsNet
-/// Precision    see ops/l1.h, ops/l2.h, ops/ssim.h, model/lpips_net.h
+/// Precision    see losses/l1.h, losses/l2.h and losses/ssim.h of ops, model/lpips_net.h
 /// Determinism  bit-exact for any thread count
 class RenderLoss {
   public:
@@ -45,8 +44,8 @@ class RenderLoss {
     /// targets  [V,3,H,W]
     Status set_targets(std::span<const float> targets);
 
-    /// Loss of `image`, and its gradient times `share` into grad_image, overwritten. A lpips_weight
-    /// that is not 0 needs the weights of LPIPS.
+    /// Compute the loss of `image`, and write its gradient times `share` into grad_image. A lpips_weight
+    /// other than 0 needs the weights of LPIPS.
     Status run(const vk::BufferView& image, const vk::BufferView& grad_image, float share,
                double lpips_weight, LossTerms& terms);
 
@@ -63,7 +62,7 @@ class RenderLoss {
     RenderLossDesc desc_;
     vk::Buffer rgb_, targets_, partial_;
     vk::Buffer losses_;   ///< squared, absolute, SSIM
-    vk::Buffer weights_;  ///< gradients by the pixel loss and by SSIM
+    vk::Buffer weights_;  ///< factors of the pixel loss and of SSIM
     vk::Buffer slopes_, rows_, grad_ssim_;
     std::unique_ptr<model::LpipsNet> lpips_;
     vk::Buffer grad_lpips_;

@@ -8,7 +8,7 @@
 namespace splat::train {
 namespace {
 
-/// Seconds since the last call, added to a sum.
+/// Adds the seconds since the last call to a sum.
 class Stopwatch {
   public:
     void add_to(double& seconds) {
@@ -31,8 +31,8 @@ vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std:
     return part;
 }
 
-raster::AttributeViews attributes_of(const model::Predictor::Outputs& outputs,
-                                     std::uint32_t objects, std::uint32_t i) {
+raster::GaussianAttributes attributes_of(const model::Predictor::Outputs& outputs,
+                                         std::uint32_t objects, std::uint32_t i) {
     const std::uint32_t n = outputs.means.shape[1];
     const auto part = [&](const vk::BufferView& view, const Shape& shape) {
         return object_of(view, objects, i, shape);
@@ -56,7 +56,7 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::PredictorConfig& network,
-                                                 const TrainConfig& config) {
+                                                 const config::TrainConfig& config) {
     std::unique_ptr<Trainer> self(new Trainer(context, config));
     SPLAT_TRY(self->build(network));
     return self;
@@ -119,12 +119,12 @@ Status Trainer::build(const model::PredictorConfig& network) {
         vk::Recorder pack(context_);
         SPLAT_TRY(raster::pack_attributes(
             pack, desc, attributes_of(predictor_->outputs(), config_.micro_batch, i),
-            scene_.input()));
+            scene_.scene()));
         SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
         pack_.push_back(std::move(packed));
         vk::Recorder unpack(context_);
-        SPLAT_TRY(raster::unpack_attributes(
-            unpack, desc, grad_scene_.input(),
+        SPLAT_TRY(raster::unpack_gradients(
+            unpack, desc, grad_scene_.gradients(),
             attributes_of(predictor_->output_gradients(), config_.micro_batch, i), false));
         SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
         unpack_.push_back(std::move(unpacked));
@@ -184,14 +184,14 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& re
     input.embedding = part_of(batch.embedding, all, first, objects);
     input.tokens = part_of(batch.tokens, all, first, objects);
     input.seed = config_.seed;
-    // A number of its own for each pass, that what dropout takes depends on.
+    // A distinct number for each pass; dropout depends on it.
     input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
     Stopwatch watch;
     SPLAT_TRY(predictor_->set_input(input));
     SPLAT_TRY(predictor_->forward());
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < objects; ++i) SPLAT_TRY(render(batch, first + i, i, result));
-    if (config_.scale_terms) SPLAT_TRY(hold_scales());
+    if (config_.scale_terms) SPLAT_TRY(add_scale_gradients());
     watch.add_to(result.render_seconds);
     SPLAT_TRY(predictor_->backward());
     watch.add_to(result.network_seconds);
@@ -207,14 +207,15 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
         raster::pack_views(rasterizer_->desc(),
                            part_of(batch.cameras, config_.batch_size, object, 1), background));
     SPLAT_TRY(context_.run(pack_[slot]));
-    SPLAT_TRY(rasterizer_->forward(scene_.input(), views));
+    SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
     const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
     SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
                          terms));
-    SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.input()));
+    SPLAT_TRY(
+        rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.gradients()));
     SPLAT_TRY(context_.run(unpack_[slot]));
     const auto share = static_cast<double>(weight);
     result.loss.total += share * terms.total;
@@ -226,9 +227,9 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     return {};
 }
 
-/// CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) of a pass, by their gradients: means
-/// are those of the pass, weighted by its share of the batch.
-Status Trainer::hold_scales() {
+/// Add the gradients of CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) for the scales s of
+/// a pass. Means are over the pass, weighted by its share of the batch.
+Status Trainer::add_scale_gradients() {
     constexpr float kMost = 20, kLeast = 1e-5F;
     const vk::BufferView scales = predictor_->outputs().scales;
     const vk::BufferView gradients = predictor_->output_gradients().scales;

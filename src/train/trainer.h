@@ -5,7 +5,7 @@
 #include "io/weights_file.h"
 #include "model/predictor.h"
 #include "model/weights.h"
-#include "raster/pack.h"
+#include "raster/rasterizer.h"
 #include "train/optimiser.h"
 #include "train/render_loss.h"
 
@@ -28,15 +28,14 @@ struct TrainStep {
     std::uint64_t step = 0;   ///< updates done
     LossTerms loss;           ///< means over the batch
     bool skipped = false;     ///< loss or gradients were not finite: nothing was updated
-    std::uint64_t pairs = 0;  ///< (tile, Gaussian) of all targets
+    std::uint64_t pairs = 0;  ///< (tile, Gaussian) pairs of all targets
     double network_seconds = 0, render_seconds = 0, update_seconds = 0;
 };
 
 /// Splatter Image's training: predict, render, compare, and back.
 ///
-/// Gradients of all objects of a batch are added up in passes of micro_batch objects, with the weights of
-/// the whole batch's mean, so the size of a pass changes nothing but rounding and which activations
-/// dropout takes.
+/// Accumulates the gradients of a batch in passes of micro_batch objects, weighted for the mean over the
+/// batch. The size of a pass changes only rounding and which activations dropout drops.
 ///
 /// Errors       kShape and kInvalidArgument for a batch that does not fit, before anything ran; those of
 ///              Context::run, after which the step counts as not done
@@ -46,44 +45,45 @@ class Trainer {
   public:
     static Result<std::unique_ptr<Trainer>> create(vk::Context& context,
                                                    const model::PredictorConfig& network,
-                                                   const TrainConfig& config);
+                                                   const config::TrainConfig& config);
 
     Status step(const TrainBatch& batch, TrainStep& result);
 
     [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
-    [[nodiscard]] const TrainConfig& config() const { return config_; }
+    [[nodiscard]] const config::TrainConfig& config() const { return config_; }
     [[nodiscard]] std::uint64_t steps() const { return optimiser_->steps(); }
 
-    /// Calls of step() that ran to their end, those that were skipped included.
+    /// Calls of step() that ran to their end, including skipped ones.
     [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
 
-    /// The averaged weights as a state dict; the current ones without averaging.
+    /// The averaged weights as a state dict, or the current ones without averaging.
     Result<io::NamedTensors> averaged_state();
 
-    /// Everything that the next step depends on, but for the batch: parameters, moments, averages and
+    /// Everything that the next step depends on except the batch: parameters, moments, averages and
     /// counters, with the configuration and a checksum.
     Result<io::WeightsFile> checkpoint();
 
-    /// Go on from there, bit by bit. All or nothing. Errors: kInvalidArgument for another network or
-    /// optimiser, or a checksum that is wrong.
+    /// Continue from a checkpoint, bit-exactly. All or nothing. Errors: kInvalidArgument for another network
+    /// or optimiser, or a wrong checksum.
     Status resume(const io::WeightsFile& file);
 
   private:
-    Trainer(vk::Context& context, const TrainConfig& config) : context_(context), config_(config) {}
+    Trainer(vk::Context& context, const config::TrainConfig& config)
+        : context_(context), config_(config) {}
     Status build(const model::PredictorConfig& network);
     Status check(const TrainBatch& batch) const;
     Status pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
     Status render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
                   TrainStep& result);
-    Status hold_scales();
+    Status add_scale_gradients();
 
     vk::Context& context_;
-    TrainConfig config_;
+    config::TrainConfig config_;
     std::unique_ptr<model::Predictor> predictor_;
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
-    raster::PackedArrays scene_, grad_scene_;
+    raster::PackedBuffers scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
     std::uint64_t attempts_ = 0;

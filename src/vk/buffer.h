@@ -23,7 +23,7 @@ struct BufferView {
     Shape shape;
 
     [[nodiscard]] std::uint64_t end() const { return offset + bytes; }
-    /// `count` bytes of it, `first` bytes behind its start.
+    /// `count` bytes of it, from byte `first`.
     [[nodiscard]] BufferView part(std::uint64_t first, std::uint64_t count) const {
         BufferView view = *this;
         view.offset += first;
@@ -38,7 +38,7 @@ struct BufferView {
     }
 };
 
-/// Owns a range of device memory; gives it back when destroyed.
+/// Owns a range of device memory; frees it when destroyed.
 class Buffer {
   public:
     Buffer() = default;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -46,7 +47,7 @@ class PushData {
     [[nodiscard]] const std::byte* data() const { return data_.data(); }
 
     static constexpr std::uint32_t kMaxBytes =
-        128;  ///< the least maxPushConstantsSize Vulkan allows
+        128;  ///< the smallest maxPushConstantsSize that Vulkan allows
 
   private:
     std::array<std::byte, kMaxBytes> data_{};
@@ -65,7 +66,7 @@ using Groups = std::array<std::uint32_t, 3>;
 /// One dispatch as an operator states it.
 struct Dispatch {
     const char* op = "";      ///< profile label: the operator's function, "group_norm_forward"
-    const char* shader = "";  ///< name in the shader table
+    const char* shader = "";  ///< stem; the recorder finds the module for the kernels in use
     std::vector<SpecConstant> constants;
     PushData push;
     std::vector<Access> accesses;  ///< in the order of the shader's bindings
@@ -73,6 +74,8 @@ struct Dispatch {
     Work work;
     /// Declared aliasing: an input and an output may be the same range, not merely overlap.
     bool may_alias = false;
+    /// Instead of the device's: where its kernels do not fit the shapes or need a missing feature.
+    std::optional<Kernels> kernels = {};
 };
 
 /// What a command list consists of.
@@ -83,7 +86,7 @@ struct Command {
     std::string op;
     std::vector<Access> accesses;  ///< for an indirect dispatch the last one is the group counts
     Pipeline* pipeline = nullptr;
-    const char* shader = "";
+    const char* shader = "";  ///< name of the module
     PushData push;
     Groups base{0, 0, 0};
     Groups groups{1, 1, 1};

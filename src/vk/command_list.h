@@ -9,10 +9,10 @@ namespace splat::vk {
 
 class Context;
 
-/// A recorded list of commands, submitted as often as wanted; only push data and buffer contents
+/// A recorded list of commands, submitted any number of times. Only push data and buffer contents
 /// change between runs.
 ///
-/// Keeps no buffer alive: the views' owners must outlive its last run.
+/// Keeps no buffer alive: the owners of its views must outlive its last run.
 class CommandList {
   public:
     CommandList() = default;

@@ -36,8 +36,7 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
 }
 
 Context::~Context() {
-    // The queue first: it waits for what is still running. Then pipelines and memory, the device
-    // last.
+    // First the queue, which waits for running work; then pipelines and memory; last the device.
     queue_.reset();
     pipelines_.reset();
     memory_.reset();

@@ -18,7 +18,7 @@ struct ContextDesc {
 
 /// An open device with its memory, pipelines, queue and profile.
 ///
-/// Not thread-safe by itself: whoever shares it locks `mutex` around each use, as src/api does.
+/// Not thread-safe: code that shares it locks `mutex` around each use, as src/api does.
 class Context {
   public:
     static Result<std::shared_ptr<Context>> create(const ContextDesc& desc);
@@ -31,7 +31,7 @@ class Context {
     [[nodiscard]] Pipelines& pipelines() { return *pipelines_; }
     [[nodiscard]] Profile* profile() { return profile_enabled_ ? &profile_ : nullptr; }
 
-    /// Whatever of run() may take memory, ahead of it: of several lists that must all run or none.
+    /// Do the part of run() that may take memory, for several lists of which all or none must run.
     Status make_ready(CommandList& list) { return queue_->make_ready(list); }
 
     /// Run a recorded list and add its times to the profile.

@@ -27,7 +27,7 @@ DeviceKind kind_of(VkPhysicalDeviceType type) {
     }
 }
 
-/// The compute family without graphics if there is one: it runs beside a desktop's drawing.
+/// The compute family without graphics if there is one: it runs in parallel with a desktop's drawing.
 std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families) {
     std::optional<std::uint32_t> found;
     for (std::uint32_t i = 0; i < families.size(); ++i) {
@@ -46,14 +46,14 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
         const VkMemoryPropertyFlags both =
             VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
         const VkMemoryType& type = memory.memoryTypes[i];
-        // A resizable BAR is host-visible too, but slow to read: only a device without memory of
-        // its own is unified.
+        // A resizable BAR is host-visible too, but slow to read: only a device without local memory
+        // is unified.
         if ((type.propertyFlags & both) == both && info.kind != DeviceKind::kDiscrete)
             info.features.unified_memory = true;
     }
 }
 
-/// Fast kernels read 8 lanes through constant shuffles (shaders/include/tile.glsl), so they need
+/// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
 /// subgroups of 8 or more.
 Kernels best_kernels(const DeviceInfo& info) {
     if (info.limits.subgroup_size < 8 || !info.features.subgroup_shuffle) return Kernels::kPlain;
@@ -61,7 +61,7 @@ Kernels best_kernels(const DeviceInfo& info) {
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 
-/// Whether this machine's CPU, which is the device where that is one, has 32 vector registers.
+/// Whether this machine's CPU, which is also a CPU device, has 32 vector registers.
 bool host_has_many_registers() {
 #if defined(__GNUC__) && defined(__x86_64__)
     return __builtin_cpu_supports("avx512vl") != 0;
@@ -78,7 +78,8 @@ bool host_has_large_code_cache() {
 #endif
 }
 
-/// Not Intel's CPUs with AVX-512, see shaders/include/store.glsl; AMD's were 1.45 times as fast with them (Zen 5).
+/// False on Intel CPUs with AVX-512, see shaders/include/store.glsl. AMD CPUs are 1.45 times as fast with packed
+/// stores (Zen 5).
 bool host_likes_packed_stores() {
 #if defined(__GNUC__) && defined(__x86_64__)
     return __builtin_cpu_is("intel") == 0 || __builtin_cpu_supports("avx512f") == 0;
@@ -317,8 +318,8 @@ Status Device::open() {
     queue.queueCount = 1;
     queue.pQueuePriorities = &priority;
 
-    // Robustness stays off: every shader guards its own accesses. The store features serve
-    // GPU-assisted validation alone.
+    // Robustness stays off: every shader guards its own accesses. Only GPU-assisted validation needs
+    // the store features.
     VkPhysicalDeviceFeatures2 available{};
     available.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
     instance_->get_features2(physical_, &available);

@@ -38,13 +38,13 @@ struct DeviceLimits {
 };
 
 struct DeviceFeatures {
-    bool subgroup_shuffle = false;  ///< and ballot and vote
+    bool subgroup_shuffle = false;  ///< with ballot and vote
     bool subgroup_arithmetic = false;
     bool int64 = false;
     bool unified_memory = false;
     bool many_registers = false;    ///< a CPU with 32 vector registers (AVX-512)
-    bool large_code_cache = false;  ///< a CPU whose instruction cache takes loops of 40 KB
-    bool packed_stores = true;  ///< not a CPU that stores pairs of floats slowly, see store.glsl
+    bool large_code_cache = false;  ///< a CPU whose instruction cache holds loops of 40 KB
+    bool packed_stores = true;  ///< false on CPUs that store pairs of floats slowly, see store.glsl
 };
 
 struct DeviceInfo {
@@ -52,7 +52,7 @@ struct DeviceInfo {
     DeviceKind kind = DeviceKind::kOther;
     std::string name;
     std::string driver;
-    std::string reason;  ///< why it is not usable; empty if it is
+    std::string reason;  ///< why it is not usable; empty if usable
     std::uint32_t vendor_id = 0;
     std::uint32_t device_id = 0;
     std::uint32_t vulkan_version = 0;
@@ -76,7 +76,7 @@ struct DeviceDesc {
     DeviceKind kind = DeviceKind::kOther;
     Kernels kernels = Kernels::kAuto;
     bool validation = false;
-    std::function<void(DeviceInfo&)> fake;  ///< tests: lower limits or take features away
+    std::function<void(DeviceInfo&)> fake;  ///< tests: lower limits or remove features
 };
 
 /// Describe all devices of an instance, usable or not.
@@ -85,7 +85,7 @@ Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance);
 /// A logical device with one compute queue and its own function table.
 class Device {
   public:
-    /// Errors: kNoDevice (nothing fits; lists what there is), kUnsupported (what is missing),
+    /// Errors: kNoDevice (no device fits; lists all), kUnsupported (names what is missing),
     /// kInvalidArgument (SPLAT_KERNELS).
     static Result<std::unique_ptr<Device>> create(const DeviceDesc& desc);
 

@@ -25,7 +25,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
         const bool is_error = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
         log(is_error ? LogLevel::kError : LogLevel::kWarning,
             std::string(validation ? "[validation] " : "[vulkan] ") + data->pMessage);
-    } catch (...) {  // no memory for the text; the count stands
+    } catch (...) {  // no memory for the text; the count is kept
     }
     return VK_FALSE;
 }
@@ -118,7 +118,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     if (validation && !has_validation_layer())
         return error(
             Code::kUnsupported,
-            "validation was asked for, but the layer %s is not installed: on Debian `apt-get "
+            "validation was requested, but the layer %s is not installed: on Debian `apt-get "
             "install "
             "vulkan-validationlayers`, or clear SPLAT_DEVICE_VALIDATION and SPLAT_VALIDATION",
             kValidationLayer);
@@ -128,8 +128,8 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     application.pEngineName = "libsplat";
     application.apiVersion = VK_API_VERSION_1_2;
 
-    // GPU-assisted validation reserves a descriptor set of its own, so that every set number below
-    // it stays ours.
+    // GPU-assisted validation reserves its own descriptor set, so that every set number below it
+    // stays ours.
     const VkValidationFeatureEnableEXT enables[] = {
         VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
         VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT,
@@ -205,7 +205,7 @@ Status Instance::create_messenger() {
     if (create == nullptr || destroy_messenger_ == nullptr ||
         create(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
         return error(Code::kUnsupported,
-                     "validation was asked for, but VK_EXT_debug_utils gives no messenger");
+                     "validation was requested, but VK_EXT_debug_utils has no messenger");
     return {};
 }
 

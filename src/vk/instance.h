@@ -12,13 +12,13 @@
 
 namespace splat::vk {
 
-/// One VkInstance, shared by all devices with the same wish for validation.
+/// One VkInstance, shared by all devices with the same choice of validation.
 ///
 /// Holds its own function pointers: volk's globals are used only to reach the loader.
 class Instance {
   public:
-    /// The living instance or a new one. Errors: kNoDevice without loader or driver, kUnsupported
-    /// if validation is asked for and the Khronos layer is absent, kOutOfHostMemory. Thread-safe.
+    /// The existing instance or a new one. Errors: kNoDevice without loader or driver, kUnsupported
+    /// if validation is requested and the Khronos layer is missing, kOutOfHostMemory. Thread-safe.
     static Result<std::shared_ptr<Instance>> get(bool validation);
 
     ~Instance();

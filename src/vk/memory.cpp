@@ -49,7 +49,7 @@ BufferView Buffer::view(const Shape& shape) const {
 Memory::Memory(Device& device, const MemoryDesc& desc)
     : device_(device),
       desc_(desc),
-      // 64 also keeps every allocation on a cache line of its own.
+      // 64 also gives every allocation its own cache line.
       alignment_(std::max<std::uint64_t>(device.info().limits.offset_alignment, 64)),
       guard_bytes_(desc.guard ? round_up(kGuardBytes, alignment_) : 0) {
     use_.budget = desc.budget_bytes != 0 ? desc.budget_bytes : default_budget(device.info());

@@ -12,7 +12,7 @@ namespace splat::vk {
 
 enum class MemoryKind : int {
     kDevice = 0,   ///< fastest for shaders; host-visible only on unified memory
-    kStaging = 1,  ///< host-visible, cached if there is such a type; for transfers
+    kStaging = 1,  ///< host-visible, cached if possible; for transfers
 };
 inline constexpr std::size_t kMemoryKinds = 2;
 
@@ -46,7 +46,7 @@ struct MemoryDesc {
 
 struct MemoryUse {
     std::uint32_t allocations = 0;  ///< live VkDeviceMemory objects
-    std::uint64_t used = 0;         ///< bytes held from the driver
+    std::uint64_t used = 0;         ///< bytes allocated from the driver
     std::uint64_t live = 0;         ///< bytes of living buffers
     std::uint64_t peak = 0;         ///< highest `used`
     std::uint64_t budget = 0;
@@ -64,7 +64,7 @@ class Memory {
     Memory& operator=(const Memory&) = delete;
 
     /// `bytes` > 0, rounded up to whole quads. Contents are undefined. Errors: kUnsupported beyond
-    /// maxMemoryAllocationSize, kOutOfDeviceMemory beyond the budget or what the driver gives;
+    /// maxMemoryAllocationSize, kOutOfDeviceMemory beyond the budget or the driver's memory;
     /// `name` appears in the message.
     Result<Buffer> allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name);
 
@@ -78,7 +78,7 @@ class Memory {
     Status flush(const BufferView& view);
     Status invalidate(const BufferView& view);
 
-    /// While true, freed ranges are kept aside, because the device may still be using them.
+    /// While true, freed ranges are not reused, because the device may still be using them.
     void defer_frees(bool defer) noexcept;
 
     /// kInternal, naming the offset, if a guard word of a living buffer, or of one freed since the
@@ -108,7 +108,7 @@ class Memory {
     MemoryUse use_;
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;
-    std::size_t deferred_ = 0;             ///< ranges kept aside
+    std::size_t deferred_ = 0;             ///< ranges freed but not yet reusable
     std::optional<std::uint64_t> broken_;  ///< offset of a broken guard of a freed buffer
 };
 

@@ -2,14 +2,12 @@
 
 #include "core/fault.h"
 #include "core/log.h"
+#include "params/spec_ids.h"
 #include "vk/pipeline_cache_file.h"
 #include "vk/shaders.h"
 
 namespace splat::vk {
 namespace {
-
-/// The specialisation constant of shaders/include/store.glsl.
-constexpr std::uint32_t kPackedStoresId = 1;
 
 VkDescriptorType vulkan_type(DescriptorType type) {
     return type == DescriptorType::kStorageBuffer ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
@@ -43,10 +41,11 @@ void Pipelines::open_cache() {
 Result<Pipeline*> Pipelines::get(const char* shader, const std::vector<SpecConstant>& constants) {
     Key key{shader, constants};
     if (device_.info().kind == DeviceKind::kCpu)
-        key.constants.push_back({kPackedStoresId, device_.info().features.packed_stores ? 1U : 0U});
+        key.constants.push_back(
+            {params::kPackedStoresId, device_.info().features.packed_stores ? 1U : 0U});
     if (const auto found = pipelines_.find(key); found != pipelines_.end()) return &found->second;
     const auto entry = pipelines_.emplace(std::move(key), Pipeline{}).first;
-    struct Undo {  // a half-made pipeline leaves no trace, also when memory runs out
+    struct Undo {  // frees a partly created pipeline, also when memory runs out
         Pipelines* owner;
         decltype(entry) at;
         ~Undo() {

@@ -18,12 +18,12 @@ struct Pipeline {
     CompileJob job;
 };
 
-/// Compute pipelines by shader name and specialisation, made on first use and kept until the end.
-/// They are compiled while the caller goes on.
+/// Compute pipelines by shader name and specialisation, created on first use and kept until the end.
+/// They are compiled while the caller continues.
 ///
-/// A cache file of the driver's compiled form, one per device and driver, makes the next process
-/// faster. A file that is corrupt or of another driver is ignored and replaced; not being able to
-/// read or write it is never an error.
+/// A cache file of the driver's compiled code, one per device and driver, speeds up the next process.
+/// A file that is corrupt or of another driver is ignored and replaced. Failing to read or write it is
+/// never an error.
 class Pipelines {
   public:
     /// `cache_folder` "" = no file. threads  as PipelineCompiler's
@@ -36,7 +36,7 @@ class Pipelines {
     /// object.
     Result<Pipeline*> get(const char* shader, const std::vector<SpecConstant>& constants);
 
-    /// Until it is compiled: before it is bound. Errors: the driver's; the next call tries again.
+    /// Wait until it is compiled; call it before binding. Errors: the driver's; the next call tries again.
     Status wait(Pipeline& pipeline);
 
     /// Write the cache file if anything was added.
@@ -60,7 +60,7 @@ class Pipelines {
     std::string file_;
     VkPipelineCache cache_ = VK_NULL_HANDLE;
     bool loaded_ = false;
-    std::size_t saved_ = 0;  ///< compiled pipelines that the file has, besides those it had
+    std::size_t saved_ = 0;  ///< compiled pipelines added to the file by this object
     std::map<Key, Pipeline> pipelines_;
     std::optional<PipelineCompiler> compiler_;
 };

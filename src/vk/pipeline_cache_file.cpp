@@ -69,8 +69,7 @@ bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
     if (failed) return false;
     const std::string part = path + "." + std::to_string(getpid()) + ".tmp";
-    struct
-        Cleanup {  // whatever happens, also when memory runs out; after the rename there is nothing
+    struct Cleanup {  // also when memory runs out; after the rename there is nothing to remove
         const std::string& name;
         ~Cleanup() { std::remove(name.c_str()); }
     } const cleanup{part};

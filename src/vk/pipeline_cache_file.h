@@ -21,8 +21,8 @@ std::string pipeline_cache_path(const std::string& folder, const DeviceInfo& inf
 std::optional<std::vector<std::byte>> read_pipeline_cache(const std::string& path,
                                                           const DeviceInfo& info);
 
-/// Replace the file as a whole (a name of its own, then rename). False if that failed; the old file
-/// is then still there.
+/// Replace the file as a whole (write under another name, then rename). False if that failed; the old
+/// file then stays.
 bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
                           const std::vector<std::byte>& data);
 

@@ -5,10 +5,10 @@
 namespace splat::vk {
 namespace {
 
-/// More would gain nothing on the few pipelines of a network, most of which are small.
+/// More gain nothing: a network has few pipelines, and most are small.
 constexpr unsigned kMostThreads = 4;
 
-/// The compilers of the process. Never destroyed, as devices may live until its very end.
+/// The compilers of the process. Never destroyed, because devices may live until its end.
 struct Living {
     std::mutex mutex;
     std::vector<PipelineCompiler*> compilers;
@@ -62,7 +62,7 @@ void PipelineCompiler::add(CompileJob& job) noexcept {
     enqueue(job);
 }
 
-/// With one more thread for it, if there may be one.
+/// Start one more thread if the maximum allows.
 void PipelineCompiler::enqueue(CompileJob& job) noexcept {
     job.next = nullptr;
     (first_ == nullptr ? first_ : last_->next) = &job;
@@ -75,7 +75,7 @@ void PipelineCompiler::enqueue(CompileJob& job) noexcept {
     try {
         worker->thread = std::thread([this, worker] { work(*worker); });
         worker->ended = false;
-    } catch (...) {  // the system has no thread left; others or wait() do the work
+    } catch (...) {  // the system has no thread left; other threads or wait() do the work
     }
 }
 

@@ -25,34 +25,33 @@ struct CompileJob {
     VkPipelineLayout layout = VK_NULL_HANDLE;
     VkPipeline pipeline = VK_NULL_HANDLE;
     VkResult result = VK_NOT_READY;
-    const char* call = "";       ///< that gave the result
+    const char* call = "";       ///< Vulkan function that returned the result
     CompileJob* next = nullptr;  ///< in the queue
 };
 
-/// Compiles pipelines in the order in which they were added, on threads that live as long as there is
-/// work, while the caller goes on recording: the large kernels of the network take lavapipe 20 to 50 ms
-/// each.
+/// Compiles pipelines in the order in which they were added, on threads that live while there is work. The
+/// caller meanwhile continues recording: the network's large kernels take lavapipe 20 to 50 ms each.
 class PipelineCompiler {
   public:
-    /// `cache` may be null, and must outlive it. threads  at most so many; without one, wait() does all
+    /// `cache` may be null, and must outlive it. threads  the maximum; with 0, wait() does all
     /// the work
     PipelineCompiler(Device& device, VkPipelineCache cache, unsigned threads);
-    /// Jobs that nobody has begun are given up.
+    /// Drops jobs that have not started.
     ~PipelineCompiler();
     PipelineCompiler(const PipelineCompiler&) = delete;
     PipelineCompiler& operator=(const PipelineCompiler&) = delete;
 
-    /// The job must stay where it is for as long as this object lives.
+    /// The job must not move while this object lives.
     void add(CompileJob& job) noexcept;
 
-    /// Until the job is done, with the calling thread's help. One that failed before is tried again; so
-    /// the result, the driver's, is of now.
+    /// Wait until the job is done; the calling thread helps. A job that failed before is tried again, so
+    /// the result is always fresh from the driver.
     VkResult wait(CompileJob& job) noexcept;
 
-    /// Jobs that have become pipelines so far.
+    /// Pipelines compiled so far.
     [[nodiscard]] std::size_t compiled() const noexcept;
 
-    /// From now on wait() does the work; returns when no thread is left.
+    /// End the threads and return when they have; from then on wait() does the work.
     void stop_threads() noexcept;
 
   private:
@@ -76,7 +75,7 @@ class PipelineCompiler {
     std::vector<Worker> workers_;
 };
 
-/// For a device: none under validation, whose messages come on the thread that caused them.
+/// Number of threads for a device: 0 under validation, so that messages come on the thread that caused them.
 unsigned compile_threads(bool validation);
 
 }  // namespace splat::vk

@@ -6,12 +6,13 @@
 #include "core/checked_math.h"
 #include "vk/context.h"
 #include "vk/hazard.h"
+#include "vk/shaders.h"
 
 namespace splat::vk {
 namespace {
 
-/// Cautious rates, in operations and bytes per second: the slowest kernels of each class measured a
-/// few times this.
+/// Cautious rates, in operations and bytes per second: the slowest kernels of each class reached a few
+/// times as much.
 struct Rates {
     double flops;
     double bytes;
@@ -38,6 +39,51 @@ bool overlaps_partly(const BufferView& a, const BufferView& b) {
     return a.overlaps(b) && !a.same_range(b);
 }
 
+/// The module of a stem; the plain one where the kernels have none of their own.
+Result<const ShaderModule*> module_for(const char* op, const char* stem, Kernels kernels) {
+    const ShaderVariants variants = shader_variants(stem);
+    const ShaderModule* module = nullptr;
+    if (kernels == Kernels::kCpu) module = variants.cpu;
+    if (kernels == Kernels::kGpu) module = variants.gpu;
+    if (module == nullptr) module = variants.plain;
+    if (module == nullptr)
+        return error(Code::kInternal, "%s: no shader '%s' is built in for %s kernels", op, stem,
+                     kernels_name(kernels));
+    return module;
+}
+
+Status check_declarations(const Command& command, bool may_alias) {
+    const ShaderInterface& interface = command.pipeline->interface;
+    if (command.accesses.size() != interface.bindings.size())
+        return error(Code::kInternal, "%s: %zu accesses declared, shader %s has %zu bindings",
+                     command.op.c_str(), command.accesses.size(), command.shader,
+                     interface.bindings.size());
+    if (command.push.bytes() != interface.push_bytes)
+        return error(Code::kInternal, "%s: %u bytes of push constants, shader %s has %u",
+                     command.op.c_str(), command.push.bytes(), command.shader,
+                     interface.push_bytes);
+    for (std::size_t i = 0; i < command.accesses.size(); ++i) {
+        const ShaderBinding& binding = interface.bindings[i];
+        const Use use = command.accesses[i].use;
+        if (binding.writes != writes(use) || binding.reads != (use != Use::kWrite))
+            return error(
+                Code::kInternal,
+                "%s: binding %zu of shader %s is declared otherwise there (reads %d, writes %d)",
+                command.op.c_str(), i, command.shader, binding.reads, binding.writes);
+    }
+    for (std::size_t i = 0; i < command.accesses.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            const Access& a = command.accesses[i];
+            const Access& b = command.accesses[j];
+            if (!a.view.overlaps(b.view) || (!writes(a.use) && !writes(b.use))) continue;
+            if (!may_alias || overlaps_partly(a.view, b.view))
+                return error(Code::kInternal,
+                             "%s: bindings %zu and %zu of shader %s alias and one is written",
+                             command.op.c_str(), j, i, command.shader);
+        }
+    return {};
+}
+
 }  // namespace
 
 // A desktop's watchdog ends a submit of a few seconds; shorter ones also keep a shared machine
@@ -58,72 +104,44 @@ Kernels Recorder::kernels() const {
     return context_.device().kernels();
 }
 
-Status Recorder::check_declarations(const Dispatch& dispatch,
-                                    const ShaderInterface& interface) const {
-    if (dispatch.accesses.size() != interface.bindings.size())
-        return error(Code::kInternal, "%s: %zu accesses declared, shader %s has %zu bindings",
-                     dispatch.op, dispatch.accesses.size(), dispatch.shader,
-                     interface.bindings.size());
-    if (dispatch.push.bytes() != interface.push_bytes)
-        return error(Code::kInternal, "%s: %u bytes of push constants, shader %s has %u",
-                     dispatch.op, dispatch.push.bytes(), dispatch.shader, interface.push_bytes);
-    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i) {
-        const ShaderBinding& binding = interface.bindings[i];
-        const Use use = dispatch.accesses[i].use;
-        if (binding.writes != writes(use) || binding.reads != (use != Use::kWrite))
-            return error(
-                Code::kInternal,
-                "%s: binding %zu of shader %s is declared otherwise there (reads %d, writes %d)",
-                dispatch.op, i, dispatch.shader, binding.reads, binding.writes);
-    }
-    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) {
-            const Access& a = dispatch.accesses[i];
-            const Access& b = dispatch.accesses[j];
-            if (!a.view.overlaps(b.view) || (!writes(a.use) && !writes(b.use))) continue;
-            if (!dispatch.may_alias || overlaps_partly(a.view, b.view))
-                return error(Code::kInternal,
-                             "%s: bindings %zu and %zu of shader %s alias and one is written",
-                             dispatch.op, j, i, dispatch.shader);
-        }
-    return {};
-}
-
-Status Recorder::check_limits(const Dispatch& dispatch, const ShaderInterface& interface) const {
+Status Recorder::check_limits(const Command& command) const {
+    const ShaderInterface& interface = command.pipeline->interface;
     const DeviceLimits& limits = device().limits;
-    for (std::size_t i = 0; i < dispatch.accesses.size(); ++i) {
-        const BufferView& view = dispatch.accesses[i].view;
+    for (std::size_t i = 0; i < command.accesses.size(); ++i) {
+        const BufferView& view = command.accesses[i].view;
         if (view.buffer == VK_NULL_HANDLE)
-            return error(Code::kInternal, "%s: binding %zu of shader %s has no buffer", dispatch.op,
-                         i, dispatch.shader);
+            return error(Code::kInternal, "%s: binding %zu of shader %s has no buffer",
+                         command.op.c_str(), i, command.shader);
         SPLAT_ASSERT(view.bytes > 0 && view.offset % limits.offset_alignment == 0);
         const std::uint64_t most = binding_bytes(limits, interface.bindings[i].type);
         if (view.bytes > most)
             return error(
                 Code::kUnsupported,
                 "%s: a tensor %s of %llu bytes, but one binding takes at most %llu; split it",
-                dispatch.op, view.shape.text().c_str(), static_cast<unsigned long long>(view.bytes),
-                static_cast<unsigned long long>(most));
+                command.op.c_str(), view.shape.text().c_str(),
+                static_cast<unsigned long long>(view.bytes), static_cast<unsigned long long>(most));
     }
     for (std::size_t axis = 0; axis < 3; ++axis)
-        if (dispatch.groups[axis] == 0 || dispatch.groups[axis] > limits.max_groups[axis])
+        if (command.groups[axis] == 0 || command.groups[axis] > limits.max_groups[axis])
             return error(Code::kUnsupported, "%s: %u workgroups on axis %zu, expected 1 to %u",
-                         dispatch.op, dispatch.groups[axis], axis, limits.max_groups[axis]);
+                         command.op.c_str(), command.groups[axis], axis, limits.max_groups[axis]);
     return {};
 }
 
 Result<Command> Recorder::command_for(const Dispatch& dispatch) {
+    SPLAT_ASSIGN(const ShaderModule* module,
+                 module_for(dispatch.op, dispatch.shader, dispatch.kernels.value_or(kernels())));
     Command command;
-    SPLAT_ASSIGN(command.pipeline, context_.pipelines().get(dispatch.shader, dispatch.constants));
-    SPLAT_TRY(check_declarations(dispatch, command.pipeline->interface));
-    SPLAT_TRY(check_limits(dispatch, command.pipeline->interface));
     command.kind = CommandKind::kDispatch;
     command.op = dispatch.op;
-    command.shader = dispatch.shader;
+    command.shader = module->name;
     command.accesses = dispatch.accesses;
     command.push = dispatch.push;
     command.groups = dispatch.groups;
     command.work = dispatch.work;
+    SPLAT_ASSIGN(command.pipeline, context_.pipelines().get(module->name, dispatch.constants));
+    SPLAT_TRY(check_declarations(command, dispatch.may_alias));
+    SPLAT_TRY(check_limits(command));
     command.dispatch = dispatches_++;
     return command;
 }
@@ -199,7 +217,7 @@ void Recorder::barrier() {
 }
 
 Status Recorder::add(Command command) {
-    if (commands_.empty()) barrier();  // against the list that ran before
+    if (commands_.empty()) barrier();  // against the previous list
     if (command.part == 0 && !omit_barriers && conflicts(command)) barrier();
     if (command.part == 0)
         pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());

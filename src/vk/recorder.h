@@ -22,9 +22,11 @@ class Recorder {
   public:
     explicit Recorder(Context& context) : context_(context) {}
 
-    /// Errors: kInternal if the declarations differ from the shader's (count, readonly, writeonly,
-    /// push bytes) or ranges alias without may_alias; kUnsupported if a view exceeds the binding
-    /// limits or the groups exceed the device's.
+    /// Runs the kernel's module for the kernels in use, the plain one where they have none.
+    ///
+    /// Errors: kInternal if no module has that stem, if the declarations differ from the shader's
+    /// (count, readonly, writeonly, push bytes) or ranges alias without may_alias; kUnsupported if
+    /// a view exceeds the binding limits or the groups exceed the device's.
     Status dispatch(const Dispatch& dispatch);
 
     /// The same with the group counts (3 x uint32) read from `counts` on the device; never split.
@@ -42,13 +44,12 @@ class Recorder {
     /// Position of the latest dispatch, for CommandList::set_push.
     [[nodiscard]] std::size_t last_dispatch() const { return dispatches_ - 1; }
 
-    bool omit_barriers = false;  ///< tests: record a list that is wrong on purpose
+    bool omit_barriers = false;  ///< tests: record a wrong list
 
   private:
     Result<Command> command_for(const Dispatch& dispatch);
     Status add(Command command);
-    Status check_declarations(const Dispatch& dispatch, const ShaderInterface& interface) const;
-    Status check_limits(const Dispatch& dispatch, const ShaderInterface& interface) const;
+    Status check_limits(const Command& command) const;
     [[nodiscard]] bool conflicts(const Command& command) const;
     void barrier();
 

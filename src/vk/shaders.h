@@ -19,4 +19,15 @@ std::span<const ShaderModule> shader_modules();
 /// The module of that name, or nullptr.
 const ShaderModule* find_shader(std::string_view name);
 
+/// The modules of one kernel, `<stem>`, `<stem>_cpu` and `<stem>_gpu`; nullptr for one that is not
+/// built in.
+struct ShaderVariants {
+    const ShaderModule* plain = nullptr;
+    const ShaderModule* cpu = nullptr;
+    const ShaderModule* gpu = nullptr;
+};
+
+/// All three are nullptr for an unknown stem.
+ShaderVariants shader_variants(std::string_view stem);
+
 }  // namespace splat::vk

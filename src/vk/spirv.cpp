@@ -162,7 +162,7 @@ class Parser {
         binding.binding = *own.binding;
         if (variable.storage == UniformConstant) {
             if (type.op != OpTypeSampledImage)
-                return error(Code::kInternal, "binding %u is no texel buffer", *own.binding);
+                return error(Code::kInternal, "binding %u is not a texel buffer", *own.binding);
             const Type& image = types_[type.operands.at(0)];
             const Type& texel = types_[image.operands.at(0)];
             binding.type = texel.op != OpTypeInt       ? DescriptorType::kFloatTexelBuffer

@@ -9,7 +9,7 @@
 namespace splat::vk {
 
 /// A texel buffer of floats is read as quads (samplerBuffer, RGBA32F), one of integers singly
-/// (usamplerBuffer, R32UI) or as quads (isamplerBuffer, RGBA32I): GLSL has no other way to say it.
+/// (usamplerBuffer, R32UI) or as quads (isamplerBuffer, RGBA32I): GLSL has no other way to express it.
 enum class DescriptorType : int {
     kStorageBuffer,
     kFloatTexelBuffer,
@@ -17,8 +17,8 @@ enum class DescriptorType : int {
     kIntQuadTexelBuffer
 };
 
-/// One binding of descriptor set 0, as the shader declares it, once or more often in the same way (an array seen as
-/// elements of two sizes).
+/// One binding of descriptor set 0 as the shader declares it, once or several times in the same way (an array
+/// viewed as elements of two sizes).
 struct ShaderBinding {
     std::uint32_t binding = 0;
     DescriptorType type = DescriptorType::kStorageBuffer;

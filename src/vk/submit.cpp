@@ -9,14 +9,14 @@
 namespace splat::vk {
 
 Queue::~Queue() {
-    // A device that neither finishes nor reports its loss would hang here; its objects cannot be
-    // destroyed under it.
+    // A device that neither finishes nor reports its loss hangs here: its objects cannot be destroyed
+    // while it runs.
     if (pending_ != nullptr) device_.vk.vkDeviceWaitIdle(device_.handle());
 }
 
 Status Queue::make_ready(CommandList& list) {
     SPLAT_TRY(device_.alive());
-    SPLAT_TRY(settle());  // what is still running is not encoded anew
+    SPLAT_TRY(settle());  // a running list must not be encoded again
     if (list.objects_ == nullptr || list.objects_->encoded) return {};
     return list.objects_->encode();
 }
@@ -47,14 +47,13 @@ Status Queue::submit(CommandList::Objects& objects) {
                 : device_.vk.vkQueueSubmit(device_.queue(), 1, &info,
                                            last ? objects.fence : VK_NULL_HANDLE);
         if (result >= VK_SUCCESS) continue;
-        if (i > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the pieces before are under way
+        if (i > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the earlier pieces are running
         return device_.check(result, "vkQueueSubmit");
     }
     return {};
 }
 
-/// In pieces: time in which the process was stopped, or the machine asleep, ends one of them and not
-/// the whole wait.
+/// Wait in pieces: a stop of the process, or sleep of the machine, ends one piece and not the whole wait.
 VkResult Queue::wait_for(VkFence fence) const {
     constexpr std::uint64_t kPieceNs = 500'000'000;
     for (std::uint64_t left = timeout_ns_;; left -= kPieceNs) {

@@ -11,21 +11,20 @@ namespace splat::vk {
 /// Submits command lists and waits; the only place that waits for the device.
 class Queue {
   public:
-    /// `timeout_ns` bounds each wait; of a time in which the process was stopped half a second
-    /// counts.
+    /// `timeout_ns` bounds each wait; a suspension of the process counts as at most 0.5 s.
     Queue(Device& device, Memory& memory, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), timeout_ns_(timeout_ns) {}
     ~Queue();
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
 
-    /// Wait for a list that timed out before, have this one's pipelines compiled, and encode it. run() does
-    /// so where this was not called.
+    /// Wait for a list that timed out before, compile this one's pipelines, and encode it. run() does it if
+    /// this was not called.
     Status make_ready(CommandList& list);
 
-    /// Run a list to its end. Errors: kTimeout if the device did not finish (it may still; the next
-    /// call first waits for it, and buffers freed meanwhile are kept aside), kDeviceLost for ever
-    /// after a loss, and the driver's.
+    /// Run a list to its end. Errors: kTimeout if the device did not finish (it may later; the next call
+    /// first waits for it, and buffers freed meanwhile are not reused), kDeviceLost for ever after a loss,
+    /// and the driver's.
     Status run(CommandList& list, Profile* profile);
 
     /// Wait for a list that timed out before, if there is one.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/json.h"
+#include "core/json_writer.h"
 
 namespace splat::vk {
 
@@ -39,18 +39,20 @@ std::vector<Profile::Row> Profile::rows() const {
 }
 
 std::string Profile::json(const std::string& device) const {
-    std::string ops;
+    JsonWriter json;
+    json.begin_object().member("device", device).newline(1).key("ops").begin_array();
     for (const Row& row : rows()) {
         const auto count = static_cast<double>(row.entry->count);
-        ops += format(
-            "%s\n  {\"op\": %s, \"kernel\": %s, \"count\": %llu, \"total_ms\": %.9g, "
-            "\"min_ms\": %.9g, \"median_ms\": %.9g, \"bytes\": %.17g, \"flops\": %.17g}",
-            ops.empty() ? "" : ",", json_quote(row.key->first).c_str(),
-            json_quote(row.key->second).c_str(), static_cast<unsigned long long>(row.entry->count),
-            row.entry->total_ms, row.entry->min_ms, row.median_ms, row.entry->work.bytes / count,
-            row.entry->work.flops / count);
+        json.newline(2).begin_object().member("op", row.key->first);
+        json.member("kernel", row.key->second).member("count", row.entry->count);
+        json.key("total_ms").number(row.entry->total_ms, 9);
+        json.key("min_ms").number(row.entry->min_ms, 9);
+        json.key("median_ms").number(row.median_ms, 9);
+        json.member("bytes", row.entry->work.bytes / count);
+        json.member("flops", row.entry->work.flops / count).end();
     }
-    return format("{\"device\": %s,\n \"ops\": [%s]}", json_quote(device).c_str(), ops.c_str());
+    json.end().end();
+    return json.text();
 }
 
 std::string Profile::table(const std::string& device) const {

@@ -10,13 +10,13 @@
 
 #include "splat.h"
 
-/// What all tests of the C API share; nothing here knows more of the library than its header.
+/// Shared by all tests of the C API. Nothing here uses more of the library than its header.
 namespace splat::test {
 
-/// SPLAT_OK; otherwise the code that came back and its text.
+/// Expects SPLAT_OK; a failure shows the code and its text.
 testing::AssertionResult succeeded(splat_result got);
 
-/// This code, with a text of the last error that holds `part`.
+/// Expects this code, and `part` in the text of the last error.
 testing::AssertionResult refused(splat_result got, splat_result expected, const std::string& part);
 
 #define EXPECT_DONE(call) EXPECT_TRUE(::splat::test::succeeded(call))
@@ -32,7 +32,7 @@ Struct sized() {
     return made;
 }
 
-/// Owns a handle; a failing destroy fails the test.
+/// Owns a handle. A destroy that fails also fails the test.
 template <class Handle, splat_result (*Destroy)(Handle)>
 class Owned {
   public:
@@ -97,14 +97,15 @@ Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& v
               const char* name = nullptr);
 std::vector<float> download(splat_tensor tensor);
 
-/// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k": "v"}.
+/// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k":
+/// "v"}.
 Weights make_weights();
 
 /// A file of one tensor, "w" [300,1000], that is used in place.
 std::vector<float> write_large_weights(const std::string& path);
 
-/// A folder of procedural cars of 8 x 8 pixels, two to train on with 3 views and one to test on with 2;
-/// written on first use and removed at the end of the program.
+/// A folder of procedural cars of 8 x 8 pixels, two to train on with 3 views and one to test on
+/// with 2; written on first use and removed at the end of the program.
 const char* data_folder();
 splat_synthetic_desc synthetic_desc(const char* path);
 splat_dataset_desc dataset_desc();
@@ -126,7 +127,7 @@ Module make_module(const Device& device);
 splat_trainer_desc trainer_desc();
 Trainer make_trainer(const Device& device);
 
-/// A batch for it: grey pictures, all seen from where the first was taken.
+/// A batch for it: grey images, all from the first camera.
 struct TrainerBatch {
     TrainerBatch();
     [[nodiscard]] splat_trainer_batch desc() const;
@@ -139,7 +140,7 @@ struct TrainerBatch {
 struct OpRequest {
     OpRequest(const char* type, std::vector<splat_tensor> in, std::vector<splat_tensor> out);
 
-    /// The desc with pointers and counts as the vectors are now; no gradients if both are empty.
+    /// The desc for the current vectors; without gradients if both are empty.
     splat_op_desc desc() const;
 
     const char* type;
@@ -162,7 +163,7 @@ class Output {
     Value* out() { return &value_; }
     [[nodiscard]] const Value& value() const { return value_; }
 
-    /// For structs that are asked for: the rest keeps the pattern.
+    /// For structs that calls fill: the rest keeps the pattern.
     void set_struct_size(std::uint32_t size) {
         if constexpr (requires { value_.struct_size; }) value_.struct_size = size;
         size_ = size;
@@ -195,11 +196,10 @@ std::string whole_text(Call&& call) {
     return text;
 }
 
-/// Lines of the validation layer that came through the log so far. Any fails the program at its
-/// end.
+/// Messages of the validation layer in the log so far. Any message fails the program at its end.
 std::uint64_t validation_messages();
 
-/// The log callback that counts them: a test that sets its own puts this one back.
+/// The log callback that counts them. A test that sets its own callback restores this one.
 void listen_to_log(splat_log_level min_level = SPLAT_LOG_WARNING);
 
 /// Bit by bit.

@@ -16,7 +16,7 @@ std::string report_of(splat_dataset dataset) {
     return text;
 }
 
-/// All that two views can give, with a value behind each array that must stay.
+/// All arrays of two views, with a value after each that must stay unchanged.
 struct Arrays {
     std::vector<float> images = std::vector<float>(2 * 3 * 64 + 1, -1);
     std::vector<float> depths = std::vector<float>(2 * 64 + 1, -1);

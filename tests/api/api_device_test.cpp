@@ -30,7 +30,7 @@ std::uint32_t count() {
     return count;
 }
 
-/// Creating with this desc is refused, and the handle is left alone.
+/// Creation with this desc is refused and leaves the handle alone.
 void expect_absent(const splat_device_desc& desc, const std::string& part) {
     Output<splat_device> device;
     EXPECT_REFUSED(splat_device_create(&desc, device.out()), SPLAT_ERROR_NO_DEVICE, part);

@@ -1,4 +1,4 @@
-// What the environment can do to the library. Each case needs the variables of its ctest entry.
+// Effects of the environment on the library. Each case needs the variables of its ctest entry.
 #include <cstdlib>
 
 #include "api/api_calls.h"
@@ -14,7 +14,7 @@ std::string required(const char* variable) {
     return {};
 }
 
-/// Nothing is created, and the text tells all of `parts`.
+/// Creation fails, and the text has all of `parts`.
 void expect_create_refused(splat_result code, std::initializer_list<const char*> parts) {
     const splat_device_desc desc = device_desc();
     Output<splat_device> device;
@@ -36,6 +36,7 @@ void expect_the_rest_to_work() {
     EXPECT_EQ(splat_version(), SPLAT_VERSION);
     EXPECT_GT(std::strlen(splat_build_info()), 10U);
     EXPECT_FALSE(whole_text(splat_op_list).empty());
+    EXPECT_FALSE(whole_text(splat_scene_formats).empty());
 }
 
 TEST(ApiNoLoader, IsNoDeviceAndNamesThePackage) {

@@ -1,5 +1,5 @@
-// The driver fails at each place where it can, once and from there on; devices get lost, and waits
-// end too early.
+// The driver fails at each place where it can, once or permanently. Devices are lost, and waits end
+// too early.
 #include <unistd.h>
 
 #include <cstdio>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a fault point may become at the border.
+/// Results that the API may return for a fault point.
 bool documented(splat_result result) {
     static const std::set<splat_result> codes = {
         SPLAT_ERROR_NO_DEVICE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
@@ -69,7 +69,7 @@ class ApiFault : public testing::Test {
         fs::remove_all(folder_, failed);
     }
 
-    /// A text longer than any later one, so that what holds the last error never grows again.
+    /// A text longer than any later one, so that the buffer of the last error never grows again.
     static void fail_with_long_text() {
         const std::string name(4000, 'n');
         splat_device_desc desc = device_desc();
@@ -97,7 +97,7 @@ class ApiFault : public testing::Test {
         return results.value_or(ScenarioResults{});
     }
 
-    /// One run with the n-th hit failing, or with all from the n-th on.
+    /// A run in which the n-th hit fails, or all from the n-th on.
     void disturb(std::uint64_t n, bool stays, bool validated) {
         SCOPED_TRACE("fault point " + std::to_string(n) + (stays ? " and all after" : ""));
         Driver driver(stays);
@@ -135,7 +135,7 @@ TEST_F(ApiFault, EveryPointOnceAndFromThereOn) {
                 static_cast<unsigned long long>(hits_));
 }
 
-/// Objects of one device, made while all is well.
+/// Objects of one device, made before anything fails.
 struct Objects {
     Objects() : device(open()) {}
     static Device open() {
@@ -283,13 +283,13 @@ TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
     EXPECT_DONE(drawing.draw(drawing.other));
 }
 
-/// Draws that fail leave no more on the device than the scene that the recorded lists name.
+/// After a failed draw, the device keeps only the scene that the recorded lists name.
 TEST_F(ApiFault, FailedDrawsKeepOneScene) {
     for (const std::string point : {"vk.create_descriptor_pool", "vk.wait_timeout"}) {
         SCOPED_TRACE(point);
         Drawing drawing;
         const std::vector<float> gradient = drawing.gradient();
-        drawing.one.destroy();  // from here on the rasterizer alone keeps it
+        drawing.one.destroy();  // now only the rasterizer keeps it
         const Rasterizer second = make_rasterizer(drawing.device, rasterizer_desc(5, 20, 18));
         const auto draw = [&](const Scene& scene) {
             return splat_rasterizer_forward_scene(second, scene, &drawing.camera, 1, nullptr);
@@ -297,7 +297,7 @@ TEST_F(ApiFault, FailedDrawsKeepOneScene) {
         std::vector<std::uint64_t> live;
         for (int i = 0; i < 3; ++i) {
             Scene scene = SampleScene(5).create();
-            ASSERT_DONE(draw(scene));  // uploads it, so that what fails is the drawing
+            ASSERT_DONE(draw(scene));  // uploads it, so that only drawing can fail
             fault::arm(point.c_str(), 1, 1);
             EXPECT_TRUE(documented(drawing.draw(scene)));
             EXPECT_GE(fault::disarm(), 1U);

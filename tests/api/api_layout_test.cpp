@@ -1,4 +1,4 @@
-// The binary layout of the public structs, frozen: a row may be added at the end of a struct, none
+// The frozen binary layout of the public structs. A row may be added at the end of a struct; no row
 // may change.
 #include <gtest/gtest.h>
 
@@ -328,7 +328,7 @@ const Layout kLayouts[] = {kPhotoDesc,      kDatasetDesc,    kDatasetViews,  kSy
                            kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc,
                            kRasterizerInfo, kWeightsInfo,    kModuleDesc};
 
-/// What is wrong with a struct: another layout than the frozen one, or bytes that no field has.
+/// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {
     std::vector<std::string> found;
     std::size_t end = 0;

@@ -1,5 +1,5 @@
-// Every function of the header, with every parameter wrong: a documented code and a sentence,
-// outputs as they were, no crash.
+// Calls every function of the header with each parameter wrong. Each call returns a documented code
+// and a sentence, leaves its outputs alone, and does not crash.
 #include <fstream>
 #include <map>
 #include <regex>

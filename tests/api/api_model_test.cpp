@@ -177,7 +177,8 @@ TEST_F(ApiModel, AdaptersGoRoundAlone) {
     EXPECT_REFUSED(splat_model_load(first, adapters, 0), SPLAT_ERROR_INVALID_ARGUMENT,
                    "the file has no tensor");
 
-    // The network beside its adapters (without dropout, unlike the trainer's), and three ways of folding.
+    // The network beside its adapters (without dropout, unlike the trainer's), and three ways of
+    // folding.
     Weights state, exported, folded, folded_alone, unfolded;
     ASSERT_DONE(splat_model_store(first, state.out()));
     ASSERT_DONE(splat_model_load(second, state, 0));
@@ -227,7 +228,7 @@ TEST_F(ApiModel, GradientsAddUp) {
     const char* name = "grad:network_with_offset.out.bias";
     const std::vector<float> once = read(model, name, 24);
     EXPECT_REFUSED(splat_model_backward(model, gradients), SPLAT_ERROR_INVALID_STATE,
-                   "each takes one");
+                   "run forward before each");
     run(model);
     ASSERT_DONE(splat_model_backward(model, gradients));
     const std::vector<float> twice = read(model, name, 24);
@@ -247,10 +248,11 @@ TEST_F(ApiModel, GradientsAddUp) {
     EXPECT_DONE(splat_model_read(without, "network_with_offset.out.bias", bias.data(), 96));
 }
 
-/// The gradient of the images is that of finite differences; recomputing changes no bit of it and takes less
+/// The gradient by the images matches finite differences. Recomputing gives the same bits with less
 /// memory.
 TEST_F(ApiModel, GradientsOfInputs) {
-    image_ = normal_fill(image_.size(), 4);  // of a constant image the normalisations have no slope
+    image_ =
+        normal_fill(image_.size(), 4);  // the normalisations have no gradient for a constant image
     std::vector<float> results[2];
     std::uint64_t activations[2] = {};
     for (const bool recompute : {false, true}) {
@@ -278,7 +280,7 @@ TEST_F(ApiModel, GradientsOfInputs) {
                        SPLAT_ERROR_INVALID_STATE, "no gradient of the tokens");
         ASSERT_DONE(splat_model_read(model, "grad:images", gradient.data(), bytes));
         EXPECT_REFUSED(splat_model_backward(model, by_means), SPLAT_ERROR_INVALID_STATE,
-                       "each takes one");
+                       "run forward before each");
         EXPECT_EQ(read(model, "grad:images", gradient.size()), gradient) << "still there";
         const std::string text = report(model);
         activations[recompute ? 1 : 0] =
@@ -298,7 +300,8 @@ TEST_F(ApiModel, GradientsOfInputs) {
         for (std::size_t i = 0; i < gradient.size(); ++i)
             expected += static_cast<double>(i % 3 == 0 ? gradient[i] : -gradient[i]);
         const double measured = (sum(0.02F) - sum(-0.02F)) / 0.04;
-        // Sums of 768 float32 numbers near 1 differ by 1e-5, over 0.04; and the network is not linear.
+        // Sums of 768 float32 numbers near 1 differ by 1e-5, over 0.04; and the network is not
+        // linear.
         EXPECT_NEAR(measured, expected, 0.02 * std::abs(expected) + 1e-3);
     }
     EXPECT_EQ(results[0], results[1]);
@@ -325,7 +328,7 @@ TEST_F(ApiModel, BackwardIsOfTheParametersOfForward) {
     ASSERT_DONE(splat_model_backward(model, nothing));
 }
 
-/// Numbers that a caller may give for a check, as pointers have no length.
+/// Optional lengths that a caller may give for a check, as pointers have none.
 TEST_F(ApiModel, ComparesChannelsAndObjects) {
     const Model model = make_model(device_);
     auto input = sized<splat_model_input>();
@@ -357,7 +360,7 @@ TEST_F(ApiModel, ComparesChannelsAndObjects) {
                    "channels is 3, expected 7: RGB, normal, mask");
 }
 
-/// Arrays that the configuration has no use for would be passed over, and those that it needs are named.
+/// Arrays that the configuration does not use are refused, and errors name those that it needs.
 TEST_F(ApiModel, TakesTheArraysOfItsConfiguration) {
     const float numbers[256] = {1, 1};
     const auto check = [&](const char* keys, const float* splat_model_input::*array,
@@ -388,7 +391,7 @@ TEST_F(ApiModel, TakesTheArraysOfItsConfiguration) {
           "tokens is given, expected NULL: the configuration has model.token_dim 0");
 }
 
-/// What is refused leaves what the last pass keeps for its backward pass.
+/// A refused call does not change what the last pass keeps for its backward pass.
 TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     splat_model_desc desc = model_desc();
     desc.flags = SPLAT_MODEL_GRADIENTS;
@@ -422,7 +425,7 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
                    "'quaternions' holds nan at 2");
     EXPECT_EQ(read(model, "raw", 24 * kGaussians), raw);
 
-    // Nor do gradients that are refused, whichever of the five.
+    // Nor do refused gradients, whichever of the five.
     std::vector<float> spoilt = ones;
     spoilt[5] = INFINITY;
     const float* const wrong[5] = {ones.data(), ones.data(), nullptr, spoilt.data(), nullptr};
@@ -431,8 +434,8 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     EXPECT_EQ(backward(), expected);
 }
 
-/// In float32 sigmoid(20) is 1 and exp(-110) is 0; a scene's logits and logarithms stay finite, so that
-/// nothing that is drawn gets lost on the way to a file.
+/// In float32 sigmoid(20) is 1 and exp(-110) is 0. A scene's logits and logarithms stay finite, so
+/// that a file keeps every Gaussian that is drawn.
 TEST_F(ApiModel, ScenesOfExtremesAreFinite) {
     splat_model_desc desc = model_desc();
     desc.config =

@@ -60,7 +60,8 @@ class ApiModule : public testing::Test {
     }
 };
 
-/// y = x W^T + b of whole numbers: x = [1 2; 3 4; 5 6], W = [1 0; 2 1; 0 3], b = [10 20 30], grad_y = 1.
+/// y = x W^T + b of whole numbers: x = [1 2; 3 4; 5 6], W = [1 0; 2 1; 0 3], b = [10 20 30], grad_y
+/// = 1.
 TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
     const Module linear =
         make({"linear",
@@ -85,7 +86,7 @@ TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
                   (Floats{9 * sum, 12 * sum, 9 * sum, 12 * sum, 9 * sum, 12 * sum}));
         EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 3 * sum));
     }
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "each takes one");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
     ASSERT_DONE(splat_module_zero_gradients(linear));
     EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 0));
     ASSERT_DONE(splat_module_init(linear, 4));
@@ -96,7 +97,7 @@ TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
     }
 }
 
-/// Everything that a block can have at once; its gradients are those of finite differences.
+/// A block with all options at once: its gradients match finite differences.
 TEST_F(ApiModule, BlocksHaveGradients) {
     ModuleRequest request{"residual_block",
                           R"({"out_channels": 12, "attention": true, "affine_film": true,
@@ -118,7 +119,7 @@ TEST_F(ApiModule, BlocksHaveGradients) {
                             {"tokens", 30},
                             {"block.conv0.lora_A", 144},
                             {"block.conv0.lora_B", 24}};
-    // These start at or next to zero, and hide what is before them.
+    // These start near zero and would hide the layers before them.
     write(block, "block.conv1.weight", normal_fill(1296, 20, 0, 0.1));
     write(block, "block.proj.weight", normal_fill(144, 21, 0, 0.3));
     write(block, "block.cross_attention.out_proj.weight", normal_fill(144, 22, 0, 0.3));
@@ -235,7 +236,7 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
                    "'x' holds nan at 3");
 }
 
-/// What was written after forward must not act on its backward pass; what is refused loses nothing.
+/// Writes after forward do not affect its backward pass, and refused writes lose nothing.
 TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     const Module linear =
         make({"linear", "", {tensor_desc({1, 2}, "x"), tensor_desc({1, 2}, "weight")}});
@@ -246,7 +247,7 @@ TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     ASSERT_DONE(splat_module_backward(linear));
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "no gradient was given";
     write(linear, "grad:y", {1});
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "each takes one");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "still there";
     ASSERT_DONE(splat_module_forward(linear));
     write(linear, "x", {4, 4});
@@ -262,7 +263,7 @@ TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     EXPECT_EQ(read(linear, "grad:weight", 2), Floats(2, 4));
 }
 
-/// A parameter that is written acts, also where its prepared form is kept.
+/// Writing a parameter takes effect, also where its prepared form is kept.
 TEST_F(ApiModule, ParametersOfModelsAreWritten) {
     const splat_model_desc desc = model_desc();
     Model model;

@@ -1,4 +1,4 @@
-// Host memory that runs out at every single allocation of the library during one life of a device.
+// Host memory runs out at each allocation that the library makes during one life of a device.
 #include <unistd.h>
 
 #include <cstdio>
@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Watches every call; what to do about failures is the derived ones' affair.
+/// Watches every call. Derived classes decide what to do about failures.
 class Watcher : public Observer {
   public:
     void before() override { host_memory::watch(); }
     void after() override { host_memory::unwatch(); }
 };
 
-/// Memory that comes back after the first failing call, which is then made once more.
+/// Memory comes back after the first failing call, which is then repeated.
 class Recovers : public Watcher {
   public:
     bool retry(const char* call, splat_result result) override {
@@ -36,7 +36,7 @@ class Recovers : public Watcher {
     bool told = false;
 };
 
-/// Memory that stays away: everything is given up under the same want.
+/// Memory stays away: everything is destroyed without any.
 class StaysAway : public Watcher {
   public:
     bool retry(const char* call, splat_result result) override {
@@ -77,7 +77,7 @@ class ApiOom : public testing::Test {
         return desc;
     }
 
-    /// A text longer than any later one, so that what holds the last error never grows again.
+    /// A text longer than any later one, so that the buffer of the last error never grows again.
     static void fail_with_long_text() {
         host_memory::fail_none();
         const Device device = open_device();
@@ -99,13 +99,13 @@ class ApiOom : public testing::Test {
         return results.value_or(ScenarioResults{});
     }
 
-    /// The n-th allocation fails, and no other: the call says so and works when repeated.
+    /// Only the n-th allocation fails. The call reports it, and works when repeated.
     void fail_once(std::uint64_t n, bool validated) {
         SCOPED_TRACE("allocation " + std::to_string(n) + " fails once");
         Recovers observer;
         host_memory::fail(n, 1);
         const auto results = life_(observer, desc(validated));
-        // An allocation that is not needed (for the cache file, say) may fail in silence.
+        // An optional allocation (for the cache file, say) may fail silently.
         EXPECT_TRUE(observer.told || host_memory::failed() == 1 || fewer_than(n))
             << "nothing failed";
         EXPECT_TRUE(results.has_value() && *results == good_) << "the results differ";
@@ -124,8 +124,8 @@ class ApiOom : public testing::Test {
         expect_clean();
     }
 
-    /// A run that the driver's files make a little shorter than the one that was counted ends before
-    /// the last allocations.
+    /// A run may be a little shorter than the counted one, depending on the driver's files, and end
+    /// before the last allocations.
     bool fewer_than(std::uint64_t n) const {
         return host_memory::seen() < n && n + kVaryingAllocations >= count_;
     }
@@ -160,8 +160,8 @@ class ApiOom : public testing::Test {
     Life life_;
     fs::path folder_;
     ScenarioResults good_;
-    /// By how many allocations runs may differ: the driver's shader cache is shared with other processes, and
-    /// threads compile kernels while the caller goes on. 6466 to 6485 were seen of one program.
+    /// Number of allocations by which runs may differ: other processes share the driver's shader
+    /// cache, and threads compile kernels in the background. One program made 6466 to 6485.
     static constexpr std::uint64_t kVaryingAllocations = 40;
 
     std::uint64_t count_ = 0;
@@ -228,7 +228,7 @@ TEST_F(ApiOomTrain, SomeAllocations) {
     run(count_ / 12, 6);
 }
 
-/// Every one of them would take a day.
+/// All of them would take a day.
 TEST_F(ApiOomTrain, ManyAllocations) {
     run(count_ / 400, 50);
 }

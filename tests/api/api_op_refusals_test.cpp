@@ -1,10 +1,10 @@
-// What splat_op_create refuses, with which code and which words.
+// What splat_op_create refuses, with which code and text.
 #include "api/api_calls.h"
 
 namespace splat::test {
 namespace {
 
-/// A linear and a group_norm that are right; each test spoils one thing.
+/// A valid linear and a valid group_norm. Each test spoils one thing.
 class ApiOpRefuses : public testing::Test {
   protected:
     void expect(const OpRequest& request, splat_result code, const std::string& part) {

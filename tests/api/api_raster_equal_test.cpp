@@ -1,4 +1,4 @@
-// The C API against the C++ rasterizer on the same scenes: the same bits.
+// The C API and the C++ rasterizer give the same bits on the same scenes.
 #include "api/raster_calls.h"
 #include "raster/raster_scenes.h"
 #include "raster/rasterizer_harness.h"
@@ -65,7 +65,7 @@ std::vector<double> doubles(const std::vector<Value>& values) {
     return {values.begin(), values.end()};
 }
 
-/// An output to the host and to a tensor, which agree.
+/// Reads an output to the host and to a tensor, which must agree.
 std::vector<double> read(const Drawn& drawn, splat_output which, const Dims& dims) {
     std::size_t elements = 1;
     for (const std::int64_t size : dims) elements *= static_cast<std::size_t>(size);
@@ -198,7 +198,7 @@ TEST(ApiRaster, GradientsAreThoseOfTheRasterizer) {
     compare_gradients(with_sh, kRasterModes[0], true);
 }
 
-/// Every skip switched off leads to the same image.
+/// The image is the same with each skip switched off.
 TEST(ApiRaster, SkipsDoNotChangeTheImage) {
     const SampleScene sample(120);
     const Scene scene = sample.create();

@@ -1,4 +1,4 @@
-// How rasterizers behave; what they compute is compared in api_raster_equal_test.cpp.
+// Behaviour of rasterizers. api_raster_equal_test.cpp compares what they compute.
 #include "api/raster_calls.h"
 
 namespace splat::test {
@@ -108,7 +108,7 @@ TEST(ApiRasterizer, NothingGivesTheBackground) {
     }
 }
 
-/// Everything may be destroyed in any order.
+/// Objects may be destroyed in any order.
 TEST(ApiRasterizer, OutlivesSceneAndDevice) {
     Device device = open_device();
     Scene scene = SampleScene(30).create();

@@ -1,4 +1,4 @@
-// Scenes and images of other programs, through the C API; they are not part of the repository.
+// Scenes and images of other programs, which are not in the repository, through the C API.
 #include <algorithm>
 #include <cmath>
 
@@ -118,7 +118,7 @@ RasterCase raster_case(splat_scene scene, const splat_camera& camera) {
     return made;
 }
 
-/// Two views of the guitar in float64; only pixels that rounding decides may be further off.
+/// Two views of the guitar in float64. Only pixels that rounding decides may differ by more.
 TEST(ApiRealScenes, GuitarAsFloat64DrewIt) {
     SPLAT_NEEDS_REAL_DATA();
     const auto read = Npz::read(*real_data_folder() + "/derived/guitar_render_golden.npz");

@@ -1,4 +1,4 @@
-// A thousand lives of a device: no memory stays behind.
+// A thousand lives of a device leave no memory behind.
 #include <malloc.h>
 #include <unistd.h>
 

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <nlohmann/json.hpp>
+
 #include "api/raster_calls.h"
 
 namespace splat::test {
@@ -113,6 +115,36 @@ TEST(ApiScene, AttributesBecomeTensors) {
         EXPECT_EQ(Dims(info.dims, info.dims + info.rank), dims) << name;
         EXPECT_STREQ(info.name, name);
         EXPECT_EQ(download(tensor), values_of(scene, name, info.elements)) << name;
+    }
+}
+
+TEST(ApiScene, FormatsAreListedByTheirNumbers) {
+    const auto list = nlohmann::json::parse(whole_text(splat_scene_formats));
+    const struct {
+        const char* name;
+        splat_scene_format id;
+        const char* frame;
+        bool written;
+    } formats[] = {{"ply", SPLAT_SCENE_PLY, "RDF", true},
+                   {"compressed ply", SPLAT_SCENE_COMPRESSED_PLY, "RDF", false},
+                   {"splat", SPLAT_SCENE_SPLAT, "RDF", true},
+                   {"spz", SPLAT_SCENE_SPZ, "RUB", true}};
+    ASSERT_GE(list.size(), std::size(formats));
+    for (std::size_t i = 0; i < std::size(formats); ++i) {
+        EXPECT_EQ(list[i].at("name"), formats[i].name);
+        EXPECT_EQ(list[i].at("id"), formats[i].id);
+        EXPECT_EQ(list[i].at("frame"), formats[i].frame);
+        EXPECT_EQ(list[i].at("written"), formats[i].written);
+        EXPECT_EQ(list[i].at("extension").get<std::string>().front(), '.');
+    }
+    // The number after the last one is refused.
+    Output<splat_scene> out;
+    const auto last = static_cast<splat_scene_format>(list.size());
+    for (splat_scene_format id = 1; id <= last + 1; ++id) {
+        const auto desc = file_desc(id);
+        const std::string part = id <= last ? "'memory': " : "format is " + std::to_string(id);
+        EXPECT_REFUSED(splat_scene_load_memory("x", 1, &desc, out.out()),
+                       SPLAT_ERROR_INVALID_ARGUMENT, part.c_str());
     }
 }
 

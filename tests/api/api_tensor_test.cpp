@@ -39,7 +39,7 @@ void expect_refused_shape(const Dims& dims, splat_result code, const std::string
 }
 
 TEST(ApiTensor, IsFilledWithZeros) {
-    // The second of the pair takes over memory that the first one dirtied.
+    // The second of the pair reuses memory that the first one wrote.
     for (int i = 0; i < 2; ++i) {
         const Tensor tensor = make_tensor(shared_device(), {3, 5, 7});
         EXPECT_EQ(download(tensor), std::vector<float>(105, 0.0F));

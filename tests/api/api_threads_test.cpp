@@ -1,5 +1,5 @@
-// Many threads: one device for all, and one device for each. Results are those of a single thread,
-// bit by bit.
+// Many threads, with one device for all and with one device each. Results have the same bits as
+// those of a single thread.
 #include <unistd.h>
 
 #include <array>

@@ -1,11 +1,14 @@
 // Training through the C API.
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "api/api_calls.h"
 
 namespace splat::test {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr std::size_t kSide = 16;
 
@@ -106,6 +109,25 @@ TEST_F(ApiTrainer, MergesConfigurations) {
                    SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
 }
 
+TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
+    const Json keys = Json::parse(whole_text(splat_config_keys));
+    ASSERT_GT(keys.size(), 90U);
+    for (const Json& key : keys) {
+        const std::string name = key.at("key");
+        EXPECT_FALSE(key.at("about").get<std::string>().empty()) << name;
+        EXPECT_TRUE(key.at("range").is_string() && key.at("effect").is_boolean()) << name;
+        const std::string type = key.at("type");
+        const Json& value = key.at("default");
+        EXPECT_TRUE(value.is_null()     ? !key.at("effect").get<bool>()
+                    : type == "integer" ? value.is_number_integer()
+                    : type == "number"  ? value.is_number()
+                    : type == "boolean" ? value.is_boolean()
+                    : type[0] == 'l'    ? value.is_array()
+                                        : value.is_string())
+            << key;
+    }
+}
+
 TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
     const Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);
@@ -114,7 +136,7 @@ TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
     ASSERT_DONE(splat_model_store(model, weights.out()));
     ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));
     EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "is no training state");
+                   "is not a training state");
     std::filesystem::remove(path);
 }
 

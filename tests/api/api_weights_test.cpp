@@ -99,7 +99,7 @@ Weights one_layer() {
 TEST(ApiWeights, FoldedOnesHaveNoAdapters) {
     const Weights weights = one_layer();
     Weights folded;
-    // float32 has no such alpha: rounded before the weight is, it would be 1 + 2^-23.
+    // Not a float32: rounding alpha before the weight would give 1 + 2^-23.
     ASSERT_DONE(splat_weights_fold(weights, nullptr, 0x1.0000010001p0, 0, folded.out()));
     EXPECT_EQ(values_of(folded, "x.weight"), (std::vector<float>{0x1.0001p-24F}));
     std::uint32_t count = 0;
@@ -115,7 +115,7 @@ TEST(ApiWeights, FoldedOnesHaveNoAdapters) {
                    SPLAT_ERROR_INVALID_ARGUMENT, "the file has no 'x.weight'");
 }
 
-/// Files of a megabyte or more are not copied.
+/// Files of a megabyte or more are used in place.
 TEST(ApiWeights, LargeFilesWrittenInPlaceAreRefused) {
     const std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("splat-large-" + std::to_string(::getpid()));

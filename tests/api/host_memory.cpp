@@ -15,7 +15,7 @@
 namespace splat::test::host_memory {
 namespace {
 
-/// Code of one loaded object. At most a handful of segments.
+/// Code segments of one loaded object, of which there are few.
 struct Text {
     std::array<std::uintptr_t, 16> bounds{};  // begin, end, begin, end, ...
     std::size_t used = 0;
@@ -46,12 +46,12 @@ int read_object(dl_phdr_info* object, std::size_t, void*) {
     return 0;
 }
 
-/// Addresses of the library's living allocations: open addressing in memory of its own.
+/// Hash table of the library's live allocations: open addressing in static memory.
 class LiveSet {
   public:
     void add(void* pointer) {
         const std::lock_guard lock(mutex_);
-        if (count_ >= kSlots / 2) std::abort();  // a test that keeps this much is broken
+        if (count_ >= kSlots / 2) std::abort();  // no test keeps this much
         std::size_t at = slot(pointer);
         while (slots_[at] != nullptr) at = (at + 1) % kSlots;
         slots_[at] = pointer;
@@ -66,7 +66,7 @@ class LiveSet {
         if (slots_[at] == nullptr) return;
         slots_[at] = nullptr;
         --count_;
-        // Whatever follows may have been pushed on by this one.
+        // Later entries may be displaced by this one.
         for (std::size_t i = (at + 1) % kSlots; slots_[i] != nullptr; i = (i + 1) % kSlots) {
             void* const moved = std::exchange(slots_[i], nullptr);
             std::size_t to = slot(moved);
@@ -90,11 +90,11 @@ class LiveSet {
 LiveSet g_live;
 std::uint64_t g_first = kForever;
 std::uint64_t g_count = 0;
-std::uint64_t g_seen = 0;  // these four: of the thread that watches
+std::uint64_t g_seen = 0;  // these four belong to the watching thread
 std::uint64_t g_failed = 0;
 thread_local bool t_watching = false;
 
-/// Whether the caller of operator new is the library, with `caller` the address that it returns to.
+/// Whether the library called operator new. `caller` is its return address.
 bool from_library(void* caller) {
     if (g_program.holds(caller)) return true;
     if (!g_standard_library.holds(caller)) return false;

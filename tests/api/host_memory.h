@@ -5,19 +5,18 @@
 
 /// Host memory that runs out on request. Linking host_memory.cpp replaces the global operator new.
 ///
-/// Only allocations of the library count: those whose caller is code of this program, at once or
-/// through libstdc++; not those of drivers, layers and the compiler inside the driver, which call
-/// operator new too. Only on the thread that watches, and only while it does; so put watch() and
-/// unwatch() right around the call into the library.
+/// Counts only allocations of the library: the caller is code of this program, directly or through
+/// libstdc++, and not a driver, a layer or the driver's compiler, which call operator new too.
+/// Counts only on the watching thread, between watch() and unwatch(), so put these right around the
+/// call into the library.
 namespace splat::test::host_memory {
 
 inline constexpr std::uint64_t kForever = ~std::uint64_t{0};
 
-/// From now on the allocations number first, first + 1, ... first + count - 1 (counted from 1)
-/// fail.
+/// Make allocations first to first + count - 1 fail, counting from 1 and from now on.
 void fail(std::uint64_t first, std::uint64_t count = kForever);
 
-/// Stop failing and counting anew.
+/// Stop failing and restart the count.
 void fail_none();
 
 /// Allocations seen, and failed, since fail() or fail_none().
@@ -27,7 +26,7 @@ std::uint64_t failed();
 void watch();
 void unwatch();
 
-/// Allocations seen so far, ever, that have not been freed yet.
+/// Allocations of the whole run that have not been freed.
 std::size_t live();
 
 }  // namespace splat::test::host_memory

@@ -5,8 +5,8 @@
 /// Scenes and rasterizers through the C API, for its tests.
 namespace splat::test {
 
-/// A few Gaussians before a camera that looks along +z; the same numbers everywhere. The arrays are
-/// the stored parameters; n Gaussians of degree `sh_degree`.
+/// n Gaussians of degree `sh_degree` in front of a camera that looks along +z, with the same
+/// numbers on every machine. The arrays hold the stored parameters.
 struct SampleScene {
     explicit SampleScene(std::size_t count, std::uint32_t sh_degree = 1);
     [[nodiscard]] splat_scene_desc desc() const;

@@ -15,7 +15,7 @@ std::vector<float> numbers(std::size_t count) {
 struct Layout {
     Dims dims;
     Dims strides;
-    std::size_t span;  ///< elements of host memory that the layout reaches over
+    std::size_t span;  ///< elements of host memory that the layout spans
 };
 
 /// Place in host memory of row-major element i.
@@ -37,7 +37,7 @@ const Layout kDistinct[] = {
     {{4, 5}, {8, 1}, 29},         // rows padded
     {{4, 5}, {16, 3}, 61},        // columns padded too
     {{3, 1, 2}, {2, 99, 1}, 6},   // any stride where there is one element
-    {{1, 1}, {0, 0}, 1},          // likewise none
+    {{1, 1}, {0, 0}, 1},          // no stride where there is one element
     {{2, 2}, {3, 2}, 6},          // steps over what the smaller stride spans
     {{2, 2, 2, 2, 2, 2, 2, 2}, {1, 2, 4, 8, 16, 32, 64, 128}, 256},
 };

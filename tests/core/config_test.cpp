@@ -127,14 +127,14 @@ TEST(Config, RefusesWhatItDoesNotRead) {
     refused("a: !!python/object:os.system x\n", "tags", Code::kUnsupported);
     refused("a: !!map {b: 1}\n", "tags", Code::kUnsupported);
     refused("a:\n  <<: {b: 1}\n", "merge keys", Code::kUnsupported);
-    refused("a: [1, 2\n", "no valid YAML");
+    refused("a: [1, 2\n", "not valid YAML");
     refused("a: 1\n---\nb: 2\n", "a second document");
     refused("- 1\n", "a list, expected a map");
     refused("text\n", "a scalar, expected a map");
-    refused("? [1, 2]\n: 3\n", "a key that is no scalar");
+    refused("? [1, 2]\n: 3\n", "a key that is not a scalar");
     refused("a: " + std::string(40, '[') + std::string(40, ']') + "\n", "deeper than 32 levels");
-    refused("a: \xff\xfe\n", "no valid YAML");
-    refused("a: 1\tb: 2: 3\n", "no valid YAML");
+    refused("a: \xff\xfe\n", "not valid YAML");
+    refused("a: 1\tb: 2: 3\n", "not valid YAML");
     refused(std::string(kMaxConfigBytes + 1, '#'), "expected at most");
     refused(R"({"a": 1, "a": 2})", "'a' is there twice");
     refused("{\"a\": [1, 2}", "not valid JSON");

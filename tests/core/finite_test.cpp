@@ -10,7 +10,7 @@ namespace {
 
 TEST(FindNotFinite, SaysWhereTheFirstIs) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    // Around the blocks of 256 that are looked at together.
+    // Around the blocks of 256 that are checked together.
     for (const std::size_t count : {0U, 1U, 255U, 256U, 257U, 511U, 512U, 700U}) {
         std::vector<float> values(count, std::numeric_limits<float>::max());
         EXPECT_EQ(find_not_finite(values), count);

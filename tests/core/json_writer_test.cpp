@@ -30,6 +30,10 @@ TEST(JsonWriter, NestsAndBreaksLines) {
     for (int i = 0; i < 2; ++i) json.newline(1).begin_object().member("i", i).end();
     json.begin_array().begin_array().end().end().end();
     EXPECT_EQ(json.text(), "[\n {\"i\": 0},\n {\"i\": 1}, [[]]]");
+    JsonWriter map;
+    map.begin_object().newline(2).key("a").begin_object().newline(4).member("b", 1);
+    map.newline(2).end().newline(0).end();
+    EXPECT_EQ(map.text(), "{\n  \"a\": {\n    \"b\": 1\n  }\n}");
 }
 
 TEST(JsonWriter, CompactHasNoBlanks) {

@@ -9,7 +9,7 @@ namespace splat {
 namespace {
 
 TEST(LargeVector, HoldsItsNumbersAtEverySize) {
-    // Around 64 KiB and 2 MiB, where its memory is of another kind.
+    // Around 64 KiB and 2 MiB, where the kind of memory changes.
     for (const std::size_t count :
          {0U, 1U, 16383U, 16384U, 16385U, 524287U, 524288U, 525312U, 1300000U}) {
         LargeVector<float> values;

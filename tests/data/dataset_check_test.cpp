@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "data/sample_folder.h"
 #include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
 
 namespace splat::data {
 namespace {
@@ -60,7 +60,7 @@ TEST_F(DatasetCheck, HashIsThatOfTheContents) {
     const std::uint64_t before = check().hash;
     const std::string pose = test::file_text(object_ / "pose/000001.txt");
     put_text(object_ / "pose/000001.txt", pose + "  \n");
-    EXPECT_EQ(check().hash, before) << "blanks do not count";
+    EXPECT_EQ(check().hash, before) << "blanks change nothing";
     put_text(object_ / "pose/000001.txt", test::file_text(object_ / "pose/000000.txt"));
     EXPECT_NE(check().hash, before);
     put_text(object_ / "pose/000001.txt", pose);
@@ -87,10 +87,10 @@ TEST_F(DatasetCheck, FindsMissingMaps) {
 
 TEST_F(DatasetCheck, FindsDamagedImages) {
     put_text(object_ / "normal/000002.png", "no image");
-    expect("normal/000002.png': no PNG", nullptr);
+    expect("normal/000002.png': not a PNG", nullptr);
 }
 
-TEST_F(DatasetCheck, FindsPosesThatAreNone) {
+TEST_F(DatasetCheck, FindsInvalidPoses) {
     put_text(object_ / "pose/000001.txt", "inf 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
     expect("the matrix is not finite", nullptr);
 }
@@ -108,13 +108,13 @@ TEST_F(DatasetCheck, FindsAnObjectOfOneView) {
     expect("1 views, expected 2 or more", nullptr);
 }
 
-TEST_F(DatasetCheck, WarnsOfViewsThatComeTwice) {
+TEST_F(DatasetCheck, WarnsOfDuplicateViews) {
     fs::copy_file(object_ / "rgb/000000.png", object_ / "rgb/000002.png",
                   fs::copy_options::overwrite_existing);
-    expect(nullptr, "1 of 3 images come more than once");
+    expect(nullptr, "1 of 3 images are duplicates");
 }
 
-TEST_F(DatasetCheck, WarnsOfPosesThatComeTwice) {
+TEST_F(DatasetCheck, WarnsOfDuplicatePoses) {
     fs::copy_file(object_ / "pose/000000.txt", object_ / "pose/000002.txt",
                   fs::copy_options::overwrite_existing);
     expect(nullptr, "views 0 and 2 have the same pose");
@@ -130,9 +130,9 @@ TEST_F(DatasetCheck, WarnsOfBlankImages) {
 
 TEST_F(DatasetCheck, ListsTenAndCountsTheRest) {
     test::SampleFolder other;
-    SyntheticDesc desc = test::sample_cars(other.path());
+    synthetic::WriterDesc desc = test::sample_cars(other.path());
     desc.train_views = 25;
-    ASSERT_OK(write_synthetic(desc, 0));
+    ASSERT_OK(synthetic::write_object(desc, 0));
     const fs::path poses = other.path() / "srn_cars/cars_train/000000_car/pose";
     for (int view = 1; view < 25; ++view)
         fs::copy_file(poses / "000000.txt", poses / format("%06d.txt", view),

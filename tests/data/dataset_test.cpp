@@ -6,9 +6,9 @@
 #include <limits>
 #include <thread>
 
-#include "data/sample_folder.h"
 #include "io/file.h"
 #include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
 
 namespace splat::data {
 namespace {
@@ -143,8 +143,8 @@ TEST(Srn, NamesWhatIsWrong) {
     wrong([&] { fs::remove(object / "rgb/000000.png"); },
           "poses without image: 1 (first '000000')");
     wrong([&] { put_image(object / "depth/000001.png", 8, 1); }, "2 poses and 1 images in depth");
-    wrong([&] { put_text(object / "rgb/000000.png", "no image"); }, "000000.png': no PNG");
-    wrong([&] { put_text(object / "rgb/000001.png", "no image"); }, "000001.png': no PNG");
+    wrong([&] { put_text(object / "rgb/000000.png", "no image"); }, "000000.png': not a PNG");
+    wrong([&] { put_text(object / "rgb/000001.png", "no image"); }, "000001.png': not a PNG");
     wrong([&] { put_text(object / "pose/000001.txt", "1 2 3"); },
           "000001.txt': 3 numbers, expected 16");
     wrong([&] { put_text(object / "pose/000001.txt", "1 2 x"); },
@@ -187,11 +187,11 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     EXPECT_NEAR(static_cast<double>(r.focals[0]), 131.25 / 8, 1e-6);
     fs::remove_all(folder.path() / "srn_cars/cars_train/000001_car/normal");
     EXPECT_ERROR(open_status(folder.path(), 3), Code::kInvalidArgument,
-                 "maps wanted: depth, normal; all objects of the data have: depth, mask");
+                 "maps requested: depth, normal; every object has: depth, mask");
     EXPECT_OK(open_status(folder.path(), 5));
     desc.maps = 0;
     EXPECT_ERROR(read(*opened(desc), 0, {0}, true).status, Code::kInvalidArgument,
-                 "maps wanted: normal");
+                 "maps requested: normal");
 }
 
 TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
@@ -260,7 +260,7 @@ TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
     EXPECT_EQ(large->cache().bytes(), 2 * 3 * 16 * 16 * 8U);
 }
 
-TEST(Dataset, RefusesWhatIsNone) {
+TEST(Dataset, RefusesInvalidDescsAndNumbers) {
     const SampleFolder folder;
     put_object(folder.path() / "cars_train/a");
     DatasetDesc good;

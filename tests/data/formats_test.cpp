@@ -8,13 +8,12 @@
 #include "data/co3d.h"
 #include "data/nmr.h"
 #include "data/objaverse.h"
-#include "data/sample_folder.h"
 #include "io/file.h"
 #include "io/npy.h"
 #include "io/npz.h"
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
+#include "synthetic/sample_folder.h"
 
 namespace splat::data {
 namespace {
@@ -280,44 +279,40 @@ class GoldenNetFormats : public testing::Test {
     /// `put` makes of the file's arrays.
     static void compare(
         const std::string& set,
-        const std::function<void(const test::Npz& file, const fs::path& root)>& put) {
-        for (const std::string& path : test::golden_files("net", "cams")) {
-            const auto file = test::Npz::read(path);
-            ASSERT_OK(file.status());
+        const std::function<void(const test::Golden& file, const fs::path& root)>& put) {
+        test::each_golden("cams", [&](const test::Golden& golden) {
             const SampleFolder folder;
-            put(file.value(), folder.path());
+            put(golden, folder.path());
             const auto dataset = opened(folder.path());
             ASSERT_NE(dataset, nullptr);
             const Cameras found = cameras_of(*dataset);
-            const std::vector<float> poses = array(file.value(), set + ".rel_vw");
+            const std::vector<float> poses = array(golden, set + ".rel_vw");
             ASSERT_EQ(found.poses.size(), poses.size());
             // 2e-5: the reference's float32 inverses, of translations up to 4 and here and there scaled.
             for (std::size_t i = 0; i < poses.size(); ++i)
                 EXPECT_NEAR(static_cast<double>(found.poses[i]), static_cast<double>(poses[i]),
                             2e-5)
                     << set << " " << i;
-            if (set != "co3d") continue;
-            const std::vector<float> distances = array(file.value(), "co3d.origin_dist");
-            const std::vector<float> focals = array(file.value(), "co3d.focal_px");
+            if (set != "co3d") return;
+            const std::vector<float> distances = array(golden, "co3d.origin_dist");
+            const std::vector<float> focals = array(golden, "co3d.focal_px");
             for (std::size_t i = 0; i < distances.size(); ++i)
                 EXPECT_NEAR(static_cast<double>(found.distances[i]),
                             static_cast<double>(distances[i]), 1e-5);
             for (std::size_t i = 0; i < focals.size(); ++i)  // of 128 pixels; here there are 8
                 EXPECT_NEAR(static_cast<double>(found.focals[i]),
                             static_cast<double>(focals[i]) / 16, 1e-5);
-        }
+        });
     }
 
-    static std::vector<float> array(const test::Npz& file, const std::string& name) {
-        const auto found = file.find(name);
-        EXPECT_OK(found.status());
-        const std::vector<double> values = found.value()->f64().value();
+    static std::vector<float> array(const test::Golden& file, const std::string& name) {
+        const std::vector<double> values = file.doubles(name);
         return {values.begin(), values.end()};
     }
 };
 
 TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
-    compare("srn", [](const test::Npz& file, const fs::path& root) {
+    compare("srn", [](const test::Golden& file, const fs::path& root) {
         const std::vector<float> poses = array(file, "srn.c2w");
         const fs::path object = root / "srn_cars/cars_train/a";
         put_text(object / "intrinsics.txt", "131.25 64 64 0\n0 0 0\n1\n128 128\n");
@@ -332,7 +327,7 @@ TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
 }
 
 TEST_F(GoldenNetFormats, Co3dGivesTheReferencesCameras) {
-    compare("co3d", [](const test::Npz& file, const fs::path& root) {
+    compare("co3d", [](const test::Golden& file, const fs::path& root) {
         Co3dSample sample{array(file, "co3d.R"), array(file, "co3d.T"),
                           array(file, "co3d.focal_ndc")};
         put_co3d(root, sample);
@@ -340,13 +335,13 @@ TEST_F(GoldenNetFormats, Co3dGivesTheReferencesCameras) {
 }
 
 TEST_F(GoldenNetFormats, NmrGivesTheReferencesCameras) {
-    compare("nmr", [](const test::Npz& file, const fs::path& root) {
+    compare("nmr", [](const test::Golden& file, const fs::path& root) {
         put_nmr(root, array(file, "nmr.world_mat_inv"), 16);
     });
 }
 
 TEST_F(GoldenNetFormats, ObjaverseGivesTheReferencesCameras) {
-    compare("obj", [](const test::Npz& file, const fs::path& root) {
+    compare("obj", [](const test::Golden& file, const fs::path& root) {
         put_renders(root / "a", array(file, "obj.w2c"));
         put_renders(root / "b", array(file, "obj.w2c"));
     });

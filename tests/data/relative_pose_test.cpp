@@ -3,15 +3,19 @@
 #include <gtest/gtest.h>
 
 #include "data/resample.h"
-#include "data/synthetic_object.h"
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
+#include "synthetic/object.h"
 
 namespace splat::data {
 namespace {
 
+using scene::Mat3;
 using scene::Mat4;
+using scene::Vec3;
+using synthetic::about_x;
+using synthetic::about_y;
+using synthetic::about_z;
 
 constexpr Mat4 kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
@@ -65,9 +69,9 @@ TEST(RelativePose, MapsPointsBetweenTheCameras) {
 }
 
 TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
-    Random random(1, 1, 1, 1);
+    synthetic::Random random(1, 1, 1, 1);
     for (int i = 0; i < 300; ++i) {
-        // Angles near 180 degrees too, where the trace says nothing.
+        // Angles near 180 degrees too, where the trace carries no information.
         const double angle = i % 3 == 0 ? 3.14159265358979 - 1e-9 * i : random.between(-3.1, 3.1);
         const Mat3 turn = times(
             times(about_z(random.between(-3, 3)), about_y(random.between(-1.5, 1.5))), about_x(0));
@@ -102,36 +106,25 @@ TEST(RelativePose, RefusesPosesWithoutInverse) {
 
 class GoldenNetCameras : public testing::Test {
   protected:
-    void SetUp() override {
-        SPLAT_NEEDS_GOLDEN_FOLDER();
-        files_ = test::golden_files("net", "cams");
-    }
-    static std::vector<double> values(const test::Npz& file, const std::string& name) {
-        const auto array = file.find(name);
-        EXPECT_OK(array.status());
-        const auto floats = array.value()->f64();
-        EXPECT_OK(floats.status());
-        return floats.value();
-    }
-    std::vector<std::string> files_;
+    void SetUp() override { SPLAT_NEEDS_GOLDEN_FOLDER(); }
 };
 
 /// 3e-6: the reference inverts and multiplies in float32 (6e-8 of values up to 4, some ten times).
 constexpr double kPoseTolerance = 3e-6;
 
 TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {
-    for (const std::string& path : files_) {
-        const auto file = test::Npz::read(path);
-        ASSERT_OK(file.status());
-        for (const std::string set : {"srn", "co3d", "nmr", "obj"}) {
-            const std::vector<double> rows = values(file.value(), set + ".abs_vw");
+    test::each_golden("cams", [&](const test::Golden& golden) {
+        const std::vector<std::string> sets = golden.cases("abs_vw");
+        golden.expect_cases(sets, {"srn", "co3d", "nmr", "obj"});
+        for (const std::string& set : sets) {
+            const std::vector<double> rows = golden.doubles(set + ".abs_vw");
             std::vector<Mat4> poses(rows.size() / 16);
             for (std::size_t i = 0; i < rows.size(); ++i)  // stored transposed
                 poses[i / 16][(i % 4) * 4 + i / 4 % 4] = rows[i];
             const auto views = relative_views(poses);
             ASSERT_OK(views.status());
-            const std::vector<double> expected = values(file.value(), set + ".rel_vw");
-            const std::vector<double> quaternions = values(file.value(), set + ".rel_quat");
+            const std::vector<double> expected = golden.doubles(set + ".rel_vw");
+            const std::vector<double> quaternions = golden.doubles(set + ".rel_quat");
             for (std::size_t i = 0; i < poses.size(); ++i) {
                 const RelativeView& view = views.value()[i];
                 for (std::size_t k = 0; k < 16; ++k)
@@ -146,15 +139,13 @@ TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {
                         << set << i;
             }
         }
-    }
+    });
 }
 
 TEST_F(GoldenNetCameras, QuaternionsOfMatricesAreTheReferences) {
-    for (const std::string& path : files_) {
-        const auto file = test::Npz::read(path);
-        ASSERT_OK(file.status());
-        const std::vector<double> m = values(file.value(), "q.M");
-        const std::vector<double> expected = values(file.value(), "q.q");
+    test::each_golden("cams", [&](const test::Golden& golden) {
+        const std::vector<double> m = golden.doubles("q.M");
+        const std::vector<double> expected = golden.doubles("q.q");
         for (std::size_t i = 0; i < m.size() / 9; ++i) {
             Mat3 r{};
             for (std::size_t k = 0; k < 9; ++k) r[k / 3][k % 3] = m[i * 9 + k];
@@ -163,32 +154,34 @@ TEST_F(GoldenNetCameras, QuaternionsOfMatricesAreTheReferences) {
             for (std::size_t k = 0; k < 4; ++k)
                 EXPECT_NEAR(q[k], expected[i * 4 + k], kPoseTolerance / std::max(w * w, 0.01)) << i;
         }
-    }
+    });
 }
 
 TEST_F(GoldenNetCameras, ImagesAreResizedAsPillowDoes) {
-    for (const std::string& path : files_) {
-        const auto file = test::Npz::read(path);
-        ASSERT_OK(file.status());
-        for (const std::string number : {"0", "1"}) {
-            const auto stored = file.value().find("srn.img" + number);
-            ASSERT_OK(stored.status());
-            const std::vector<std::int64_t> samples = stored.value()->ints().value();
-            const auto channels = static_cast<std::uint32_t>(stored.value()->shape[2]);
-            const auto side = static_cast<std::uint32_t>(stored.value()->shape[0]);
-            io::Image image{side, side, channels, 8, {}};
+    test::each_golden("cams", [&](const test::Golden& golden) {
+        std::vector<std::string> numbers;
+        while (golden.has("srn.img" + std::to_string(numbers.size())))
+            numbers.push_back(std::to_string(numbers.size()));
+        golden.expect_cases(numbers, {"0", "1"});
+        for (const std::string& number : numbers) {
+            const std::string name = "srn.img" + number;
+            const std::vector<std::int64_t> samples = golden.array(name).ints().value();
+            const std::uint32_t channels = golden.dim(name, 2);
+            io::Image image{golden.dim(name, 1), golden.dim(name, 0), channels, 8, {}};
             image.samples.assign(samples.begin(), samples.end());
-            const auto half = resample(image, side / 2, side / 2, Filter::kBicubic);
+            const std::string resized = "srn.half" + number;
+            const auto half =
+                resample(image, golden.dim(resized, 2), golden.dim(resized, 1), Filter::kBicubic);
             ASSERT_OK(half.status());
-            const std::vector<double> expected = values(file.value(), "srn.half" + number);
-            const std::size_t area = std::size_t{side} * side / 4;
+            const std::vector<double> expected = golden.doubles("srn.half" + number);
+            const std::size_t area = expected.size() / 3;
             for (std::size_t i = 0; i < area; ++i)
                 for (std::size_t c = 0; c < 3; ++c)
                     EXPECT_EQ(half.value().samples[i * channels + c],
                               std::lround(255 * expected[c * area + i]))
                         << number;
         }
-    }
+    });
 }
 
 }  // namespace

@@ -8,8 +8,7 @@
 #include <algorithm>
 
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
 
 namespace splat::data {
 namespace {
@@ -71,10 +70,10 @@ TEST(Resample, TransparentColoursDoNotShine) {
     const io::Image image = image_of(2, 1, 4, {200, 10, 0, 255, 0, 250, 9, 0});
     EXPECT_EQ(resample(image, 1, 1, Filter::kBox).value().samples,
               (std::vector<std::uint16_t>{199, 9, 0, 128}))
-        << "of the opaque pixel, but for the rounding of its halves";
+        << "of the opaque pixel, up to the rounding of halves";
 }
 
-TEST(Resample, RefusesWhatIsNone) {
+TEST(Resample, RefusesInvalidImagesAndSizes) {
     io::Image deep = even(2, 2, 9);
     deep.bits = 16;
     EXPECT_ERROR(resample(deep, 1, 1, Filter::kBox).status(), Code::kInvalidArgument, "16 bits");
@@ -87,15 +86,10 @@ TEST(GoldenNetResample, GivesPillowsBytes) {
     const std::pair<const char*, Filter> filters[] = {{"bilinear", Filter::kBilinear},
                                                       {"bicubic", Filter::kBicubic},
                                                       {"lanczos", Filter::kLanczos}};
-    for (const std::string& path : test::golden_files("net", "prior")) {
-        const auto file = test::Npz::read(path);
-        ASSERT_OK(file.status());
-        const auto image = [&file](const std::string& name) {
-            const test::NpyArray* array = file.value().find(name).value();
-            const std::vector<std::int64_t> samples = array->ints().value();
-            return image_of(static_cast<std::uint32_t>(array->shape[1]),
-                            static_cast<std::uint32_t>(array->shape[0]),
-                            static_cast<std::uint32_t>(array->shape[2]),
+    test::each_golden("prior", [&](const test::Golden& golden) {
+        const auto image = [&golden](const std::string& name) {
+            const std::vector<std::int64_t> samples = golden.array(name).ints().value();
+            return image_of(golden.dim(name, 1), golden.dim(name, 0), golden.dim(name, 2),
                             {samples.begin(), samples.end()});
         };
         const io::Image source = image("dpt.rgb");
@@ -106,7 +100,7 @@ TEST(GoldenNetResample, GivesPillowsBytes) {
                 ASSERT_OK(found.status());
                 EXPECT_EQ(found.value().samples, expected.samples) << name << direction;
             }
-    }
+    });
 }
 
 }  // namespace

@@ -6,8 +6,7 @@
 #include <limits>
 
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -17,27 +16,20 @@ using eval::compare_images;
 
 TEST(ImageScores, MatchThePublishedDefinition) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "metric")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        int pairs = 0;
-        for (int i = 0; npz.value().has(std::to_string(i) + ".a"); ++i, ++pairs) {
-            const auto get = [&](const char* name) -> const NpyArray& {
-                return *npz.value().find(std::to_string(i) + "." + name).value();
-            };
-            const NpyArray& a = get("a");
-            const auto& s = a.shape;
-            ASSERT_EQ(s.size(), 3U);
-            const auto scores = compare_images(
-                a.f32().value(), get("b").f32().value(), static_cast<std::uint32_t>(s[0]),
-                static_cast<std::uint32_t>(s[1]), static_cast<std::uint32_t>(s[2]));
+    each_golden("metric", [&](const Golden& golden) {
+        const std::vector<std::string> pairs = golden.cases("a");
+        golden.expect_cases(pairs, {"0", "1", "2"});
+        for (const std::string& pair : pairs) {
+            const std::string a = pair + ".a";
+            const auto scores =
+                compare_images(golden.floats(a), golden.floats(pair + ".b"), golden.dim(a, 0),
+                               golden.dim(a, 1), golden.dim(a, 2));
             ASSERT_OK(scores.status());
-            // The files' SSIM has a window that was rounded to float32.
-            EXPECT_NEAR(scores.value().ssim, get("ssim64").f64().value()[0], 5e-7) << i;
-            EXPECT_NEAR(scores.value().psnr, get("psnr64").f64().value()[0], 1e-9) << i;
+            // The window of the files' SSIM was rounded to float32.
+            EXPECT_NEAR(scores.value().ssim, golden.doubles(pair + ".ssim64")[0], 5e-7) << pair;
+            EXPECT_NEAR(scores.value().psnr, golden.doubles(pair + ".psnr64")[0], 1e-9) << pair;
         }
-        EXPECT_GT(pairs, 0);
-    }
+    });
 }
 
 TEST(ImageScores, EqualImagesAreInfinitelyAlike) {

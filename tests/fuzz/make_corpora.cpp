@@ -110,7 +110,7 @@ void add_images(Corpora& corpora) {
     corpora.add("npy/number", io::write_npy({{}, {1}}));
 }
 
-/// A checkpoint with everything that one has beside weights.
+/// A checkpoint with all that it may hold beside weights.
 std::string checkpoint_pickle() {
     test::PickleText p;
     const auto tensor = [&p] { p.tensor("FloatStorage", "0", 2, 0, {2}, {1}); };
@@ -162,8 +162,8 @@ void add_weights(Corpora& corpora) {
     corpora.add("config/alias", test::bytes_of("a: &x {b: 1}\nc: *x\n<<: *x\n? [k]\n: !!str v\n"));
 }
 
-// What follows is damaged: cut short, with counts that lie, with the mark of nothing, or with numbers
-// that are none. Fuzzing starts beside the checks that refuse it.
+// Damaged files: cut short, with wrong counts, an unknown mark, or invalid numbers. Fuzzing starts close
+// to the checks that refuse them.
 
 io::Buffer cut(const Result<io::Buffer>& file) {
     if (!file.ok()) return {};

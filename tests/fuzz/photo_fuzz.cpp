@@ -1,5 +1,5 @@
-// JPEG and WebP: whatever the bytes, there is an error or an image that is one. The corpus was written by
-// libjpeg-turbo and libwebp.
+// JPEG and WebP: any bytes give an error or a valid image. The corpus was written by libjpeg-turbo and
+// libwebp.
 
 #include "fuzz/target.h"
 #include "io/photo/jpeg.h"

@@ -14,14 +14,14 @@ inline void require(bool condition) {
     if (!condition) std::abort();
 }
 
-/// Scenes of a fuzzed file stay so small that no input can ask for much memory.
+/// A limit on the scenes of fuzzed files, so that no input can ask for much memory.
 inline io::LoadOptions small_scenes() {
     io::LoadOptions options;
     options.max_count = 4096;
     return options;
 }
 
-/// What every scene that was accepted keeps.
+/// Properties of every accepted scene.
 inline void check_scene(const io::LoadedScene& loaded) {
     require(scene::check_arrays(loaded.gaussians).ok());
     require(loaded.report.count == loaded.gaussians.count());

@@ -1,4 +1,4 @@
-// Which folder may include which: the table of src/README.md, read as data.
+// Includes between folders follow the table of src/README.md, which this test reads.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 /// "vk/timers.h".
 using Table = std::map<std::string, std::set<std::string>>;
 
-/// Headers of Vulkan and of libraries that only some layers may know.
+/// Headers of Vulkan and of libraries that only some layers may include.
 const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"volk.h", {"vk"}},       {"vulkan/", {"vk"}},
     {"nlohmann/", {"core"}},  {"glm/", {"scene", "model", "data", "raster", "api"}},
@@ -109,9 +109,9 @@ Findings check_src_file(const TextFile& file, const Table& table) {
 
 Findings check_tools_file(const TextFile& file) {
     Findings findings;
-    static const std::set<std::string> layers = {"core",  "scene", "io",     "data",  "priors",
-                                                 "vk",    "ops",   "raster", "nn",    "model",
-                                                 "train", "eval",  "api",    "params"};
+    static const std::set<std::string> layers = {"core",      "config", "scene", "io",     "data",
+                                                 "synthetic", "vk",     "ops",   "raster", "nn",
+                                                 "model",     "train",  "eval",  "api",    "params"};
     for (const Include& include : includes_of(file)) {
         const std::string first = include.path.substr(0, include.path.find('/'));
         if (include.path.find("..") != std::string::npos)
@@ -135,6 +135,48 @@ Findings check_layering(const std::vector<TextFile>& files, const Table& table) 
         if (starts_with(file.path, "src/")) add(check_src_file(file, table));
         if (starts_with(file.path, "tools/")) add(check_tools_file(file));
         if (starts_with(file.path, "bindings/")) add(check_tools_file(file));
+    }
+    return findings;
+}
+
+/// Layer -> the layers that its target uses, from calls of splat_layer.
+Table parse_targets(const std::string& cmake) {
+    static const std::regex call(R"re(splat_layer\(\s*(\w+)([^)]*)\))re");
+    static const std::regex word(R"re(\w[\w./]*)re");
+    Table table;
+    for (std::sregex_iterator it(cmake.begin(), cmake.end(), call), end; it != end; ++it) {
+        std::set<std::string>& uses = table[(*it)[1]];
+        const std::string arguments = (*it)[2];
+        const std::size_t start = arguments.find("USES");
+        if (start == std::string::npos) continue;
+        const std::string names = arguments.substr(start + 4);
+        for (std::sregex_iterator name(names.begin(), names.end(), word); name != end; ++name)
+            uses.insert(name->str());
+    }
+    return table;
+}
+
+/// A layer has files, and each entry of its row is a layer or a header that one of them includes.
+Findings check_unused(const std::vector<TextFile>& files, const Table& table,
+                      const std::string& where) {
+    Table included;
+    for (const TextFile& file : files) {
+        if (!starts_with(file.path, "src/") || !is_source(file.path)) continue;
+        std::set<std::string>& found = included[split(file.path, '/')[1]];
+        for (const Include& include : includes_of(file)) {
+            found.insert(include.path);
+            found.insert(include.path.substr(0, include.path.find('/')));
+        }
+    }
+    Findings findings;
+    for (const auto& [layer, allowed] : table) {
+        if (included.count(layer) == 0) {
+            findings.push_back(where + ": there is no file of layer " + layer);
+            continue;
+        }
+        for (const std::string& entry : allowed)
+            if (entry != layer && included[layer].count(entry) == 0)
+                findings.push_back(where + ": layer " + layer + " includes nothing of " + entry);
     }
     return findings;
 }
@@ -165,6 +207,36 @@ TEST(Layering, EveryFolderOfSrcIsInTheTable) {
     }
 }
 
+TEST(Layering, TableAndTargetsNameWhatIsUsed) {
+    const Table table = parse_table(repository_file("src/README.md").text);
+    const Table targets = parse_targets(repository_file("src/CMakeLists.txt").text);
+    EXPECT_EQ(targets.size(), table.size());
+    expect_none(check_unused(repository(), table, "src/README.md"));
+    expect_none(check_unused(repository(), targets, "src/CMakeLists.txt"));
+}
+
+TEST(Layering, RuleFindsUnusedEntries) {
+    const std::vector<TextFile> files = {
+        {"src/core/a.cpp", ""},
+        {"src/vk/a.h", "#include \"core/a.h\"\n#include \"params/a.h\"\n"},
+        {"src/eval/a.h", "#include \"core/a.h\"\n#include \"vk/timers.h\"\n"},
+        {"src/train/a.h", "#include \"core/a.h\"\n#include \"vk/timers.h\"\n"}};
+    const Table table = parse_table(kSampleTable);
+    expect_none(check_unused(files, table, "table"));
+    expect_found(check_unused({files.begin(), files.end() - 1}, table, "table"), 1,
+                 "table: there is no file of layer train");
+    std::vector<TextFile> fewer = files;
+    fewer[3].text = "#include \"core/a.h\"\n#include \"vk/device.h\"\n";
+    expect_found(check_unused(fewer, table, "table"), 1, "train includes nothing of vk/timers.h");
+    const Table targets = parse_targets(
+        "splat_layer(core SOURCES a.cpp)\nsplat_layer(\n  vk\n  SOURCES a.cpp\n  USES core "
+        "params)\n"
+        "splat_layer(eval SOURCES a.cpp USES vk core)");
+    expect_none(check_unused(files, targets, "targets"));
+    fewer[1].text = "#include \"core/a.h\"\n";
+    expect_found(check_unused(fewer, targets, "targets"), 1, "layer vk includes nothing of params");
+}
+
 TEST(Layering, RuleAcceptsWhatTheTableAllows) {
     expect_none(check_sample("src/vk/a.cpp",
                              "#include \"core/status.h\"\n#include \"vk/a.h\"\n#include <volk.h>\n"
@@ -172,7 +244,7 @@ TEST(Layering, RuleAcceptsWhatTheTableAllows) {
     expect_none(check_sample("src/eval/a.cpp", "#include \"vk/timers.h\"\n"));
     expect_none(
         check_sample("tools/vkrun/a.cpp",
-                     "#include \"vkrun/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
+                     "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
 }
 
 TEST(Layering, RuleFindsForbiddenIncludes) {

@@ -40,7 +40,7 @@ Findings check_header(const std::string& header) {
     return findings;
 }
 
-/// Structs of the header of which the unit declares no variable.
+/// Structs of the header without a variable in the unit.
 Findings check_unit(const std::string& header, const std::string& unit) {
     Findings findings;
     const std::set<std::string> sampled = matches(unit, std::regex(R"((splat_\w+) sample_\w+;)"));

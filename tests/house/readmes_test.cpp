@@ -1,5 +1,5 @@
-// Every folder explains itself, in few lines, and what it names exists. No file knows the machine
-// it was written on.
+// Every folder has a short README whose paths exist. No file holds a path of the machine on which it
+// was written.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxReadmeLines = 60;
 
-/// Files and folders of a repository.
+/// All files and folders.
 std::set<std::string> paths_of(const std::vector<TextFile>& files) {
     std::set<std::string> paths;
     for (const TextFile& file : files)
@@ -22,8 +22,8 @@ std::set<std::string> paths_of(const std::vector<TextFile>& files) {
     return paths;
 }
 
-/// A folder with sources has a README.md. Folders below tests, shaders and tools may leave it to
-/// the folder above.
+/// A folder with sources has a README.md. Below tests, shaders and tools the README of a folder above is
+/// enough.
 Findings check_presence(const std::vector<TextFile>& files) {
     const std::set<std::string> paths = paths_of(files);
     std::set<std::string> missing;
@@ -49,8 +49,8 @@ Findings check_length(const TextFile& file) {
             std::to_string(kMaxReadmeLines)};
 }
 
-/// `src/...` and its like between backquotes is a path that exists, from the root or from the
-/// file's folder, unless it has a placeholder in it.
+/// A path in backquotes such as `src/...` exists, from the root or from the file's folder. Paths with a
+/// placeholder are exempt.
 Findings check_paths(const TextFile& file, const std::set<std::string>& paths) {
     static const std::regex quoted(
         R"re(`((?:src|shaders|tests|tools|include|cmake|bindings)/[A-Za-z0-9_./-]*)`)re");
@@ -70,7 +70,7 @@ Findings check_paths(const TextFile& file, const std::set<std::string>& paths) {
     return findings;
 }
 
-/// Paths such as a home folder.
+/// Absolute paths, such as a home folder.
 Findings check_machine(const TextFile& file) {
     static const std::regex machine(std::string("(^|[^A-Za-z0-9_.}/-])/(ro") + "ot|ho" + "me|wo" +
                                     "rk)/");

@@ -24,7 +24,8 @@ std::vector<TextFile> read_repository() {
          ++it) {
         if (it->is_directory() && it.depth() == 0 && skipped.count(it->path().filename().string()))
             it.disable_recursion_pending();
-        if (!it->is_regular_file() || it->path().filename() == ".git") continue;  // of a worktree
+        if (!it->is_regular_file() || it->path().filename() == ".git")
+            continue;  // a file in worktrees
         std::ifstream stream(it->path(), std::ios::binary);
         std::string text{std::istreambuf_iterator<char>(stream), {}};
         if (text.find('\0') != std::string::npos) text.clear();

@@ -6,20 +6,20 @@
 
 namespace splat::house {
 
-/// A file of the repository; of a binary one only the path. Tests of the rules make their own, in
+/// A file of the repository; a binary one has an empty text. Tests of the rules make their own in
 /// memory.
 struct TextFile {
     std::string path;  ///< from the root, with '/'
     std::string text;
 };
 
-/// What a rule found: one sentence each, "path:line: what is wrong".
+/// What a rule found, one sentence each: "path:line: what is wrong".
 using Findings = std::vector<std::string>;
 
-/// All files of the source tree, without what a build or version control adds. Read once.
+/// All files of the source tree, without those of builds and of version control. Read once.
 const std::vector<TextFile>& repository();
 
-/// The file of that path; a test failure and an empty text if there is none.
+/// The file of that path; if it does not exist, the test fails and the text is empty.
 const TextFile& repository_file(const std::string& path);
 
 std::vector<std::string> lines_of(std::string_view text);
@@ -33,13 +33,13 @@ std::string name_of(std::string_view path);
 /// Name without the last extension.
 std::string stem_of(std::string_view path);
 
-/// Text after the last '.' of the name, "" if there is none.
+/// Text after the last '.' of the name, "" without a '.'.
 std::string extension_of(std::string_view path);
 
 /// C, C++ or GLSL.
 bool is_source(std::string_view path);
 
-/// Text of C, C++ or GLSL with blanks for its comments: all else keeps its place and line.
+/// C, C++ or GLSL with blanks in place of its comments; the rest keeps its place and line.
 std::string without_comments(std::string text);
 
 /// "path:line: what".
@@ -48,11 +48,10 @@ std::string at(const TextFile& file, std::size_t line_index, std::string_view wh
 /// Fails the current test if there are findings, and lists them.
 void expect_none(const Findings& findings);
 
-/// Fails the current test unless the findings are as many as given and the first one has `part` in
-/// it.
+/// Fails the current test unless there are `count` findings and the first one contains `part`.
 void expect_found(const Findings& findings, std::size_t count, std::string_view part);
 
-/// Standard output of a command, and its exit status.
+/// Standard output and exit status of a command.
 struct Output {
     std::string text;
     int status = -1;

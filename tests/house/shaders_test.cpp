@@ -1,4 +1,4 @@
-// Rules for shaders/**: what each keeps true is said in shaders/README.md.
+// Rules for all files of shaders; shaders/README.md gives the reasons.
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,29 @@ Findings check_words(const TextFile& file) {
     return findings;
 }
 
-/// The first lines, but for #version, #ifndef and blank ones, are a comment.
+/// Ids of specialisation constants have names: that of k<Name> ends in <Name>Id.
+Findings check_spec_ids(const TextFile& file) {
+    static const std::regex size(R"(local_size_[xyz]_id\s*=\s*(\w+))");
+    static const std::regex constant(
+        R"(constant_id\s*=\s*([^\s,)]+)[^)]*\)\s*const\s+\w+\s+k?(\w+))");
+    Findings findings;
+    const std::vector<std::string> lines = lines_of(without_comments(file.text));
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        std::smatch match;
+        if (std::regex_search(lines[i], match, size) && match[1] != "kWorkgroupSizeId")
+            findings.push_back(at(file, i, "the id of the workgroup size is kWorkgroupSizeId"));
+        if (lines[i].find("constant_id") == std::string::npos) continue;
+        const bool matches = std::regex_search(lines[i], match, constant);
+        const std::string id = matches ? match[1].str() : "";
+        if (!matches || !starts_with(id, "k") || !ends_with(id, match[2].str() + "Id"))
+            findings.push_back(at(file, i,
+                                  "the constant_id of k<Name> is a k<Family><Name>Id of "
+                                  "shaders/include/params/"));
+    }
+    return findings;
+}
+
+/// A comment comes first, after #version, #ifndef and blank lines.
 Findings check_head(const TextFile& file) {
     std::size_t head = 0;
     bool block = false;
@@ -83,7 +105,7 @@ Findings check_shaders(const std::vector<TextFile>& files) {
         const std::string extension = extension_of(file.path);
         if (!starts_with(file.path, "shaders/") || (extension != "comp" && extension != "glsl"))
             continue;
-        for (const auto& rule : {check_buffers, check_words, check_head})
+        for (const auto& rule : {check_buffers, check_words, check_spec_ids, check_head})
             for (const std::string& finding : rule(file)) findings.push_back(finding);
     }
     return findings;
@@ -132,6 +154,23 @@ TEST(Shaders, RuleFindsForbiddenWords) {
     expect_found(check_shader("atomicCompSwap(a, b, c);\n"), 1, "disguise");
     expect_found(check_shader("#extension GL_EXT_buffer_reference : require\n"), 1,
                  "buffer_reference");
+}
+
+TEST(Shaders, RuleAcceptsNamedIds) {
+    expect_none(
+        check_shader("layout(local_size_x_id = kWorkgroupSizeId) in;\n"
+                     "layout(constant_id = kBlendExtraId) const bool kExtra = false;\n"
+                     "layout(constant_id = kPackedStoresId) const uint kPackedStores = 1;\n"
+                     "// constant_id = 10\n"));
+}
+
+TEST(Shaders, RuleFindsBareIds) {
+    expect_found(check_shader("layout(constant_id = 10) const bool kExtra = false;\n"), 1,
+                 "a.comp:3:");
+    expect_found(check_shader("layout(local_size_x_id = 0) in;\n"), 1, "kWorkgroupSizeId");
+    expect_found(check_shader("layout(constant_id = kBlendExtraId) const bool kDepth = false;\n"),
+                 1, "k<Family><Name>Id");
+    expect_found(check_shader("#define ID(n) layout(constant_id = n)\n"), 1, "constant_id");
 }
 
 TEST(Shaders, RuleFindsBadHeads) {

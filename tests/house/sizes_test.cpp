@@ -14,7 +14,7 @@ constexpr std::size_t kMaxColumns = 120;
 constexpr std::size_t kMaxFunctionLines = 80;
 constexpr std::size_t kMaxStemsPerFolder = 30;
 
-/// Hard limit on the lines of a file; 0 = none.
+/// Most lines of a file; 0 = no limit.
 std::size_t max_lines(const std::string& path) {
     if (path == "include/splat.h") return 1600;  // the whole API and its documentation
     const std::string extension = extension_of(path);

@@ -1,4 +1,4 @@
-// One stem, all places: every row of the op table has its shaders, host file, reference and test.
+// Every row of the op table has its shaders, host file, reference and test, all of one stem.
 
 #include <gtest/gtest.h>
 
@@ -26,9 +26,9 @@ Findings check_stems(const std::string& table, const std::vector<TextFile>& file
     for (const TextFile& file : files) paths.insert(file.path);
     Findings findings;
     const std::vector<std::string> names = op_names(table);
-    if (names.empty()) findings.push_back("src/nn/rows_*.cpp: no row was found");
+    if (names.empty()) findings.push_back("src/ops: no row was found");
     for (const std::string& op : names) {
-        // In the folder itself or in one of a group: shaders/ops/losses/.
+        // In the folder itself or in a group such as shaders/ops/losses.
         const auto expect = [&](const std::string& folder, const std::string& name) {
             for (const std::string& path : paths)
                 if (starts_with(path, folder) && starts_with(name_of(path), name)) return;
@@ -41,6 +41,30 @@ Findings check_stems(const std::string& table, const std::vector<TextFile>& file
         expect("tests/ref/", op + "_ref.h");
         expect("tests/ops/", op + "_test.cpp");
     }
+    return findings;
+}
+
+/// `kFooRow`, behind what a line starts with.
+std::set<std::string> row_names(const std::string& text, const std::string& start) {
+    const std::regex pattern("^\\s*" + start + "(k\\w+Row)\\b.*");
+    std::set<std::string> names;
+    std::smatch match;
+    for (const std::string& line : lines_of(text))
+        if (std::regex_match(line, match, pattern)) names.insert(match[1]);
+    return names;
+}
+
+/// Every row of `rows` is listed in `table`; the compiler sees to the reverse.
+Findings check_listed(const std::string& rows, const std::string& table) {
+    const std::set<std::string> listed = row_names(table, "&");
+    const std::set<std::string> defined = row_names(rows, "const OpRow ");
+    Findings findings;
+    if (defined.size() != op_names(rows).size())
+        findings.push_back("src/ops: " + std::to_string(defined.size()) + " rows, but " +
+                           std::to_string(op_names(rows).size()) + " names of rows");
+    for (const std::string& row : defined)
+        if (listed.count(row) == 0)
+            findings.push_back("src/ops/op_table.cpp: " + row + " is not listed");
     return findings;
 }
 
@@ -62,8 +86,26 @@ std::vector<TextFile> sample_files() {
 TEST(Stems, EveryOpIsInAllPlaces) {
     std::string rows;
     for (const TextFile& file : repository())
-        if (starts_with(file.path, "src/nn/rows_")) rows += file.text;
+        if (starts_with(file.path, "src/ops/")) rows += file.text;
     expect_none(check_stems(rows, repository()));
+}
+
+TEST(Stems, EveryRowIsInTheTable) {
+    std::string rows;
+    std::string table;
+    for (const TextFile& file : repository()) {
+        if (starts_with(file.path, "src/ops/")) rows += file.text;
+        if (file.path == "src/ops/op_table.cpp") table = file.text;
+    }
+    expect_none(check_listed(rows, table));
+}
+
+TEST(Stems, RuleFindsARowThatIsNotListed) {
+    const std::string row = "const OpRow kFooRow = {.name = \"foo\",\n";
+    expect_none(check_listed(row, "    &kFooRow,  //\n"));
+    expect_found(check_listed(row, "    &kBarRow,  //\n"), 1, "kFooRow is not listed");
+    expect_found(check_listed("const OpRow kFooRow = {\n", "    &kFooRow,\n"), 1,
+                 "1 rows, but 0 names");
 }
 
 TEST(Stems, RuleAcceptsACompleteOp) {
@@ -74,7 +116,7 @@ TEST(Stems, RuleAcceptsAnOpOfAGroup) {
     std::vector<TextFile> files = sample_files();
     files[2].path = "src/ops/group/foo.cpp";
     expect_none(check_stems(kSampleStems, files));
-    files[2].path = "src/nn/group/foo.cpp";
+    files[2].path = "src/nn/foo.cpp";
     expect_found(check_stems(kSampleStems, files), 1, "op foo: there is no src/ops/foo.cpp");
 }
 

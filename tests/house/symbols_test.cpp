@@ -1,4 +1,4 @@
-// What libsplat.so shows to the linker: what include/splat.h declares, no more and no less.
+// libsplat.so exports exactly the functions that include/splat.h declares.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ Names declared_in(const std::string& header) {
     return names;
 }
 
-/// Names in the output of `nm -D --defined-only`; the node of the version script is not one.
+/// Names in the output of `nm -D --defined-only`; without the node of the version script.
 Names exported_in(const std::string& nm) {
     Names names;
     for (const std::string& line : lines_of(nm)) {

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Install a build tree into an empty prefix, move the prefix, and build and run one consumer of each
-# kind against it: plain C through pkg-config, C++ through find_package.
+# Installs a build tree into an empty prefix, moves the prefix, and builds and runs a consumer of each kind
+# there: C through pkg-config, C++ through find_package.
 #
 #   install_test.sh <source folder> <build folder> <cmake> <cc> <c++> <expected version>
 #

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Usage: tests/interop/bench_errors.py VKRUN
 
-`vkrun bench model --errors` on a small network: every precision and PyTorch are as near to float64 as their
-arithmetic allows, and not nearer. Exit status 77: skipped, with the reason.
+Runs `vkrun bench model --errors` on a small network: the errors of every precision and of PyTorch against
+float64 lie within the bounds of their arithmetic, from above and below. Exit status 77: skipped, with the reason.
 """
 import json
 import os

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Usage: tests/interop/cars.py TORCH_PEER
 
-A checkpoint of the cars model in its full size, with random weights, as torch.save writes it: loaded in
-less than 10 seconds, it predicts what PyTorch predicts, within 2e-4. Exit status 77: skipped, with the
+Loads a checkpoint of the full cars model with random weights, as torch.save writes it, in less than
+10 seconds; predictions agree with PyTorch's within 2e-4. Exit status 77: skipped, with the
 reason.
 """
 import math

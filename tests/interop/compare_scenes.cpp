@@ -55,10 +55,16 @@ T value_or_exit(Result<T> result) {
     return std::move(result.value());
 }
 
+Gaussians load(const std::string& path) {
+    return value_or_exit(io::read_scene(value_or_exit(io::read_file(path)), path)).gaussians;
+}
+
 void save(const std::string& path, const Gaussians& scene, std::uint32_t spz_version = 3) {
     io::SaveOptions options;
     options.spz_version = spz_version;
-    const Status status = io::save_scene(scene, path, options);
+    const io::SceneFormat& format = *value_or_exit(io::written_scene_format(path));
+    const io::Buffer file = value_or_exit(io::write_scene(scene, format, options));
+    const Status status = io::write_file(path, file);
     if (!status.ok()) fail(status.message());
 }
 
@@ -217,12 +223,12 @@ int main(int argc, char** argv) {
     }
     if (argc != 4) fail("usage: compare_scenes write FOLDER | REFERENCE OTHER FORMAT");
     const std::string other = argv[2];
-    const Gaussians reference = value_or_exit(io::load_scene(argv[1])).gaussians;
+    const Gaussians reference = load(argv[1]);
     for (const Bounds& bounds : kBounds) {
         if (std::string(argv[3]) != bounds.format) continue;
         if (other.ends_with(".csv"))
             return compare(reference, from_csv(parse_csv(other)), bounds) ? 0 : 1;
-        return compare(reference, value_or_exit(io::load_scene(other)).gaussians, bounds) ? 0 : 1;
+        return compare(reference, load(other), bounds) ? 0 : 1;
     }
     fail(std::string("format ") + argv[3]);
 }

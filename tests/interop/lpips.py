@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Usage: tests/interop/lpips.py TORCH_PEER
 
-LPIPS of random weights of VGG16's shapes, value and gradient by the render, against the same formula in
-PyTorch: within 1e-4. Weights go as two files under the names of torchvision and of the lpips package, and
-as one state dict of lpips.LPIPS. Exit status 77: skipped, with the reason.
+Compares LPIPS with random weights of VGG16's shapes, its value and its gradient by the render, with the same
+formula in PyTorch, within 1e-4. Weights come as two files with the names of torchvision and of the lpips
+package, and as one state dict of lpips.LPIPS. Exit status 77: skipped, with the reason.
 """
 import os
 import subprocess
@@ -77,7 +77,7 @@ def as_one(features, linear):
 
 def compare(what, got, exact, single):
     """`exact` is of float64, `single` of float32. A rectifier or a maximum that is within rounding of its
-    edge goes either way, which changes the gradient by up to 1e-3: PyTorch's two differ so, too."""
+    edge goes either way, which changes the gradient by up to 1e-3; PyTorch's two implementations differ as much."""
     norm = numpy.linalg.norm(exact)
     errors = [numpy.linalg.norm(got - other) / norm for other in (exact, single)]
     own = numpy.linalg.norm(single - exact) / norm

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Usage: tests/interop/splat_transform.sh COMPARE_SCENES
 #
-# Files of ours, read by PlayCanvas' splat-transform, and files of it, read by us, agree within the
-# quantisation of each format. Needs node 18 or newer and npm, which fetches the pinned package; set
+# Checks that PlayCanvas' splat-transform and this library read each other's files, within the quantisation
+# of each format. Needs node 18 or newer and npm, which fetches the pinned package; set
 # SPLAT_TRANSFORM to an installed program to fetch nothing. Exit status 77: skipped, with the reason.
 set -eu
 

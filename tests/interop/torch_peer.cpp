@@ -3,8 +3,8 @@
 //   torch_peer lpips INPUT.npz OUTPUT.npz WEIGHTS...    render, target [N,3,R,R] and grad [N,1] to value
 //                                                       [N,1] and grad_render [N,3,R,R]
 //   torch_peer predict INPUT.npz OUTPUT.npz WEIGHTS     images [N,3,R,R], v2w [N,4,4] and quaternion
-//                                                       [N,4] of N objects to what the cars model makes
-//                                                       of them; prints the seconds of loading
+//                                                       [N,4] of N objects to the predictions of the cars
+//                                                       model; prints the seconds of loading
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

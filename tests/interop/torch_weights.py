@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Usage: tests/interop/torch_weights.py VKRUN [MILLIONS]
 
-Checkpoints that PyTorch saves, read by vkrun, are the same bits: every number type, channels_last
-and other strides, shared storages, scalars, empty tensors, checkpoints and bare state dicts. The
-other way round, PyTorch's npz reader NumPy gets back what vkrun writes. MILLIONS (2) is the size of
+vkrun reads checkpoints of PyTorch bit by bit: every number type, channels_last and other strides, shared
+storages, scalars, empty tensors, checkpoints and bare state dicts. NumPy reads the npz files of vkrun bit
+by bit. MILLIONS (2) is the size of
 the largest model. Exit status 77: skipped, with the reason.
 """
 import collections

@@ -96,14 +96,15 @@ TEST(TransformsJson, ErrorsNameFrameAndKey) {
         return R"({"frames": [{)" + members + "}]}";
     };
     refused("[]", Code::kInvalidArgument, "no list 'frames'");
-    refused(R"({"frames": [3]})", Code::kInvalidArgument, "frame 0: it is no object");
+    refused(R"({"frames": [3]})", Code::kInvalidArgument, "frame 0: it is not an object");
     refused(one(R"("fl_x": 1, )" + kPose), Code::kInvalidArgument, "'w' is 0");
     refused(one(size + kPose), Code::kInvalidArgument, "neither 'fl_x' nor 'camera_angle_x'");
-    refused(one(size + R"("fl_x": "1", )" + kPose), Code::kInvalidArgument, "'fl_x' is no number");
+    refused(one(size + R"("fl_x": "1", )" + kPose), Code::kInvalidArgument,
+            "'fl_x' is not a number");
     refused(one(size + R"("fl_x": -1, )" + kPose), Code::kInvalidArgument, "focal");
     refused(one(size + R"("fl_x": 1, "file_path": 1, )" + kPose), Code::kInvalidArgument,
             "'file_path'");
-    refused(one(size + R"("fl_x": 1)"), Code::kInvalidArgument, "'transform_matrix' is not there");
+    refused(one(size + R"("fl_x": 1)"), Code::kInvalidArgument, "'transform_matrix' is missing");
     refused(one(size + R"("fl_x": 1, "transform_matrix": [[1],[2],[3],[4]])"),
             Code::kInvalidArgument, "row 0");
     refused(

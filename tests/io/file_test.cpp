@@ -95,7 +95,7 @@ TEST_F(File, IsReadPieceByPiece) {
         EXPECT_EQ(as_text(part), "other");
         EXPECT_OK(source->read(11, std::span<std::byte>()));
         EXPECT_ERROR(source->read(7, part), Code::kInvalidArgument,
-                     "5 bytes are wanted at byte 7 of 11");
+                     "5 bytes requested at byte 7 of 11");
         EXPECT_FALSE(source->read(~0ULL, part).ok());
     }
     std::filesystem::resize_file(path("a"), 3);

@@ -158,14 +158,14 @@ TEST(Jpeg, HoldsWhatWasWritten) {
         }
 }
 
-TEST(Jpeg, RefusesWhatIsNone) {
+TEST(Jpeg, RefusesOtherFiles) {
     const Buffer file = jpeg_of(ramp(33, 17, 3), 33, 17, 3, false, JCS_RGB);
     EXPECT_ERROR(read_jpeg({}).status(), Code::kInvalidArgument, "does not start");
     EXPECT_ERROR(read_jpeg(file, {32, 1U << 20}).status(), Code::kUnsupported, "33 x 17");
     EXPECT_ERROR(read_jpeg(file, {64, 100}).status(), Code::kUnsupported, "100 samples");
     const Buffer cmyk = jpeg_of(ramp(8, 8, 4), 8, 8, 4, false, JCS_CMYK);
     EXPECT_ERROR(read_jpeg(cmyk).status(), Code::kUnsupported, "CMYK");
-    // The last two bytes only say that it ends.
+    // The last two bytes are the end marker.
     for (std::size_t size = 0; size + 2 < file.size(); ++size)
         EXPECT_ERROR(read_jpeg(Bytes(file).first(size)).status(), Code::kInvalidArgument, "jpeg: ")
             << size;
@@ -199,7 +199,7 @@ TEST(WebP, HoldsWhatWasWritten) {
     }
 }
 
-TEST(WebP, RefusesWhatIsNone) {
+TEST(WebP, RefusesOtherFiles) {
     const Buffer file = webp_of(ramp(21, 13, 3), 21, 13, 3);
     EXPECT_ERROR(read_webp({}).status(), Code::kInvalidArgument, "webp: ");
     EXPECT_ERROR(read_webp(as_bytes("this is no image of any kind")).status(),
@@ -232,7 +232,7 @@ TEST(ImageFile, IsKnownByItsFirstBytes) {
     const auto image = load_image(path);
     EXPECT_OK(image.status());
     ASSERT_OK(write_file(path, as_bytes("GIF89a")));
-    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "no PNG, JPEG or WebP");
+    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "not a PNG, JPEG or WebP");
     ASSERT_OK(write_file(path, as_bytes("\xFF\xD8\xFF...")));
     EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "x.png': jpeg: ");
     std::filesystem::remove_all(folder);

@@ -99,15 +99,15 @@ TEST(Pickle, RefusesCallsThatDoNotFit) {
     expect_pickle_refused(call("torch._utils", "_rebuild_tensor_v2", "(K\1K\1K\1K\1tR"),
                           "do not fit");
     expect_pickle_refused(call("torch", "FloatStorage", ")R"), "do not fit torch.FloatStorage");
-    expect_pickle_refused(call("torch", "FloatStorage", "NR"), "what is no function");
-    expect_pickle_refused(PickleText().text("print").raw(")R").done(), "what is no function");
+    expect_pickle_refused(call("torch", "FloatStorage", "NR"), "not a function");
+    expect_pickle_refused(PickleText().text("print").raw(")R").done(), "not a function");
     expect_pickle_refused(call("_codecs", "encode", "(X\2\0\0\0\xc4\x80X\6\0\0\0latin1tR"),
                           "size of");
     expect_pickle_refused(PickleText().raw("]}b").done(), "a state for a list");
-    expect_pickle_refused(PickleText().text("id").raw("Q").done(), "no storage of a tensor");
+    expect_pickle_refused(PickleText().text("id").raw("Q").done(), "not the storage of a tensor");
     PickleText id;
     id.raw("(").text("storage").global("collections", "OrderedDict").text("0").text("cpu");
-    expect_pickle_refused(id.integer(1).raw("tQ").done(), "no type of storage", Code::kUnsupported);
+    expect_pickle_refused(id.integer(1).raw("tQ").done(), "not a storage type", Code::kUnsupported);
 }
 
 TEST(Pickle, RefusesBrokenPrograms) {
@@ -115,7 +115,7 @@ TEST(Pickle, RefusesBrokenPrograms) {
     expect_pickle_refused("\x80\x02.", "does not end with one value");
     expect_pickle_refused("\x80\x02NN.", "does not end with one value");
     expect_pickle_refused("\x80\x02(N.", "does not end with one value");
-    expect_pickle_refused("\x80\x02Nt.", "wants a mark");
+    expect_pickle_refused("\x80\x02Nt.", "needs a mark");
     expect_pickle_refused("\x80\x02s.", "more values than there are");
     expect_pickle_refused("\x80\x02}(NNs.", "more values than there are");
     expect_pickle_refused("\x80\x02]NNs.", "items for a list, expected a dict");

@@ -17,7 +17,8 @@ namespace splat::io {
 namespace {
 
 Result<LoadedScene> load_real(const std::string& name) {
-    return load_scene(*test::real_data_folder() + "/" + name);
+    SPLAT_ASSIGN(const Buffer file, io::read_file(*test::real_data_folder() + "/" + name));
+    return read_scene(file, name);
 }
 
 TEST(RealScenes, FourGaussiansOfSplatTransform) {

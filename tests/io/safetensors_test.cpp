@@ -38,7 +38,7 @@ TEST(Safetensors, RoundTrip) {
     }
 }
 
-/// Fails from some byte on, as a disk may.
+/// Fails to read beyond some byte, as a damaged disk does.
 class BadDisk : public MemorySource {
   public:
     BadDisk(Bytes bytes, std::uint64_t bad) : MemorySource(bytes), bad_(bad) {}
@@ -201,15 +201,15 @@ TEST(Safetensors, RefusesHeadersThatLie) {
     refused("{" + tensor("a", "2", "0,8,8") + "}", "two data_offsets");
     refused("{" + tensor("a", "2", "0,8", "F8_E4M3") + "}", "F8_E4M3", Code::kUnsupported);
     refused("{" + tensor("a", "1", "0,4") + "," + tensor("a", "1", "4,8") + "}",
-            "'a' is there twice");
+            "'a' appears twice");
     refused(R"({"a":{"dtype":"F32","shape":[2],"shape":[2],"data_offsets":[0,8]}})", "twice");
     refused(R"({"a":{"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]}})", "twice");
     refused(R"({"a":{"dtype":"F32","shape":[2]}})", "lacks");
     refused(R"({"a":{"shape":[2],"data_offsets":[0,8]}})", "lacks");
     refused(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", "'more' is not");
-    refused(R"({"a":3})", "no JSON object");
-    refused("[]", "no JSON object");
-    refused(R"({"__metadata__":{"a":1}})", "other things than texts");
+    refused(R"({"a":3})", "not a JSON object");
+    refused("[]", "not a JSON object");
+    refused(R"({"__metadata__":{"a":1}})", "something other than text");
     refused(R"({"__metadata__":{"a":"1","a":"2"}})", "twice");
     refused(R"({"a":)", "not valid JSON");
     refused(std::string(1000, '['), "");

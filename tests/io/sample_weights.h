@@ -9,7 +9,7 @@
 
 namespace splat::test {
 
-/// A file of an archive, with what its headers say, so that they can lie.
+/// A file of an archive with the fields of its headers, so that tests can make them wrong.
 struct ZipPart {
     ZipPart(std::string name, std::string data, bool deflated = false);
 
@@ -26,7 +26,7 @@ struct ZipPart {
     bool zip64 = false;             ///< sizes and place in the zip64 extra field
 };
 
-/// What the end of an archive says.
+/// The fields of an archive's end record.
 struct ZipEnd {
     std::int64_t more_entries = 0;  ///< than there are
     std::int64_t shift = 0;         ///< added to the place of the directory

@@ -87,9 +87,9 @@ TEST(TensorFile, NamesAreUnique) {
     EXPECT_EQ(tensors.find("number")->values, (std::vector<float>{7}));
     EXPECT_EQ(tensors.find("nothing"), nullptr);
     EXPECT_ERROR(tensors.add({"number", {}, NumberType::kF32, {1}}), Code::kInvalidArgument,
-                 "'number' is there twice");
+                 "'number' appears twice");
     EXPECT_ERROR(tensors.add({"more", {2}, NumberType::kF32, {1}}), Code::kInvalidArgument,
-                 "1 values, its shape [2] wants 2");
+                 "1 values, its shape [2] needs 2");
     EXPECT_EQ(tensors.size(), 3U);
 }
 

@@ -46,7 +46,7 @@ TEST(WeightsNpz, RoundTripAndASecondReader) {
     }
 }
 
-TEST(WeightsNpz, ReadsEveryTypeAndPassesOverText) {
+TEST(WeightsNpz, ReadsEveryTypeAndIgnoresText) {
     const auto file =
         read(sample_zip({{"half.npy", npy("<f2", {2}, std::string("\0\x3c\0\xbc", 4)), true},
                          {"big.npy", npy(">i4", {1}, std::string("\0\0\1\0", 4))},
@@ -58,7 +58,7 @@ TEST(WeightsNpz, ReadsEveryTypeAndPassesOverText) {
     EXPECT_EQ(tensors[0].values, (std::vector<float>{1, -1}));
     EXPECT_EQ(tensors[1].values, (std::vector<float>{256}));
     EXPECT_EQ(tensors[2].type, NumberType::kBool);
-    EXPECT_EQ(file.value().passed_over, (std::vector<std::string>{"text"}));
+    EXPECT_EQ(file.value().ignored, (std::vector<std::string>{"text"}));
 }
 
 TEST(WeightsNpz, RefusesPrefixesAndSurvivesDamage) {
@@ -74,10 +74,10 @@ TEST(WeightsNpz, RefusesForeignMembers) {
                             Code code = Code::kInvalidArgument) {
         EXPECT_ERROR(read(sample_zip({{name, data}})).status(), code, part);
     };
-    refused("x", "y", "'x' is no .npy array", Code::kUnsupported);
+    refused("x", "y", "'x' is not a .npy array", Code::kUnsupported);
     refused("x.npy", "y", "npz: 'x': npy: ");
     refused("x.npy", npy("<c8", {1}, "12345678"), "dtype 'c8'", Code::kUnsupported);
-    refused("x.npy", npy("<f4", {2}, "1234"), "4 bytes of data, its shape [2] of float32 wants 8");
+    refused("x.npy", npy("<f4", {2}, "1234"), "4 bytes of data, its shape [2] of float32 needs 8");
     refused("x.npy", npy("<f4", {1ULL << 60U}, "1234"), "more than 2147483647");
     refused("x.npy", npy("<f4", {~0ULL}, "1234"), "npz: 'x'");
     refused("x.npy", npy("<f4", {1, 1, 1, 1, 1, 1, 1, 1, 1}, "1234"), "9 dimensions");
@@ -136,13 +136,13 @@ TEST_F(WeightsFileTest, KnowsCheckpoints) {
     EXPECT_EQ(weights.value().tensors[0].values, (std::vector<float>{4}));
 }
 
-TEST_F(WeightsFileTest, SaysWhatItIsNot) {
+TEST_F(WeightsFileTest, RefusesOtherFiles) {
     const auto refused = [](const std::string& text, const char* part, Code code) {
         const Buffer bytes = test::bytes_of(text);
         EXPECT_ERROR(read_weights(MemorySource(bytes), "x.pth").status(), code, part);
     };
-    refused("", "'x.pth': these are no weights", Code::kInvalidArgument);
-    refused("ply\n", "no weights that are read here", Code::kInvalidArgument);
+    refused("", "'x.pth': not weights", Code::kInvalidArgument);
+    refused("ply\n", "not weights of a known format", Code::kInvalidArgument);
     refused("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", "before PyTorch 1.6",
             Code::kUnsupported);
     EXPECT_ERROR(load_weights(path("none")).status(), Code::kInvalidArgument, "No such file");

@@ -79,7 +79,7 @@ TEST(Zip, RefusesWhatIsDamaged) {
     expect_zip_refused(sample_zip(parts), "'b' is encrypted", Code::kUnsupported);
     parts = two();
     parts[1].name = parts[1].local_name = "a";
-    expect_zip_refused(sample_zip(parts), "'a' is there twice");
+    expect_zip_refused(sample_zip(parts), "'a' appears twice");
     expect_zip_refused(test::bytes_of("PK\x03\x04 no archive"), "no end-of-directory record");
     expect_zip_refused({}, "no end-of-directory record");
 }

@@ -16,7 +16,7 @@ using model::PredictorConfig;
 
 constexpr const char* kConv0 = "base_model.model.network_with_offset.encoder.enc.8x8_block0.conv0";
 
-/// Files of adapters alone: nothing runs, so one set of kernels says it all.
+/// Files of adapters alone: nothing runs, so one set of kernels is enough.
 class Adapters : public KernelsTest {
   protected:
     std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6,
@@ -168,7 +168,7 @@ TEST_P(Adapters, RefusesOtherFiles) {
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name.clear(); }), Code::kInvalidArgument,
                  "has no adapter 'network_with_offset.encoder.enc.8x8_block0.conv0.lora_B' [4, 3]");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name = "out.weight"; }), Code::kInvalidArgument,
-                 "'out.weight' is no adapter");
+                 "'out.weight' is not an adapter");
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.values.own()[5] = NAN; }),
                  Code::kInvalidArgument, "holds nan at element 5");
     EXPECT_ERROR(status([](io::NamedTensor& t) {

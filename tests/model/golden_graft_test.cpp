@@ -3,34 +3,22 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <set>
 
 #include "model/adapters.h"
-#include "model/golden_file.h"
 #include "model/training.h"
 #include "model/weights.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
+#include "support/golden_file.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
 
-using model::ImageChannels;
 using model::Predictor;
 using model::PredictorConfig;
 using model::PredictorOptions;
-
-/// A variant of the channels behind RGB, in the words of the file.
-struct Variant {
-    const char* name;
-    ImageChannels channels;
-    std::size_t first;  ///< of the priors depth, nx, ny, nz
-    std::size_t count;
-};
-constexpr Variant kVariants[] = {{"d", {true, false, false}, 0, 1},
-                                 {"n", {false, true, false}, 1, 3},
-                                 {"dn", {true, true, false}, 0, 4}};
 
 io::NamedTensors state_of(const Golden& golden, const std::string& prefix) {
     io::NamedTensors state;
@@ -42,24 +30,58 @@ io::NamedTensors state_of(const Golden& golden, const std::string& prefix) {
     return state;
 }
 
-PredictorConfig widened(PredictorConfig config, const ImageChannels& channels) {
-    config.depth = channels.depth;
-    config.normal = channels.normal;
-    config.mask = channels.mask;
-    return config;
+/// A choice of channels behind RGB, named by their letters as in the file: d(epth), n(ormal), m(ask).
+struct Variant {
+    std::string name;
+
+    [[nodiscard]] bool has(char letter) const { return name.find(letter) != std::string::npos; }
+    /// Of the priors depth, nx, ny, nz, mask.
+    [[nodiscard]] std::vector<std::size_t> planes() const {
+        std::vector<std::size_t> all;
+        if (has('d')) all.push_back(0);
+        if (has('n')) all.insert(all.end(), {1, 2, 3});
+        if (has('m')) all.push_back(4);
+        return all;
+    }
+    [[nodiscard]] PredictorConfig widened(PredictorConfig config) const {
+        config.depth = has('d');
+        config.normal = has('n');
+        config.mask = has('m');
+        return config;
+    }
+};
+
+/// The widest last.
+std::vector<Variant> variants_of(const Golden& golden) {
+    std::set<std::string> names;
+    for (const std::string& key : golden.npz.names())
+        if (key.starts_with("dfirst_")) names.insert(key.substr(7));
+    golden.expect_cases({names.begin(), names.end()}, {"d", "n", "dn"});
+    std::vector<Variant> variants;
+    for (const std::string& name : names) variants.push_back({name});
+    std::stable_sort(variants.begin(), variants.end(), [](const Variant& a, const Variant& b) {
+        return a.planes().size() < b.planes().size();
+    });
+    return variants;
 }
 
 /// Planes of RGB, followed by those of the priors that a variant takes, image by image.
-std::vector<float> images_of(const std::vector<float>& rgb, const std::vector<float>& priors,
-                             std::size_t pixels, std::size_t first, std::size_t count) {
+std::vector<float> images_of(const Golden& golden, const std::vector<float>& priors,
+                             const Variant& variant) {
+    const std::vector<float> rgb = golden.floats("x_rgb");
+    const std::size_t pixels = std::size_t{golden.dim("x_rgb", 3)} * golden.dim("x_rgb", 4);
+    const std::size_t given = golden.dim("x_prior", 2);
     std::vector<float> all;
-    const auto take = [&](const std::vector<float>& from, std::size_t plane, std::size_t planes) {
+    const auto take = [&](const std::vector<float>& from, std::size_t plane) {
         const auto at = from.begin() + static_cast<std::ptrdiff_t>(plane * pixels);
-        all.insert(all.end(), at, at + static_cast<std::ptrdiff_t>(planes * pixels));
+        all.insert(all.end(), at, at + static_cast<std::ptrdiff_t>(pixels));
     };
     for (std::size_t image = 0; image * 3 * pixels < rgb.size(); ++image) {
-        take(rgb, 3 * image, 3);
-        take(priors, 4 * image + first, count);
+        for (std::size_t c = 0; c < 3; ++c) take(rgb, 3 * image + c);
+        for (const std::size_t plane : variant.planes()) {
+            EXPECT_LT(plane, given) << variant.name;
+            if (plane < given) take(priors, given * image + plane);
+        }
     }
     return all;
 }
@@ -114,21 +136,42 @@ class GoldenNetGraft : public KernelsTest {
     }
     /// The figures of the files, and those of the network of three channels.
     void expect_golden(model::Precision precision);
+    void expect_variant(const Golden& golden, const Variant& variant,
+                        const PredictorOptions& options,
+                        const std::vector<std::vector<float>>& expected);
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNetGraft);
 
-PredictorConfig graft_config() {
+/// The name of the tensor that changes, and the network's shape, which its state dict tells. The
+/// geometry is that of the cars.
+std::string first_name(const Golden& golden) {
+    return golden.text("first_name");
+}
+
+PredictorConfig graft_config(const Golden& golden) {
+    const std::string enc = "old.network_with_offset.encoder.enc.";
     PredictorConfig c;
-    c.resolution = 16;
-    c.base_dim = 4;
-    c.num_blocks = 1;
-    c.attention_resolutions = {4};
+    c.resolution = golden.dim("x_rgb", 4);
+    c.views = golden.dim("x_rgb", 1);
+    c.base_dim = golden.dim("old." + first_name(golden), 0);
+    c.sh_degree = golden.dim("o_old.features_rest", 2) > 0 ? 1 : 0;
+    c.attention_resolutions.clear();
+    c.channel_mult.clear();
+    for (std::uint32_t r = c.resolution;; r /= 2) {
+        const std::string level = enc + std::to_string(r) + "x" + std::to_string(r) + "_block";
+        if (!golden.has(level + "0.conv0.weight")) break;
+        c.channel_mult.push_back(golden.dim(level + "0.conv0.weight", 0) / c.base_dim);
+        if (golden.has(level + "0.qkv.weight")) c.attention_resolutions.push_back(r);
+        c.num_blocks = 0;
+        while (golden.has(level + std::to_string(c.num_blocks) + ".conv0.weight")) ++c.num_blocks;
+    }
     return c;
 }
 
-std::string first_name(const Golden& golden) {
-    const NpyArray& text = golden.array("first_name");
-    return {reinterpret_cast<const char*>(text.bytes.data()), text.bytes.size()};
+PredictorOptions graft_options(const Golden& golden) {
+    PredictorOptions options;
+    options.objects = golden.dim("x_rgb", 0);
+    return options;
 }
 
 /// The file's figures are float32 ones; INDEX.md gives 2e-4 for outputs of whole networks.
@@ -154,49 +197,46 @@ Status put_sum_gradient(vk::Context& context, Predictor& predictor) {
 }
 
 void GoldenNetGraft::expect_golden(model::Precision precision) {
-    for (const std::string& path : golden_files("net", "graft")) {
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const Golden golden{std::move(npz.value()), "graft"};
+    each_golden("graft", [&](const Golden& golden) {
         const io::NamedTensors state = state_of(golden, "old.");
-        PredictorOptions options;
-        options.objects = 2;
+        PredictorOptions options = graft_options(golden);
         options.gradients = options.input_gradient = true;
         options.build.precision = precision;
-        const auto narrow = make(graft_config(), state, options);
+        const auto narrow = make(graft_config(golden), state, options);
         ASSERT_TRUE(narrow);
         const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
         expect_outputs(expected, golden, "o_old.");
-        for (const Variant& variant : kVariants) {
-            const std::string at = variant.name;
-            const PredictorConfig config = widened(graft_config(), variant.channels);
-            const auto wide = make(config, state, options);
-            ASSERT_TRUE(wide);
-            const nn::Parameter& first = *wide->parameters().find(first_name(golden));
-            EXPECT_EQ(get(first.value), golden.floats("new_" + at + "." + first.name));
-            const auto got = outputs(
-                *wide,
-                GraftInputs(golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256,
-                                              variant.first, variant.count))
-                    .view());
-            expect_outputs(got, golden, "o_" + at + ".");
-            for (std::size_t i = 0; i < got.size(); ++i)
-                expect_absolute(at + " output " + std::to_string(i), got[i], to_double(expected[i]),
-                                1e-6);
-            ASSERT_OK(put_sum_gradient(context(), *wide));
-            ASSERT_OK(wide->backward());
-            expect_relative("dfirst_" + at, get(first.grad),
-                            to_double(golden.floats("dfirst_" + at)), 1e-4);
-            const std::vector<float> d_x =
-                wide->input_gradient(model::Predictor::Input::kImages).value();
-            expect_relative("d_x_" + at, d_x, to_double(golden.floats("d_x_" + at)), 1e-4);
-            const std::size_t planes = 3 + variant.count;
-            for (std::size_t i = 0; i < d_x.size(); ++i)  // no weight leads there
-                if (i / 256 % planes >= 3) {
-                    ASSERT_EQ(d_x[i], 0) << at << " " << i;
-                }
+        for (const Variant& variant : variants_of(golden))
+            expect_variant(golden, variant, options, expected);
+    });
+}
+
+void GoldenNetGraft::expect_variant(const Golden& golden, const Variant& variant,
+                                    const PredictorOptions& options,
+                                    const std::vector<std::vector<float>>& expected) {
+    const std::string at = variant.name;
+    const auto wide =
+        make(variant.widened(graft_config(golden)), state_of(golden, "old."), options);
+    ASSERT_TRUE(wide);
+    const nn::Parameter& first = *wide->parameters().find(first_name(golden));
+    EXPECT_EQ(get(first.value), golden.floats("new_" + at + "." + first.name));
+    const auto got = outputs(
+        *wide, GraftInputs(golden, images_of(golden, golden.floats("x_prior"), variant)).view());
+    expect_outputs(got, golden, "o_" + at + ".");
+    for (std::size_t i = 0; i < got.size(); ++i)
+        expect_absolute(at + " output " + std::to_string(i), got[i], to_double(expected[i]), 1e-6);
+    ASSERT_OK(put_sum_gradient(context(), *wide));
+    ASSERT_OK(wide->backward());
+    expect_relative("dfirst_" + at, get(first.grad), to_double(golden.floats("dfirst_" + at)),
+                    1e-4);
+    const std::vector<float> d_x = wide->input_gradient(model::Predictor::Input::kImages).value();
+    expect_relative("d_x_" + at, d_x, to_double(golden.floats("d_x_" + at)), 1e-4);
+    const std::size_t planes = 3 + variant.planes().size();
+    const std::size_t pixels = std::size_t{golden.dim("x_rgb", 3)} * golden.dim("x_rgb", 4);
+    for (std::size_t i = 0; i < d_x.size(); ++i)  // no weight leads there
+        if (i / pixels % planes >= 3) {
+            ASSERT_EQ(d_x[i], 0) << at << " " << i;
         }
-    }
 }
 
 TEST_P(GoldenNetGraft, WeightsOutputsAndGradients) {
@@ -212,26 +252,23 @@ TEST_P(GoldenNetGraftFast, WeightsOutputsAndGradients) {
     expect_golden(model::Precision::kFast);
 }
 
-/// Adapters start without effect, theirs and ours.
+/// Adapters start without effect, those of the file and ours.
 TEST_P(GoldenNetGraft, FreshAdapters) {
-    for (const std::string& path : golden_files("net", "graft")) {
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const Golden golden{std::move(npz.value()), "graft"};
+    each_golden("graft", [&](const Golden& golden) {
         io::NamedTensors state = state_of(golden, "old.");
-        PredictorConfig config = widened(graft_config(), {true, true, false});
-        config.lora.rank = 4;
-        PredictorOptions options;
-        options.objects = 2;
+        const io::NamedTensors adapters = state_of(golden, "lora_init.");
+        ASSERT_GT(adapters.size(), 0U);
+        const Variant widest = variants_of(golden).back();
+        PredictorConfig config = widest.widened(graft_config(golden));
+        config.lora.rank = golden.dim("lora_init." + adapters.begin()->name, 0);
+        PredictorOptions options = graft_options(golden);
         options.build.precision = model::Precision::kStrict;
-        const GraftInputs inputs(
-            golden, images_of(golden.floats("x_rgb"), golden.floats("x_prior"), 256, 0, 4));
+        const GraftInputs inputs(golden, images_of(golden, golden.floats("x_prior"), widest));
         const auto ours = make(config, state, options);
         ASSERT_TRUE(ours);
         const auto expected = outputs(*ours, inputs.view());
         expect_outputs(expected, golden, "o_lora.");
-        std::size_t adapters = 0;
-        for (const io::NamedTensor& tensor : state_of(golden, "lora_init.")) {
+        for (const io::NamedTensor& tensor : adapters) {
             const nn::Parameter* parameter = ours->parameters().find(tensor.name);
             ASSERT_NE(parameter, nullptr) << tensor.name;
             const auto largest = [](const std::vector<float>& values) {
@@ -244,14 +281,12 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
             const double bound = b ? 0 : 1 / std::sqrt(columns);
             EXPECT_LE(static_cast<double>(largest(tensor.values)), bound) << tensor.name;
             EXPECT_LE(static_cast<double>(largest(get(parameter->value))), bound) << tensor.name;
-            ++adapters;
             ASSERT_OK(state.add(tensor));
         }
-        EXPECT_GT(adapters, 0U);
         const auto theirs = make(config, state, options);
         ASSERT_TRUE(theirs);
         EXPECT_EQ(outputs(*theirs, inputs.view()), expected);
-    }
+    });
 }
 
 /// Largest magnitude of the weights of each input channel.
@@ -269,25 +304,28 @@ std::vector<float> column_sizes(const std::vector<float>& weight, const Shape& s
 enum class Learns { kAll, kAdapters, kBesideAdapters, kFirstAdapter };
 
 struct TrainingCase {
-    const Variant& variant;
+    Variant variant;
     Learns learns;
 
-    [[nodiscard]] PredictorConfig config() const {
-        PredictorConfig c = widened(graft_config(), variant.channels);
+    /// `first`: the first convolution's weight.
+    [[nodiscard]] PredictorConfig config(const PredictorConfig& narrow,
+                                         const std::string& first) const {
+        PredictorConfig c = variant.widened(narrow);
         if (learns == Learns::kAll) return c;
+        const std::string layer = first.substr(0, first.rfind('.'));
         c.lora.rank = 4;
-        if (learns == Learns::kBesideAdapters) c.lora.trained = {"16x16_conv."};
-        if (learns == Learns::kFirstAdapter) c.lora.targets.emplace_back("16x16_conv");
+        if (learns == Learns::kBesideAdapters) c.lora.trained = {layer + "."};
+        if (learns == Learns::kFirstAdapter) c.lora.targets.push_back(layer);
         return c;
     }
     [[nodiscard]] std::string text() const {
         const char* names[] = {"all trained", "adapters only", "beside adapters",
                                "adapter of the first convolution"};
-        return std::string(variant.name) + ", " + names[static_cast<int>(learns)];
+        return variant.name + ", " + names[static_cast<int>(learns)];
     }
 };
 
-/// Eight networks, twenty steps of the optimiser each: with one set of kernels only.
+/// Eight networks, twenty optimiser steps each: one set of kernels is enough.
 class GoldenNetTraining : public GoldenNetGraft {
   protected:
     /// The first convolution's weight, its adapter folded in.
@@ -299,62 +337,65 @@ class GoldenNetTraining : public GoldenNetGraft {
         EXPECT_OK(folded.status());
         return folded.value().find(first.name)->values;
     }
+    void expect_moved(const Golden& golden, const TrainingCase& c,
+                      const std::vector<std::vector<float>>& expected);
 };
 INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetTraining, testing::Values(vk::Kernels::kCpu),
                          kernels_test_name);
 
-/// From the golden network of three channels to those of four, six and seven: equal outputs, then twenty
-/// steps that move every new channel's weights, alone, beside adapters and by an adapter; and not where
-/// nothing that sees the channels is trained.
-TEST_P(GoldenNetTraining, MovesNewChannels) {
-    const std::vector<std::string> paths = golden_files("net", "graft");
-    ASSERT_FALSE(paths.empty());
-    auto npz = Npz::read(paths[0]);
-    ASSERT_OK(npz.status());
-    const Golden golden{std::move(npz.value()), "graft"};
-    const io::NamedTensors state = state_of(golden, "old.");
-    PredictorOptions options;
-    options.objects = 2;
-    const auto narrow = make(graft_config(), state, options);
-    ASSERT_TRUE(narrow);
-    const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
-    const std::vector<float> priors = normal_fill(std::size_t{2} * 4 * 256, 77);
+void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c,
+                                     const std::vector<std::vector<float>>& expected) {
+    const std::string name = first_name(golden);
+    PredictorOptions options = graft_options(golden);
     options.gradients = true;
-
-    std::vector<TrainingCase> cases = {{kVariants[2], Learns::kAdapters},
-                                       {kVariants[2], Learns::kFirstAdapter}};
-    for (const Variant& variant : kVariants)
-        for (const Learns learns : {Learns::kAll, Learns::kBesideAdapters})
-            cases.push_back({variant, learns});
-    for (const TrainingCase& c : cases) {
-        SCOPED_TRACE(c.text());
-        const auto wide = make(c.config(), state, options);
-        ASSERT_TRUE(wide);
-        const GraftInputs inputs(golden, images_of(golden.floats("x_rgb"), priors, 256,
-                                                   c.variant.first, c.variant.count));
-        const auto got = outputs(*wide, inputs.view());
-        for (std::size_t i = 0; i < got.size(); ++i)
-            expect_absolute("output " + std::to_string(i), got[i], to_double(expected[i]), 1e-6);
-        const nn::Parameter& first = *wide->parameters().find(first_name(golden));
-        const bool trained = c.learns == Learns::kAll || c.learns == Learns::kBesideAdapters;
-        EXPECT_EQ(first.grad.block != nullptr, trained);
-        Training training(context(), *wide);
-        training.steps(20, inputs.view());
-        if (testing::Test::HasFatalFailure()) return;
-        const std::vector<float> columns = column_sizes(first_weight(*wide, first), first.shape);
-        ASSERT_EQ(columns.size(), 3 + c.variant.count);
-        for (std::size_t i = 3; i < columns.size(); ++i) {
-            // Adam's steps are of the size of its rate while gradients keep their signs; an adapter's
-            // product has as second factor numbers of up to 1 / sqrt(9 * 7), and 1/4 for alpha / rank.
-            if (trained) {
-                EXPECT_GT(columns[i], 5e-3F) << "channel " << i;
-            } else if (c.learns == Learns::kFirstAdapter) {
-                EXPECT_GT(columns[i], 1e-4F) << "channel " << i;
-            } else {
-                EXPECT_EQ(columns[i], 0) << "channel " << i;
-            }
+    const auto wide = make(c.config(graft_config(golden), name), state_of(golden, "old."), options);
+    ASSERT_TRUE(wide);
+    const std::vector<float> priors = normal_fill(golden.floats("x_prior").size(), 77);
+    const GraftInputs inputs(golden, images_of(golden, priors, c.variant));
+    const auto got = outputs(*wide, inputs.view());
+    for (std::size_t i = 0; i < got.size(); ++i)
+        expect_absolute("output " + std::to_string(i), got[i], to_double(expected[i]), 1e-6);
+    const nn::Parameter& first = *wide->parameters().find(name);
+    const bool trained = c.learns == Learns::kAll || c.learns == Learns::kBesideAdapters;
+    EXPECT_EQ(first.grad.block != nullptr, trained);
+    Training training(context(), *wide);
+    training.steps(20, inputs.view());
+    if (testing::Test::HasFatalFailure()) return;
+    const std::vector<float> columns = column_sizes(first_weight(*wide, first), first.shape);
+    ASSERT_EQ(columns.size(), 3 + c.variant.planes().size());
+    for (std::size_t i = 3; i < columns.size(); ++i) {
+        // Adam's steps are of the size of its rate while gradients keep their signs; an adapter's
+        // product has as second factor numbers of up to 1 / sqrt(9 * 7), and 1/4 for alpha / rank.
+        if (trained) {
+            EXPECT_GT(columns[i], 5e-3F) << "channel " << i;
+        } else if (c.learns == Learns::kFirstAdapter) {
+            EXPECT_GT(columns[i], 1e-4F) << "channel " << i;
+        } else {
+            EXPECT_EQ(columns[i], 0) << "channel " << i;
         }
     }
+}
+
+/// From the golden network of three channels to those of every variant: equal outputs, then twenty
+/// steps that move every new channel's weights, alone, beside adapters and by an adapter. They stay
+/// where nothing that sees the channels is trained.
+TEST_P(GoldenNetTraining, MovesNewChannels) {
+    each_golden("graft", [&](const Golden& golden) {
+        const std::vector<Variant> variants = variants_of(golden);
+        std::vector<TrainingCase> cases = {{variants.back(), Learns::kAdapters},
+                                           {variants.back(), Learns::kFirstAdapter}};
+        for (const Variant& variant : variants)
+            for (const Learns learns : {Learns::kAll, Learns::kBesideAdapters})
+                cases.push_back({variant, learns});
+        const auto narrow =
+            make(graft_config(golden), state_of(golden, "old."), graft_options(golden));
+        ASSERT_TRUE(narrow);
+        const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
+        for (const TrainingCase& c : cases) {
+            SCOPED_TRACE(c.text());
+            expect_moved(golden, c, expected);
+        }
+    });
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <functional>
 #include <string>
 
-#include "model/golden_file.h"
 #include "model/song_unet.h"
+#include "support/golden_file.h"
 #include "vk/context.h"
 
 namespace splat::test {
@@ -39,7 +39,7 @@ struct GoldenLayer {
 };
 
 /// Builds the layer, runs it forward and backward and compares y, d_x, d_emb and every d.<parameter>;
-/// a parameter has a gradient if and only if the file says so.
+/// a parameter has a gradient exactly where the file holds one.
 void expect_golden_layer(vk::Context& context, const GoldenLayer& layer);
 
 }  // namespace splat::test

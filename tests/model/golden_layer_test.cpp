@@ -2,8 +2,6 @@
 // see INDEX.md there for the keys.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <map>
 
 #include "model/adapters.h"
@@ -26,33 +24,50 @@ class GoldenNetLayers : public KernelsTest {
         SPLAT_NEEDS_GOLDEN_FOLDER();
         KernelsTest::SetUp();
     }
-    template <class Body>
-    void each_file(const char* family, const Body& body) {
-        for (const std::string& path : golden_files("net", family)) {
-            auto npz = Npz::read(path);
-            ASSERT_OK(npz.status());
-            body(Golden{std::move(npz.value()), std::filesystem::path(path).stem().string()});
-        }
-    }
-    void expect_blocks(model::Precision precision) {
-        each_file("block", [&](const Golden& golden) {
-            for (const char* name : {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup",
-                                     "filmdn", "att2v"}) {
-                const auto cfg = golden.array(std::string(name) + ".cfg").ints().value();
-                GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
-                layer.config.views = static_cast<std::uint32_t>(cfg.at(6));
-                const Layers::BlockShape shape{static_cast<std::uint32_t>(cfg.at(0)),
-                                               static_cast<std::uint32_t>(cfg.at(1)),
-                                               cfg.at(3) != 0, cfg.at(4) != 0, cfg.at(5) != 0};
-                layer.build = [&](Layers& layers, ValueId x) {
-                    return layers.block(name, x, shape);
-                };
-                expect_golden_layer(context(), layer);
-            }
-        });
-    }
+    void expect_blocks(model::Precision precision);
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNetLayers);
+
+/// The sizes of a block as its tensors have them.
+Layers::BlockShape block_shape(const Golden& golden, const std::string& name) {
+    const std::uint32_t before = golden.dim(name + ".x", 2);
+    const std::uint32_t after = golden.dim(name + ".y", 2);
+    return {golden.dim(name + ".x", 1), golden.dim(name + ".y", 1), after > before, after < before,
+            golden.has(name + ".p.qkv.weight")};
+}
+
+/// `cfg` says what the tensors say, and that the block normalises in the network's groups: a file with
+/// others is refused here, not compared.
+void expect_config(const Golden& golden, const std::string& name, const Layers::BlockShape& shape) {
+    const std::string emb = name + ".emb";
+    const std::vector<std::int64_t> expected = {shape.in,
+                                                shape.out,
+                                                golden.has(emb) ? golden.dim(emb, 1) : 0,
+                                                shape.up,
+                                                shape.down,
+                                                shape.attention,
+                                                golden.array(name + ".cfg").ints().value().at(6),
+                                                model::norm_groups(shape.in),
+                                                model::norm_groups(shape.out)};
+    EXPECT_EQ(golden.array(name + ".cfg").ints().value(), expected) << golden.name << " " << name;
+}
+
+void GoldenNetLayers::expect_blocks(model::Precision precision) {
+    each_golden("block", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("cfg");
+        golden.expect_cases(names, {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup",
+                                    "filmdn", "att2v"});
+        for (const std::string& name : names) {
+            const Layers::BlockShape shape = block_shape(golden, name);
+            expect_config(golden, name, shape);
+            GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
+            layer.config.views =
+                static_cast<std::uint32_t>(golden.array(name + ".cfg").ints().value().at(6));
+            layer.build = [&](Layers& layers, ValueId x) { return layers.block(name, x, shape); };
+            expect_golden_layer(context(), layer);
+        }
+    });
+}
 
 TEST_P(GoldenNetLayers, Blocks) {
     expect_blocks(model::Precision::kStrict);
@@ -69,122 +84,158 @@ TEST_P(GoldenNetLayersFast, Blocks) {
 
 /// The mask before conv1 that the other implementation drew.
 TEST_P(GoldenNetLayers, BlockWithDropout) {
-    each_file("block", [&](const Golden& golden) {
-        GoldenLayer layer{.golden = golden, .name = "drop"};
-        layer.build = [](Layers& layers, ValueId x) {
-            return layers.block("drop", x, {16, 24, false, false, false});
-        };
-        expect_golden_layer(context(), layer);
+    each_golden("block", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("mask");
+        golden.expect_cases(names, {"drop"});
+        for (const std::string& name : names) {
+            GoldenLayer layer{.golden = golden, .name = name};
+            layer.build = [&](Layers& layers, ValueId x) {
+                return layers.block(name, x, block_shape(golden, name));
+            };
+            expect_golden_layer(context(), layer);
+        }
     });
 }
 
-model::LoraConfig adapters(const Golden& golden, const std::string& name) {
+/// `layer`: the name of the case, or of the first adapted layer of a block.
+model::LoraConfig adapters(const Golden& golden, const std::string& name,
+                           const std::string& layer) {
     model::LoraConfig lora;
-    lora.rank = 4;
-    lora.alpha = 4 * golden.floats(name + ".scaling").at(0);
+    lora.rank = golden.dim(name + ".p." + layer + "lora_A", 0);
+    lora.alpha = static_cast<float>(lora.rank) * golden.floats(name + ".scaling").at(0);
     return lora;
 }
 
+/// 1 of a matrix.
+std::uint32_t kernel_of(const Golden& golden, const std::string& name) {
+    return golden.dim(name + ".p.weight", 2);
+}
+
 /// Adapters as a second branch beside the frozen weight. A linear layer is a 1x1 convolution of rows of
-/// one pixel.
+/// one pixel: matrices of the file are kernels of one tap here, with the same numbers.
 TEST_P(GoldenNetLayers, Adapters) {
-    each_file("lora", [&](const Golden& golden) {
-        for (const char* name : {"lin", "lindrop", "c3", "c1"}) {
+    each_golden("lora", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("p.lora_A");
+        golden.expect_cases(names, {"lin", "lindrop", "c3", "c1"});
+        for (const std::string& name : names) {
             GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.lora = adapters(golden, name);
+            layer.config.lora = adapters(golden, name, "");
             layer.config.lora.targets = {name};
             layer.config.lora.trained = {".bias"};
-            const auto y = golden.dims(layer.key("y"));
-            const std::uint32_t kernel = std::string(name) == "c3" ? 3 : 1;
             layer.build = [&](Layers& layers, ValueId x) {
-                return layers.conv(name, x, static_cast<std::uint32_t>(y[1]), kernel, {}, kNoValue,
-                                   1, true);
+                return layers.conv(name, x, golden.dim(layer.key("y"), 1), kernel_of(golden, name),
+                                   {}, kNoValue, 1, true);
             };
-            // Matrices of the file are kernels of one tap here; the numbers are the same.
             expect_golden_layer(context(), layer);
         }
     });
 }
 
 TEST_P(GoldenNetLayers, BlockWithAdapters) {
-    each_file("lora", [&](const Golden& golden) {
-        GoldenLayer layer{.golden = golden, .name = "block"};
-        layer.config.lora = adapters(golden, "block");
-        layer.config.lora.trained = {".norm", ".bias", ".skip"};
-        layer.build = [](Layers& layers, ValueId x) {
-            return layers.block("block", x, {16, 24, false, false, true});
-        };
-        expect_golden_layer(context(), layer);
+    each_golden("lora", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("p.conv1.lora_A");
+        golden.expect_cases(names, {"block"});
+        for (const std::string& name : names) {
+            GoldenLayer layer{.golden = golden, .name = name};
+            layer.config.lora = adapters(golden, name, "conv1.");
+            layer.config.lora.trained = {".norm", ".bias", ".skip"};
+            layer.build = [&](Layers& layers, ValueId x) {
+                return layers.block(name, x, block_shape(golden, name));
+            };
+            expect_golden_layer(context(), layer);
+        }
     });
 }
 
 /// Folded into the weight, adapters give the same outputs. (`merged_w` of the file is the weight itself.)
 TEST_P(GoldenNetLayers, FoldedAdapters) {
-    each_file("lora", [&](const Golden& golden) {
-        for (const char* name : {"lin", "c3", "c1"}) {
-            const std::string at = name;
+    each_golden("lora", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("merged_y");
+        golden.expect_cases(names, {"lin", "c3", "c1"});
+        for (const std::string& name : names) {
             io::NamedTensors state;
             for (const char* part : {"weight", "lora_A", "lora_B"})
-                ASSERT_OK(state.add({at + "." + part, golden.dims(at + ".p." + part),
-                                     io::NumberType::kF32, golden.floats(at + ".p." + part)}));
-            const model::LoraConfig lora = adapters(golden, name);
-            const auto folded = model::merge_adapters(state, state, lora.alpha, 1);
+                ASSERT_OK(state.add({name + "." + part, golden.dims(name + ".p." + part),
+                                     io::NumberType::kF32, golden.floats(name + ".p." + part)}));
+            const auto folded =
+                model::merge_adapters(state, state, adapters(golden, name, "").alpha, 1);
             ASSERT_OK(folded.status());
             const auto tensor = [&](const std::string& key, std::vector<float> values) {
-                std::vector<std::int64_t> dims = golden.dims(at + "." + key);
+                std::vector<std::int64_t> dims = golden.dims(name + "." + key);
                 dims.resize(4, 1);
                 return HostTensor{Shape::create(dims, "golden").value(), std::move(values)};
             };
             OpCall call;
             call.op = "conv2d";
-            call.inputs = {tensor("x", golden.floats(at + ".x")),
-                           tensor("p.weight", folded.value().find(at + ".weight")->values),
-                           {{static_cast<std::uint32_t>(golden.dims(at + ".p.bias")[0])},
-                            golden.floats(at + ".p.bias")},
+            call.inputs = {tensor("x", golden.floats(name + ".x")),
+                           tensor("p.weight", folded.value().find(name + ".weight")->values),
+                           {{golden.dim(name + ".p.bias", 0)}, golden.floats(name + ".p.bias")},
                            {}};
             const OpResult gpu = run_op(context(), call);
             ASSERT_OK(gpu.status) << name;
             for (const char* key : {".y64", ".merged_y"})
-                expect_relative(at + key, gpu.outputs[0], golden.doubles(at + key), 1e-5);
+                expect_relative(name + key, gpu.outputs[0], golden.doubles(name + key), 1e-5);
         }
     });
 }
 
-/// Convolutions after resampling by two, those of a file of adapters, too: they have none.
-TEST_P(GoldenNetLayers, ResamplingConvolutions) {
-    const auto run = [&](const Golden& golden, const std::string& name) {
-        const bool up = name.ends_with("up");
-        GoldenLayer layer{.golden = golden, .name = name};
-        const std::uint32_t kernel = name[1] == '1' ? 1 : 3;
-        layer.build = [&](Layers& layers, ValueId x) {
-            return layers.conv(name, layers.resample(x, up), 10, kernel, {});
-        };
-        expect_golden_layer(context(), layer);
-    };
-    each_file("conv", [&](const Golden& golden) {
-        for (const char* name : {"c3up", "c3dn", "c1up", "c1dn"}) run(golden, name);
-    });
-    each_file("lora", [&](const Golden& golden) {
-        for (const char* name : {"c3up", "c3dn"}) run(golden, name);
-    });
+/// Cases of the file that resample and then convolve: with the box (`c…`), which the network uses, or
+/// with other filters (`f<taps>…`), which the operators know.
+std::vector<std::string> resampling_cases(const Golden& golden, char kind) {
+    std::vector<std::string> names;
+    for (const std::string& name : golden.cases("p.weight"))
+        if (name[0] == kind && golden.dim(name + ".x", 2) != golden.dim(name + ".y", 2))
+            names.push_back(name);
+    return names;
 }
 
-/// With the filter [1,3,3,1], which the network does not use but the operators know.
+/// Also those of the file of adapters: resampling convolutions get none.
+TEST_P(GoldenNetLayers, ResamplingConvolutions) {
+    const auto run = [&](const Golden& golden, const std::set<std::string>& of_shipped) {
+        const std::vector<std::string> names = resampling_cases(golden, 'c');
+        golden.expect_cases(names, of_shipped);
+        for (const std::string& name : names) {
+            GoldenLayer layer{.golden = golden, .name = name};
+            const bool up = golden.dim(name + ".y", 2) > golden.dim(name + ".x", 2);
+            layer.build = [&](Layers& layers, ValueId x) {
+                return layers.conv(name, layers.resample(x, up), golden.dim(name + ".y", 1),
+                                   kernel_of(golden, name), {});
+            };
+            expect_golden_layer(context(), layer);
+        }
+    };
+    each_golden("conv", [&](const Golden& golden) {
+        run(golden, {"c3up", "c3dn", "c1up", "c1dn"});
+    });
+    each_golden("lora", [&](const Golden& golden) { run(golden, {"c3up", "c3dn"}); });
+}
+
+/// The digits of the name are the taps.
+HostTensor filter_of(const std::string& name) {
+    std::vector<float> taps;
+    for (std::size_t i = 1; i < name.size() && name[i] >= '0' && name[i] <= '9'; ++i)
+        taps.push_back(static_cast<float>(name[i] - '0'));
+    return {{static_cast<std::uint32_t>(taps.size())}, taps};
+}
+
 TEST_P(GoldenNetLayers, FilteredConvolutions) {
-    each_file("conv", [&](const Golden& golden) {
-        for (const std::string name : {"f1331up", "f1331dn"}) {
-            const bool up = name.ends_with("up");
+    each_golden("conv", [&](const Golden& golden) {
+        const std::vector<std::string> names = resampling_cases(golden, 'f');
+        golden.expect_cases(names, {"f1331up", "f1331dn"});
+        for (const std::string& name : names) {
             const auto tensor = [&](const std::string& key) {
                 return golden_tensor(golden.npz, name + "." + key);
             };
+            const HostTensor x = tensor("x");
+            const HostTensor grad_y = tensor("g");
+            const bool up = grad_y.shape[2] > x.shape[2];
             OpCall resample;
             resample.op = "resample2d";
             resample.attributes = {{"up", up}, {"down", !up}};
-            resample.inputs = {tensor("x"), {{4}, {1, 3, 3, 1}}};
+            resample.inputs = {x, filter_of(name)};
             const OpResult middle = run_op(context(), resample);
             ASSERT_OK(middle.status) << name;
-            const HostTensor grad_y = tensor("g");
-            const Shape between{2, 6, grad_y.shape[2], grad_y.shape[3]};
+            const Shape between{x.shape[0], x.shape[1], grad_y.shape[2], grad_y.shape[3]};
             OpCall conv;
             conv.op = "conv2d";
             conv.inputs = {{between, middle.outputs[0]}, tensor("p.weight"), tensor("p.bias"), {}};
@@ -203,43 +254,52 @@ TEST_P(GoldenNetLayers, FilteredConvolutions) {
     });
 }
 
-/// Attention between two images as the published code has it, but never uses: one norm for both, keys and
-/// values by turns in the channels of one convolution.
+/// Attention between two images as the published code defines it and never uses it: one norm for both,
+/// keys and values by turns in the channels of one convolution.
 TEST_P(GoldenNetLayers, CrossAttention) {
-    each_file("norm", [&](const Golden& golden) {
+    each_golden("norm", [&](const Golden& golden) {
+        golden.expect_cases(golden.cases("kv"), {"xatt"});
         const auto of = [&](const char* key) { return golden.floats("xatt." + std::string(key)); };
         nn::Graph graph(context());
         std::map<std::string, ValueId> values;
         const auto parameter = [&](const std::string& name, const Shape& shape) {
             return values[name] = graph.parameter(name, shape);
         };
-        const ValueId q = graph.input("q", {2, 16, 4, 4});
-        const ValueId kv = graph.input("kv", {2, 16, 4, 4});
-        const ValueId gamma = parameter("norm.weight", {16});
-        const ValueId beta = parameter("norm.bias", {16});
+        const auto image = [&](const char* key) {
+            const std::string at = "xatt." + std::string(key);
+            return graph.input(
+                key, {golden.dim(at, 0), golden.dim(at, 1), golden.dim(at, 2), golden.dim(at, 3)});
+        };
+        const ValueId q = image("q");
+        const ValueId kv = image("kv");
+        const std::uint32_t channels = golden.dim("xatt.q", 1);
+        const std::int64_t groups = model::norm_groups(channels);
+        const ValueId gamma = parameter("norm.weight", {channels});
+        const ValueId beta = parameter("norm.bias", {channels});
         const auto norm = [&](ValueId x) {
-            return graph.op("group_norm", {x, gamma, beta},
-                            {{"groups", std::int64_t{4}}, {"eps", 1e-5}});
+            return graph.op("group_norm", {x, gamma, beta}, {{"groups", groups}, {"eps", 1e-5}});
         };
         const auto conv = [&](const std::string& name, ValueId x, std::uint32_t kernel,
                               ValueId residual = kNoValue) {
-            const ValueId weight = parameter(name + ".weight", {16, 16, kernel, kernel});
-            return graph.op("conv2d", {x, weight, parameter(name + ".bias", {16}), residual});
+            const ValueId weight =
+                parameter(name + ".weight", {channels, channels, kernel, kernel});
+            const ValueId bias = parameter(name + ".bias", {channels});
+            return graph.op("conv2d", {x, weight, bias, residual});
         };
         const ValueId asked = norm(kv);
         const ValueId attended = graph.op(
             "attention",
             {conv("q_proj", norm(q), 1), conv("k_proj", asked, 1), conv("v_proj", asked, 1)});
-        const ValueId y = conv("out_proj", attended, 3, q);
+        const ValueId y = conv("out_proj", attended, golden.dim("xatt.p.out_proj.weight", 2), q);
         ASSERT_OK(graph.status());
         auto run = GraphRun::create(context(), graph, y, {q, kv});
         ASSERT_OK(run.status());
         ASSERT_OK(run.value()->put(q, of("q")));
         ASSERT_OK(run.value()->put(kv, of("kv")));
         /// Rows 2i of kv_proj belong to keys, rows 2i + 1 to values.
-        const auto rows = [](const auto& both, std::size_t first) {
+        const auto rows = [channels](const auto& both, std::size_t first) {
             std::remove_cvref_t<decltype(both)> half;
-            const std::size_t row = both.size() / 32;
+            const std::size_t row = both.size() / (2 * channels);
             for (std::size_t i = 0; i < both.size(); ++i)
                 if (i / row % 2 == first) half.push_back(both[i]);
             return half;

@@ -7,10 +7,10 @@
 
 #include "io/weights_file.h"
 #include "model/adapters.h"
-#include "model/golden_file.h"
 #include "model/predictor.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
+#include "support/golden_file.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -22,40 +22,47 @@ using model::PredictorInput;
 using model::PredictorOptions;
 
 /// Figures of golden/net/INDEX.md for whole networks; the reference's own float32 run stays within
-/// them, too (grad_rel_err32: 2e-6 to 3e-5).
+/// them as well (grad_rel_err32: 2e-6 to 3e-5).
 constexpr double kNetOutput = 2e-4;    // absolute
 constexpr double kNetGradient = 1e-4;  // relative L2 per tensor
 
+/// The priors behind RGB by their number: 1 depth, 2 depth and mask, 3 normals, 4 depth and normals,
+/// 5 all.
+void set_channels(PredictorConfig& c, std::uint32_t channels, bool origin_distance) {
+    c.origin_distance = origin_distance;
+    const std::uint32_t priors = channels - 3 - (origin_distance ? 1 : 0);
+    c.depth = priors != 0 && priors != 3;
+    c.normal = priors >= 3;
+    c.mask = priors == 2 || priors == 5;
+    EXPECT_EQ(c.input_channels(), channels) << "no choice of priors has so many channels";
+}
+
+/// The configuration of a file, as INDEX.md lists it: `cfg` is shorter in checkpoints, whose geometry is
+/// that of the cars.
 PredictorConfig config_of(const Golden& golden) {
     const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cfg.at(i)); };
+    const bool checkpoint = golden.has("iteration");
     PredictorConfig c;
     c.resolution = at(0);
-    if (golden.npz.has("iteration")) {  // a checkpoint, of a shorter list and of the cars
-        c.base_dim = at(2);
-        c.num_blocks = at(3);
-        c.sh_degree = at(4);
-        c.attention_resolutions = {at(5)};
-        return c;
-    }
-    c.depth = c.normal = at(1) == 7;
-    c.origin_distance = at(1) == 4;
+    set_channels(c, at(1), golden.has("focal"));
     c.base_dim = at(2);
     c.num_blocks = at(3);
     c.sh_degree = at(4);
+    c.attention_resolutions = {at(checkpoint ? 5 : 9)};
+    if (checkpoint) return c;
     c.views = at(5);
     c.cross_view_attention = at(6) != 0;
     c.isotropic = at(7) != 0;
     if (at(8) > 0) {
-        c.embedding = golden.npz.has("emb") ? model::Embedding::kCustom : model::Embedding::kPose;
+        c.embedding = golden.has("emb") ? model::Embedding::kCustom : model::Embedding::kPose;
         c.embedding_dim = at(8) / 6;
     }
-    c.attention_resolutions = {at(9)};
     const std::vector<double> cfgf = golden.doubles("cfgf");
     c.znear = static_cast<float>(cfgf.at(0));
     c.zfar = static_cast<float>(cfgf.at(1));
     c.fov_degrees = static_cast<float>(cfgf.at(2));
-    if (golden.npz.has("lora_rank")) {
+    if (golden.has("lora_rank")) {
         c.lora.rank = static_cast<std::uint32_t>(golden.array("lora_rank").ints().value()[0]);
         c.lora.alpha = static_cast<float>(golden.doubles("lora_alpha")[0]);
     }
@@ -88,8 +95,8 @@ class Session {
         const std::vector<float> poses = golden_.floats("v2w");
         const std::vector<float> quaternions = golden_.floats("quat");
         std::vector<float> focals, embedding;
-        if (golden_.npz.has("focal")) focals = golden_.floats("focal");
-        if (golden_.npz.has("emb")) embedding = golden_.floats("emb");
+        if (golden_.has("focal")) focals = golden_.floats("focal");
+        if (golden_.has("emb")) embedding = golden_.floats("emb");
         SPLAT_TRY(predictor->set_input({.images = images,
                                         .view_to_world = poses,
                                         .quaternions = quaternions,
@@ -145,9 +152,7 @@ class Session {
 /// [norm, sum, sum_i g_i cos(0.37 i)] of every gradient. An error of relative norm e moves the norm by
 /// at most e, each sum by at most e * norm * sqrt(elements) (Cauchy and Schwarz).
 void expect_digests(const Session& session, const Golden& golden) {
-    const NpyArray& text = golden.array("digest_names");
-    std::istringstream names(
-        std::string(reinterpret_cast<const char*>(text.bytes.data()), text.bytes.size()));
+    std::istringstream names(golden.text("digest_names"));
     const std::vector<double> digest = golden.doubles("digest");
     std::size_t row = 0;
     for (std::string name; std::getline(names, name); ++row) {
@@ -209,14 +214,14 @@ void expect_gradients(const Session& session, const Golden& golden) {
     // (2.7e-5 in net_2v, where single tensors are off by 5e-5 and more). The digests are float64's.
     const double own = golden.doubles("grad_rel_err32")[0];
     for (const nn::Parameter& parameter : session.predictor->parameters().all())
-        if (golden.npz.has("d." + parameter.name))
+        if (golden.has("d." + parameter.name))
             expect_relative(golden.name + " " + parameter.name, session.get(parameter.grad),
                             to_double(golden.floats("d." + parameter.name)), kNetGradient + own);
-    if (golden.npz.has("d_x64"))
+    if (golden.has("d_x64"))
         expect_relative(golden.name + " x",
                         session.predictor->input_gradient(model::Predictor::Input::kImages).value(),
                         image_gradient(golden, session.predictor->config()), kNetGradient);
-    if (golden.npz.has("d_emb")) {
+    if (golden.has("d_emb")) {
         const auto gradient =
             session.predictor->input_gradient(model::Predictor::Input::kEmbedding);
         ASSERT_OK(gradient.status());
@@ -234,33 +239,28 @@ class GoldenNet : public KernelsTest {
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNet);
 
-/// The whole family, or only its networks on images of at least so many pixels a side.
+/// Runs the networks of the family whose images have at least `smallest` pixels a side.
 void run_all(vk::Context& context, model::Precision precision, std::uint32_t smallest = 1) {
-    for (const std::string& path : golden_files("net", "net_")) {
-        const std::string name = std::filesystem::path(path).stem().string();
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const Golden golden{std::move(npz.value()), name};
-        if (config_of(golden).resolution < smallest) continue;
+    each_golden("net_", [&](const Golden& golden) {
+        if (config_of(golden).resolution < smallest) return;
         PredictorOptions options;
-        options.objects = static_cast<std::uint32_t>(golden.array("x").shape.at(0));
+        options.objects = golden.dim("x", 0);
         options.gradients = options.input_gradient = true;
         options.build.precision = precision;
         Session session(context, golden, options);
-        ASSERT_OK(session.open()) << name;
+        ASSERT_OK(session.open()) << golden.name;
         expect_outputs(session, golden);
-        ASSERT_OK(session.backward()) << name;
+        ASSERT_OK(session.backward()) << golden.name;
         expect_digests(session, golden);
         expect_gradients(session, golden);
-        if (testing::Test::HasFatalFailure()) return;
-    }
+    });
 }
 
 TEST_P(GoldenNet, OutputsAndGradients) {
     run_all(context(), model::Precision::kStrict);
 }
 
-/// Precisions choose between Winograd's algorithms, which plain kernels have not.
+/// Precisions choose between Winograd's algorithms; plain kernels have none.
 class GoldenNetPrecision : public GoldenNet {};
 INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetPrecision,
                          testing::Values(vk::Kernels::kCpu, vk::Kernels::kGpu), kernels_test_name);
@@ -283,31 +283,31 @@ double largest(const std::vector<float>& values) {
     return most;
 }
 
-/// Least norm of the quaternions, channels 8 to 11 of 24, before they are normalised.
-double smallest_quaternion(const std::vector<float>& raw, std::size_t pixels) {
+/// Least norm of the quaternions before they are normalised: four channels of the raw output, behind
+/// those of depth, offset, opacity and scale.
+double smallest_quaternion(const std::vector<float>& raw, const PredictorConfig& config) {
+    const std::size_t pixels = std::size_t{config.resolution} * config.resolution;
+    const std::size_t first = config.offset ? 8 : 5;
     double least = HUGE_VAL;
-    for (std::size_t at = 0; at < raw.size(); at += 24 * pixels)
+    for (std::size_t at = 0; at < raw.size(); at += config.output_channels() * pixels)
         for (std::size_t p = 0; p < pixels; ++p) {
             double sum = 0;
-            for (std::size_t c = 8; c < 12; ++c)
+            for (std::size_t c = first; c < first + 4; ++c)
                 sum += std::pow(static_cast<double>(raw[at + c * pixels + p]), 2);
             least = std::min(least, std::sqrt(sum));
         }
     return least;
 }
 
-/// Adapters folded into the weights predict what they predict beside them, within 1e-6 of the largest
+/// Adapters predict the same inside the weights as beside them, within 1e-6 of the largest
 /// raw output (4.9; seen 5.2e-7 of it), normalised quaternions within that over their norm. Absolutely
 /// that is up to 2.6e-6 of raw outputs, 1.9e-6 of means, 7.3e-6 of rotations: the float32 sums of both
 /// passes. Folding rounds each weight once, from float64; folded or not, means are 0.8e-6 to 1.8e-6 and
 /// rotations 4e-6 to 8e-6 off the float64 run, as are the reference's own of float32.
 TEST_P(GoldenNet, FoldedAdapters) {
-    for (const std::string& path : golden_files("net", "net_lora")) {
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const Golden golden{std::move(npz.value()), "net_lora"};
+    each_golden("net_lora", [&](const Golden& golden) {
         PredictorOptions options;
-        options.objects = static_cast<std::uint32_t>(golden.array("x").shape.at(0));
+        options.objects = golden.dim("x", 0);
         options.build.precision = model::Precision::kStrict;
         Session beside(context(), golden, options);
         ASSERT_OK(beside.open());
@@ -333,9 +333,8 @@ TEST_P(GoldenNet, FoldedAdapters) {
         expect("scales", a.scales, b.scales, unit);
         expect("sh", a.sh, b.sh, unit);
         expect("rotations", a.rotations, b.rotations,
-               unit / smallest_quaternion(raw, std::size_t{config_of(golden).resolution} *
-                                                   config_of(golden).resolution));
-    }
+               unit / smallest_quaternion(raw, beside.predictor->config()));
+    });
 }
 
 /// The file that the published trainer writes, read as such files are, predicts what it did there.
@@ -348,6 +347,7 @@ TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
         const auto weights = io::load_weights(folder + file);
         ASSERT_OK(weights.status());
         PredictorOptions options;
+        options.objects = golden.dim("x", 0);
         options.build.precision = model::Precision::kStrict;
         Session session(context(), golden, options);
         ASSERT_OK(session.open(&weights.value().tensors)) << file;

@@ -12,7 +12,7 @@ namespace {
 using nn::kNoValue;
 using nn::ValueId;
 
-/// [N, C, ...] in another shape of the same quads: pixels of all images in one row, channels stay.
+/// [N, C, ...] in another shape of the same quads: the pixels of all images are one row, channels stay.
 std::vector<double> reshaped(const std::vector<double>& from, const Shape& shape, const Shape& to) {
     const std::size_t c = shape[1];
     const std::size_t pixels = from.size() / (shape[0] * c);
@@ -25,14 +25,14 @@ std::vector<double> reshaped(const std::vector<double>& from, const Shape& shape
     return result;
 }
 
-double attribute(const nn::Attributes& attributes, const nn::Attribute& of) {
+double attribute(const ops::Attributes& attributes, const ops::Attribute& of) {
     const std::string_view type = of.type;
     if (type == "boolean") return attributes.boolean(of.name) ? 1 : 0;
     if (type == "integer") return static_cast<double>(attributes.integer(of.name));
     return attributes.number(of.name);
 }
 
-/// What a node is called with.
+/// Inputs and attributes of a node.
 ref::OpArguments arguments(GraphReference& reference, const nn::Graph& graph,
                            const nn::Node& node) {
     ref::OpArguments in;
@@ -44,7 +44,7 @@ ref::OpArguments arguments(GraphReference& reference, const nn::Graph& graph,
             in.inputs.back().dims.push_back(shape[axis]);
         in.inputs.back().values = reference.value(id);
     }
-    for (const nn::Attribute& of : node.row->attributes)
+    for (const ops::Attribute& of : node.row->attributes)
         in.attributes[of.name] = attribute(node.attributes, of);
     return in;
 }
@@ -56,7 +56,8 @@ const std::vector<double>& GraphReference::value(ValueId id) {
     if (of.base != kNoValue) {  // a view of it
         const nn::Value& base = graph_.value(of.base);
         const std::vector<double>& from = value(of.base);
-        values_[id] = of.layout == nn::Layout::kQuads ? reshaped(from, base.shape, of.shape) : from;
+        values_[id] =
+            of.layout == ops::Layout::kQuads ? reshaped(from, base.shape, of.shape) : from;
     }
     return values_.at(id);
 }
@@ -72,7 +73,7 @@ void GraphReference::add_gradient(ValueId id, const std::vector<double>& grad) {
     if (of.base != kNoValue) {
         const Shape& shape = graph_.value(of.base).shape;
         add_gradient(of.base,
-                     of.layout == nn::Layout::kQuads ? reshaped(grad, of.shape, shape) : grad);
+                     of.layout == ops::Layout::kQuads ? reshaped(grad, of.shape, shape) : grad);
         return;
     }
     std::vector<double>& sum = gradients_[id];

@@ -8,7 +8,7 @@
 
 namespace splat::test {
 
-/// A graph in float64 by the references of tests/ref, one node after the other: no plan, no kernels.
+/// Runs a graph in float64 by the references of tests/ref, node by node: no plan, no kernels.
 class GraphReference {
   public:
     explicit GraphReference(const nn::Graph& graph) : graph_(graph) {}
@@ -35,8 +35,8 @@ class GraphReference {
 /// Euclidean.
 double norm_of(const std::vector<double>& values);
 
-/// The same graph on a device, forward and backward, with numbers for all inputs and parameters; both
-/// are given the same ones.
+/// Runs the same graph on a device, forward and backward. The caller gives both the same inputs and
+/// parameters.
 class GraphRun {
   public:
     /// Errors: those of Parameters and Executor.

@@ -12,7 +12,7 @@ namespace {
 using model::LpipsDesc;
 using model::LpipsNet;
 
-constexpr std::uint32_t kSide = 17;  // odd: the first halving passes a row and a column over
+constexpr std::uint32_t kSide = 17;  // odd: the first halving drops a row and a column
 
 /// Its operators are tested under all kernels; values and gradients against PyTorch's: tests/interop.
 class LpipsRules : public KernelsTest {
@@ -62,7 +62,7 @@ TEST_P(LpipsRules, EqualImagesAreAtDistanceZero) {
         }
         slope += std::pow(static_cast<double>(gradient[i]), 2);
     }
-    // A step against the gradient brings the second images nearer, by about what it says.
+    // A step against the gradient lowers the distance by about the predicted amount.
     const double step = 1e-3 / std::sqrt(slope);
     for (std::size_t i = 0; i < gradient.size(); ++i)
         render[i] -= static_cast<float>(step) * gradient[i];

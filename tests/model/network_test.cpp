@@ -1,5 +1,5 @@
-// What no golden file holds: networks with affine modulation, modulation beside adapters, attention to
-// tokens, no offsets; against the same graph in float64.
+// Networks that no golden file holds, against the same graph in float64: with affine modulation, modulation
+// beside adapters, attention to tokens, and without offsets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,12 +7,12 @@
 #include <map>
 
 #include "model/adapters.h"
-#include "model/golden_file.h"
 #include "model/graph_reference.h"
 #include "model/small_predictor.h"
 #include "model/song_unet.h"
 #include "model/training.h"
 #include "ops/op_harness.h"
+#include "support/golden_file.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -76,8 +76,8 @@ std::vector<NetworkCase> network_cases() {
     return cases;
 }
 
-/// The network of a configuration for two objects, with numbers of the size that keeps those of every
-/// layer near 1.
+/// The network of a configuration for two objects. Its parameters keep the activations of every layer
+/// near 1.
 class Network {
   public:
     Network(vk::Context& context, const PredictorConfig& config)
@@ -183,8 +183,8 @@ TEST_P(Networks, OutputsAndGradientsMatchFloat64) {
     }
 }
 
-/// The float64 network's gradients along a direction through all parameters and inputs at once, as central
-/// differences of its outputs have it.
+/// The float64 network's gradients agree with central differences of its outputs, along one direction
+/// through all parameters and inputs.
 TEST(NetworksReference, GradcheckFloat64) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);
@@ -209,7 +209,7 @@ TEST(NetworksReference, GradcheckFloat64) {
                 sum += grad[i] * reference.value(network.output)[i];
             return sum;
         };
-        const double step = 2e-6;  // of some 10^4 numbers at once
+        const double step = 2e-6;  // of about 10^4 numbers together
         const double difference = (loss(step) - loss(-step)) / (2 * step);
         loss(0);
         reference.backward(network.output, grad);
@@ -265,7 +265,7 @@ class NetworksTraining : public PredictorTest {
 INSTANTIATE_TEST_SUITE_P(Kernels, NetworksTraining, testing::Values(vk::Kernels::kCpu),
                          kernels_test_name);
 
-/// What a network with offsets calls a parameter of one without.
+/// The name, in a network with offsets, of a parameter of one without.
 std::string with_offset(const std::string& name) {
     const std::string without = "network_wo_offset";
     EXPECT_TRUE(name.starts_with(without)) << name;
@@ -294,7 +294,7 @@ std::vector<float> offset_channels(const std::string& name, const std::vector<fl
     return result;
 }
 
-/// A network without offsets predicts and learns what one whose offsets are zero does.
+/// A network without offsets predicts and learns the same as one whose offsets are zero.
 TEST_P(NetworksTraining, WithoutOffsets) {
     PredictorConfig config = tiny_config();
     config.offset = false;
@@ -328,8 +328,8 @@ TEST_P(NetworksTraining, WithoutOffsets) {
     }
 }
 
-/// gamma * norm(x) + beta is the norm with other weights: where modulation is the same for all embeddings,
-/// a network without it has them.
+/// gamma * norm(x) + beta is the norm with other weights: a network without modulation gets those weights
+/// and predicts the same as one whose modulation is equal for all embeddings.
 TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
     PredictorConfig config = tiny_config();
     const auto plain = make(config);
@@ -366,7 +366,7 @@ TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
     expect_relative("means", means(*modulated, inputs), to_double(expected), 1e-5);
 }
 
-/// Adapters beside either modulation predict what they predict inside the weights.
+/// With either modulation, adapters predict the same beside the weights as inside them.
 TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
     for (const model::Film film : {model::Film::kReference, model::Film::kAffine}) {
         PredictorConfig config = tiny_config();
@@ -427,7 +427,7 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     };
     const auto before = weights();
     EXPECT_EQ(before.size(), 9U * 2)
-        << "norm, q, k, v, out of bottleneck and decoder, but for the keys' bias";
+        << "norm, q, k, v, out of bottleneck and decoder, except the keys' bias";
     Training training(context(), *predictor);
     training.steps(5, inputs.view());
     if (testing::Test::HasFatalFailure()) return;

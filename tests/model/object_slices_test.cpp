@@ -1,4 +1,4 @@
-// A batch in slices of objects is the batch as a whole, but for rounding and for what dropout takes.
+// A batch in slices of objects equals the whole batch, except for rounding and the masks of dropout.
 #include <algorithm>
 #include <cmath>
 
@@ -71,7 +71,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         const Batch got = run_batch(*sliced);
         ASSERT_EQ(got.outputs.size(), expected.outputs.size());
         ASSERT_EQ(got.gradients.size(), expected.gradients.size());
-        // Sums over pixels are cut otherwise: float32 rounds them anew.
+        // Sums over pixels are cut at other places, so float32 rounds differently.
         for (std::size_t i = 0; i < got.outputs.size(); ++i)
             EXPECT_LE(relative_l2(got.outputs[i], expected.outputs[i]), 1e-6) << i;
         // A bias of keys shifts all scores of a query, which softmax does not see: its gradient is
@@ -84,8 +84,8 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
     }
 }
 
-/// Each slice has dropout of its own; the backward pass meets that of its forward pass: the first slice
-/// is what a batch of one object is, and its gradients come after those of the others.
+/// Each slice has its own dropout, and its backward pass uses the mask of its forward pass: the first slice
+/// equals a batch of one object, and its gradients are computed after those of the others.
 TEST_P(ObjectSlices, DropOutEachTheirOwn) {
     PredictorConfig config = small_config();
     config.dropout = 0.5F;

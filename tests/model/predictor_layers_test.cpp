@@ -36,7 +36,7 @@ TEST_P(PredictorLayers, TokensAreAttendedToInBottleneckAndDecoder) {
     EXPECT_GT(relative_l2(run(*predictor, inputs), before), 1e-5) << "tokens have an effect";
 }
 
-/// Files of networks that attended to tokens in the encoder, too, are grafted without that.
+/// Files of networks that also attended to tokens in the encoder are grafted without those layers.
 TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     const auto from = make(with_tokens());
     const auto to = make(with_tokens());
@@ -73,8 +73,8 @@ PredictorConfig adapted_linear(std::uint32_t rank) {
     return config;
 }
 
-/// Adapters of linear layers add scale * B (A x): what merged weights give, and its gradients by the
-/// chain rule through W + scale * B A.
+/// Adapters of linear layers add scale * B (A x): the outputs are those of merged weights, the gradients
+/// those of the chain rule through W + scale * B A.
 TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
     constexpr std::uint32_t kRank = 3;
     constexpr double kScale = 6.0 / kRank;
@@ -149,7 +149,7 @@ TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
     }
 }
 
-/// Adapters of linear layers, too, start without effect, and leave the layer's weights alone.
+/// Adapters of linear layers also start without effect, and leave the weights of the layer unchanged.
 TEST_P(PredictorLayers, LinearAdaptersStartWithoutEffect) {
     const auto adapted = make(adapted_linear(2));
     const auto plain = make(adapted_linear(0));

@@ -58,8 +58,8 @@ TEST_P(PredictorRules, AdditionsChangeNothingAtFirst) {
     EXPECT_EQ(run(*attending, Inputs(more)), expected);
 }
 
-/// What is computed once more for the backward pass has the same bits, dropout and attention too, and takes
-/// less memory.
+/// Activations that the backward pass recomputes have the same bits, also with dropout and attention, and
+/// take less memory.
 TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
     PredictorConfig modulated = small_config();
     modulated.dropout = 0.2F;
@@ -158,7 +158,7 @@ TEST_P(PredictorRules, SavesWhatItLoads) {
     EXPECT_EQ(run(*second, inputs), run(*first, inputs));
 }
 
-/// A ray grid that is the configuration's but for the rounding of a file of float16 is no other one.
+/// A ray grid that differs from the configuration's by the rounding of a float16 file counts as the same.
 TEST_P(PredictorRules, RoundedRaysAreTheSame) {
     const auto predictor = make(small_config());
     ASSERT_TRUE(predictor);
@@ -181,7 +181,7 @@ TEST_P(PredictorRules, RoundedRaysAreTheSame) {
     }
 }
 
-/// Without offset the names are those of the published code; files of earlier versions are read, too.
+/// Without offset the names are those of the published code; files of earlier versions can be read too.
 TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
     PredictorConfig config = small_config();
     config.offset = false;
@@ -210,7 +210,7 @@ TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
     }
 }
 
-/// Widened to more channels, a network does not see them until it is trained, whatever they hold.
+/// New channels of a widened network have no influence, whatever they hold, until it is trained.
 TEST_P(PredictorRules, GraftsByMeaning) {
     PredictorConfig narrow = small_config();
     narrow.normal = true;
@@ -321,7 +321,7 @@ TEST_P(PredictorRules, ARefusedRayGridChangesNothing) {
         EXPECT_EQ(tensor.values, before.value().find(tensor.name)->values) << tensor.name;
 }
 
-/// Poses and view indices modulate as a given vector of their sines and cosines does.
+/// Poses and view indices modulate like a given vector of their sines and cosines.
 TEST_P(PredictorRules, EmbedsPosesAndIndices) {
     PredictorConfig config = small_config();
     config.views = 2;
@@ -412,7 +412,7 @@ TEST_P(PredictorRules, TrainsWhatIsChosen) {
                  Code::kInvalidArgument, "opt.train_with_adapters has 'conv9'");
 }
 
-/// The sentence names the key to change, and which layer does not take it.
+/// The message names the key to change and the layer that refuses it.
 TEST_P(PredictorRules, NamesTheKeyThatNoNetworkCanBeMadeOf) {
     PredictorConfig config = small_config();
     config.base_dim = 36;

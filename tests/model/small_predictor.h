@@ -65,7 +65,7 @@ class PredictorTest : public KernelsTest {
         EXPECT_OK(context().read(view, values.data(), values.size() * 4));
         return values;
     }
-    /// What the network gives to the head.
+    /// The output of the network, before the head.
     std::vector<float> run(Predictor& predictor, const Inputs& inputs) {
         EXPECT_OK(predictor.set_input(inputs.view()));
         EXPECT_OK(predictor.forward());

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Usage: tests/mutation/run.sh [pattern]
 #
-# Applies every seeded bug of mutants.txt whose name matches the pattern to a copy of the sources,
-# builds, runs the tests named beside it, and expects them to fail. Ends with one line; exit status 0
-# if all were caught. Takes about half a minute each.
+# Applies each seeded bug of mutants.txt whose name matches the pattern to a copy of the sources, builds, runs
+# the tests named beside it, and expects them to fail. The last line counts the results; exit status 0 if all
+# were caught. Takes about half a minute per bug.
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)

@@ -300,17 +300,17 @@ TEST_P(ExecutorRules, RefusesWhatCannotBe) {
     Network n(context());
     ExecutorDesc desc = n.whole();
     desc.outputs = {n.y};
-    EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "it is no output");
+    EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "it is not an output");
     desc = n.whole();
     desc.backward = false;
     desc.grad_outputs = desc.grad_inputs = {};
     ASSERT_OK(n.create(desc));
     EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "without gradients");
     ASSERT_OK(n.create(n.whole()));
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "run forward before each");
     ASSERT_OK(n.forward());
     ASSERT_OK(n.backward());
-    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "each takes one");
+    EXPECT_ERROR(n.executor->backward(), Code::kInvalidState, "run forward before each");
 }
 
 }  // namespace

@@ -10,8 +10,8 @@ namespace splat::test {
 namespace {
 
 using nn::Graph;
-using nn::Layout;
 using nn::ValueId;
+using ops::Layout;
 
 class GraphRules : public testing::Test {
   protected:

@@ -4,7 +4,7 @@
 
 #include "ops/op_harness.h"
 #include "ref/adam_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 #include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
@@ -109,13 +109,11 @@ TEST_P(Adam, FirstStepIsTheRate) {
 
 TEST_P(Adam, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "train")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const std::vector<float> grads = golden_tensor(npz.value(), "adam.g").values;
-        const std::vector<double> expected = golden_values(npz.value(), "adam.p");
-        const std::vector<float> start = golden_tensor(npz.value(), "adam.p0").values;
-        const double rate = golden_values(npz.value(), "adam.lr").at(0);
+    each_golden("train", [&](const Golden& golden) {
+        const std::vector<float> grads = golden.floats("adam.g");
+        const std::vector<double> expected = golden.doubles("adam.p");
+        const std::vector<float> start = golden.floats("adam.p0");
+        const double rate = golden.doubles("adam.lr").at(0);
         const auto elements = static_cast<std::ptrdiff_t>(start.size());
         Optimiser gpu(context(), start, rate);
         for (std::ptrdiff_t step = 0; step < std::ssize(grads) / elements; ++step) {
@@ -127,10 +125,10 @@ TEST_P(Adam, GoldenNet) {
                 // Both sides are float32.
                 EXPECT_NEAR(value[static_cast<std::size_t>(i)], wanted,
                             2 * allowed(wanted, rate, static_cast<std::size_t>(step + 1)))
-                    << path << " step " << step << " element " << i;
+                    << golden.name << " step " << step << " element " << i;
             }
         }
-    }
+    });
 }
 
 TEST_P(Adam, RefusesBadNumbers) {

@@ -6,7 +6,7 @@
 
 #include "ops/every/op_samples.h"
 #include "ref/attention_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 namespace splat::test {
 namespace {
@@ -113,25 +113,27 @@ TEST_P(Attention, ImagesAreRowsOfPixels) {
 
 TEST_P(Attention, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "norm")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        OpCall call;
-        call.op = "attention";
-        for (const char* name : {"att.q", "att.k", "att.v"})
-            call.inputs.push_back(golden_tensor(npz.value(), name));
-        call.grad_outputs = {golden_tensor(npz.value(), "att.g")};
-        const OpResult gpu = run_op(context(), call);
-        ASSERT_OK(gpu.status);
-        const auto check = [&](const std::vector<float>& got, const char* name, bool gradient) {
-            EXPECT_TRUE(close(got, golden_values(npz.value(), name), kGoldenLayer, kGoldenLayer,
-                              {name, reproduce(path), gradient}));
-        };
-        check(gpu.outputs[0], "att.y64", false);
-        check(gpu.grad_inputs[0], "att.d_q64", true);
-        check(gpu.grad_inputs[1], "att.d_k64", true);
-        check(gpu.grad_inputs[2], "att.d_v64", true);
-    }
+    each_golden("norm", [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases("k");
+        golden.expect_cases(names, {"att"});
+        for (const std::string& name : names) {
+            OpCall call;
+            call.op = "attention";
+            for (const char* key : {".q", ".k", ".v"})
+                call.inputs.push_back(golden_tensor(golden.npz, name + key));
+            call.grad_outputs = {golden_tensor(golden.npz, name + ".g")};
+            const OpResult gpu = run_op(context(), call);
+            ASSERT_OK(gpu.status) << name;
+            const auto check = [&](const std::vector<float>& got, const char* key, bool gradient) {
+                EXPECT_TRUE(close(got, golden.doubles(name + key), kGoldenLayer, kGoldenLayer,
+                                  {name + key, reproduce(golden.name), gradient}));
+            };
+            check(gpu.outputs[0], ".y64", false);
+            check(gpu.grad_inputs[0], ".d_q64", true);
+            check(gpu.grad_inputs[1], ".d_k64", true);
+            check(gpu.grad_inputs[2], ".d_v64", true);
+        }
+    });
 }
 
 TEST_P(Attention, RejectsBadShapes) {

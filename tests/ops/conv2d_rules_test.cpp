@@ -5,9 +5,8 @@
 #include "conv2d_case.h"
 #include "ops/conv2d.h"
 #include "ops/conv2d_algorithm.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 #include "support/gpu_buffers.h"
-#include "support/npz.h"
 
 namespace splat::test {
 namespace {
@@ -15,8 +14,11 @@ namespace {
 class Conv2dRules : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Conv2dRules);
 
-TEST_P(Conv2dRules, PlainKernelsComputeDirectly) {
-    if (GetParam() != vk::Kernels::kPlain) GTEST_SKIP() << "of plain kernels";
+class Conv2dRulesPlain : public KernelsTest {};
+INSTANTIATE_TEST_SUITE_P(Kernels, Conv2dRulesPlain, testing::Values(vk::Kernels::kPlain),
+                         kernels_test_name);
+
+TEST_P(Conv2dRulesPlain, ComputeDirectly) {
     Conv2dCase c = Conv2dCase::normal({2, 9, 9, 8, 15, 3}, 615);
     const OpResult direct = run_op(context(), c.call());
     c.winograd = 4;
@@ -82,39 +84,36 @@ TEST_P(Conv2dRules, RejectsBadShapes) {
                  "stride");
 }
 
-/// conv.npz of tests/golden/net: cases without resampling, whose figure is that of layers.
+/// conv.npz of tests/golden/net: cases without resampling.
 TEST_P(Conv2dRules, GoldenLayers) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    constexpr double kLayer = 1e-5;
-    for (const std::string& path : golden_files("net", "conv")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const auto values = [&](const std::string& name) {
-            return npz.value().find(name).value()->f32().value();
-        };
-        for (const std::string name : {"c3", "c1"}) {
-            const auto cfg = npz.value().find(name + ".cfg").value()->ints().value();
-            const auto& dims = npz.value().find(name + ".x").value()->shape;
-            const auto size = [](auto value) { return static_cast<std::uint32_t>(value); };
+    each_golden("conv", [&](const Golden& golden) {
+        std::vector<std::string> names = golden.cases("p.weight");
+        std::erase_if(names, [&](const std::string& name) {
+            return golden.dim(name + ".x", 2) != golden.dim(name + ".y", 2);
+        });
+        golden.expect_cases(names, {"c3", "c1"});
+        for (const std::string& name : names) {
             Conv2dCase c;
-            c.shape = {size(dims[0]), size(cfg[0]), size(dims[2]),
-                       size(dims[3]), size(cfg[1]), size(cfg[2])};
-            c.x = values(name + ".x");
-            c.weight = values(name + ".p.weight");
-            c.bias = values(name + ".p.bias");
-            c.grad_y = values(name + ".g");
+            c.shape = {golden.dim(name + ".x", 0), golden.dim(name + ".x", 1),
+                       golden.dim(name + ".x", 2), golden.dim(name + ".x", 3),
+                       golden.dim(name + ".y", 1), golden.dim(name + ".p.weight", 2)};
+            c.x = golden.floats(name + ".x");
+            c.weight = golden.floats(name + ".p.weight");
+            c.bias = golden.floats(name + ".p.bias");
+            c.grad_y = golden.floats(name + ".g");
             const OpResult gpu = run_op(context(), c.call());
             ASSERT_OK(gpu.status) << name;
             const auto expect_close = [&](const std::string& key, const std::vector<float>& got) {
-                const auto expected = npz.value().find(name + key).value()->f64().value();
-                EXPECT_TRUE(close(got, expected, kLayer, kLayer, {name + key, reproduce(name)}));
+                EXPECT_TRUE(close(got, golden.doubles(name + key), kGoldenLayer, kGoldenLayer,
+                                  {name + key, reproduce(name)}));
             };
             expect_close(".y64", gpu.outputs[0]);
             expect_close(".d_x64", gpu.grad_inputs[0]);
             expect_close(".d.weight64", gpu.grad_inputs[1]);
             expect_close(".d.bias64", gpu.grad_inputs[2]);
         }
-    }
+    });
 }
 
 TEST(Conv2dCheck, RefusesWhatTheKernelsCannotTake) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ops/op_harness.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 #include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
@@ -45,23 +45,34 @@ TEST_P(Ema, ADecayOfZeroCopiesBits) {
     EXPECT_EQ(update(context(), 0, value, normal_fill(64, 4, 0, 1e6)), value);
 }
 
+ops::EmaSchedule schedule_of(const Golden& golden) {
+    const std::vector<std::int64_t> cfg = golden.array("ema.cfg").ints().value();
+    ops::EmaSchedule schedule;
+    schedule.update_every = static_cast<std::uint64_t>(cfg.at(0));
+    schedule.update_after = static_cast<std::uint64_t>(cfg.at(1));
+    schedule.most = golden.doubles("ema.beta").at(0);
+    return schedule;
+}
+
 TEST_P(Ema, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "train")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const std::vector<float> series = golden_tensor(npz.value(), "ema.series").values;
-        const std::vector<double> expected = golden_values(npz.value(), "ema.out");
-        std::vector<float> shadow(4, 0);
-        for (std::size_t call = 0; call < series.size() / 4; ++call) {
-            const std::vector<float> value = {series[4 * call], series[4 * call + 1],
-                                              series[4 * call + 2], series[4 * call + 3]};
-            const std::optional<double> decay = ops::ema_decay(call);
+    each_golden("train", [&](const Golden& golden) {
+        const std::vector<float> series = golden.floats("ema.series");
+        const std::vector<double> expected = golden.doubles("ema.out");
+        const std::size_t width = golden.dim("ema.series", 1);
+        const std::size_t padded = (width + 3) / 4 * 4;
+        std::vector<float> shadow(padded, 0);
+        for (std::size_t call = 0; call < golden.dim("ema.series", 0); ++call) {
+            const auto row = series.begin() + static_cast<std::ptrdiff_t>(width * call);
+            std::vector<float> value(row, row + static_cast<std::ptrdiff_t>(width));
+            value.resize(padded, 0);
+            const std::optional<double> decay = ops::ema_decay(call, schedule_of(golden));
             if (decay) shadow = update(context(), *decay, value, shadow);
-            for (std::size_t i = 0; i < 4; ++i)  // float32 on both sides, thirty updates
-                ASSERT_NEAR(shadow[i], expected[4 * call + i], 1e-6) << path << " call " << call;
+            for (std::size_t i = 0; i < width; ++i)  // float32 on both sides, thirty updates
+                ASSERT_NEAR(shadow[i], expected[width * call + i], 1e-6)
+                    << golden.name << " call " << call;
         }
-    }
+    });
 }
 
 TEST_P(Ema, RefusesWhatDoesNotFit) {
@@ -76,20 +87,22 @@ TEST_P(Ema, RefusesWhatDoesNotFit) {
     EXPECT_TRUE(recorder.finish().value().empty()) << "nothing is recorded on error";
 }
 
-/// Where it is updated at all, and the decay of those calls; the first one after the copies is a copy, too.
+/// Which calls update it, and their decay. The first one that has a decay in the file copies, too.
 TEST(EmaDecay, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "train")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        const std::vector<double> expected = golden_values(npz.value(), "ema.decay");
+    each_golden("train", [&](const Golden& golden) {
+        const std::vector<double> expected = golden.doubles("ema.decay");
+        bool first = true;
         for (std::size_t call = 0; call < expected.size(); ++call) {
-            const std::optional<double> decay = ops::ema_decay(call);
+            const std::optional<double> decay = ops::ema_decay(call, schedule_of(golden));
             ASSERT_EQ(decay.has_value(), expected[call] >= 0) << call;
             if (!decay) continue;
-            EXPECT_NEAR(*decay, call == 110 ? 0 : expected[call], 1e-12) << call;
+            const bool copies = expected[call] > 0 && first;
+            if (copies) first = false;
+            EXPECT_NEAR(*decay, copies ? 0 : expected[call], 1e-12) << call;
         }
-    }
+        EXPECT_FALSE(first) << "no call has a decay";
+    });
 }
 
 TEST(EmaDecay, GrowsToItsLimit) {

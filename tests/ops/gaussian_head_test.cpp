@@ -4,7 +4,7 @@
 
 #include "ops/every/op_samples.h"
 #include "ref/gaussian_head_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 namespace splat::test {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 class GaussianHead : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(GaussianHead);
 
-ref::GaussianHeadInput reference_of(const OpCall& call) {
+ref::GaussianHeadInput head_reference(const OpCall& call) {
     const Shape& net_out = call.inputs[0].shape;
     ref::GaussianHeadInput in;
     in.shape.images = net_out[0];
@@ -38,7 +38,7 @@ ref::GaussianHeadOutputs<double> grads_of(const OpCall& call) {
 }
 
 void expect_head(vk::Context& context, const OpCall& call, const std::string& what) {
-    const ref::GaussianHeadInput in = reference_of(call);
+    const ref::GaussianHeadInput in = head_reference(call);
     std::vector<ref::Summed<double>> outputs;
     for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
         outputs.push_back(ref::summed(values));
@@ -150,7 +150,7 @@ TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
     EXPECT_ERROR(with("znear", 5), Code::kInvalidArgument, "znear is 5");
     for (std::size_t i = 1; i < 6; ++i)
         EXPECT_ERROR(status([&](OpCall& c) { c.inputs[i] = normal_tensor({9}, 1); }), Code::kShape,
-                     nn::find_op("gaussian_head").value()->inputs[i].name);
+                     ops::find_op("gaussian_head").value()->inputs[i].name);
     EXPECT_ERROR(status([](OpCall& c) {
                      c.inputs[0] = normal_tensor({24, 35}, 1);
                  }),
@@ -162,7 +162,7 @@ TEST(GaussianHeadReference, GradcheckFloat64) {
     for (HeadCase c : head_cases()) {
         if (c.images[1] > 8) c.images = {c.images[0], 2, 3};
         const OpCall call = call_of(c, seed += 20);
-        const ref::GaussianHeadInput in = reference_of(call);
+        const ref::GaussianHeadInput in = head_reference(call);
         const ref::GaussianHeadOutputs<double> grads = grads_of(call);
         const auto forward = [&](const Arrays& inputs) {
             ref::GaussianHeadInput changed = in;
@@ -185,52 +185,54 @@ HostTensor reshaped(HostTensor tensor, const Shape& shape) {
     return tensor;
 }
 
-OpCall golden_call(const Npz& npz) {
-    const std::vector<std::int64_t> cfg = npz.find("cfg").value()->ints().value();
-    const std::vector<double> depths = golden_values(npz, "cfgf");
-    const HostTensor net_out = golden_tensor(npz, "net_out");
+OpCall golden_call(const Golden& golden) {
+    const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
+    const std::vector<double> depths = golden.doubles("cfgf");
+    const auto tensor = [&](const char* name) { return golden_tensor(golden.npz, name); };
+    const HostTensor net_out = tensor("net_out");
     const std::uint32_t images = net_out.shape[0];
-    const std::uint32_t size = net_out.shape[2];
-    const auto views = static_cast<std::uint32_t>(cfg[5]);
+    const std::uint32_t height = net_out.shape[2];
+    const std::uint32_t width = net_out.shape[3];
+    const auto views = static_cast<std::uint32_t>(cfg.at(5));
     const std::uint32_t batch = images / views;
-    const std::uint32_t each = views * size * size;
+    const std::uint32_t each = views * height * width;
     OpCall call;
     call.op = "gaussian_head";
     call.attributes = {{"views", views},    {"sh_degree", cfg[4]}, {"znear", depths[0]},
                        {"zfar", depths[1]}, {"offset", true},      {"isotropic", cfg[7] != 0},
                        {"activate", true}};
     call.inputs = {net_out,
-                   reshaped(golden_tensor(npz, "ray_dirs"), {3, size, size}),
-                   reshaped(golden_tensor(npz, "v2w"), {images, 4, 4}),
-                   reshaped(golden_tensor(npz, "quat"), {images, 4}),
+                   reshaped(tensor("ray_dirs"), {3, height, width}),
+                   reshaped(tensor("v2w"), {images, 4, 4}),
+                   reshaped(tensor("quat"), {images, 4}),
                    {},
                    {}};
-    if (npz.has("focal")) {  // then the last channel holds the distance, the same in a whole image
-        call.inputs[4] = reshaped(golden_tensor(npz, "focal"), {images, 2});
-        const HostTensor x = golden_tensor(npz, "x");
+    if (golden.has("focal")) {  // then the last channel holds the distance, one number per image
+        call.inputs[4] = reshaped(tensor("focal"), {images, 2});
+        const HostTensor x = tensor("x");
         call.inputs[5] = {{images}, {}};
         for (std::uint32_t i = 1; i <= images; ++i)
             call.inputs[5].values.push_back(x.values[x.values.size() / images * i - 1]);
     }
-    const HostTensor dc = golden_tensor(npz, "g.features_dc");
+    const HostTensor dc = tensor("g.features_dc");
     const auto coefficients = static_cast<std::uint32_t>(1 + 3 * cfg[4]);
     HostTensor sh{{batch, each, coefficients, 3}, {}};
     const std::vector<float> rest =
-        coefficients > 1 ? golden_tensor(npz, "g.features_rest").values : std::vector<float>{};
+        coefficients > 1 ? tensor("g.features_rest").values : std::vector<float>{};
     for (std::size_t g = 0; g < std::size_t{batch} * each; ++g) {
         for (std::size_t i = 0; i < 3; ++i) sh.values.push_back(dc.values[3 * g + i]);
         for (std::size_t i = 0; i < 9 && !rest.empty(); ++i) sh.values.push_back(rest[9 * g + i]);
     }
-    call.grad_outputs = {golden_tensor(npz, "g.xyz"), golden_tensor(npz, "g.opacity"),
-                         golden_tensor(npz, "g.scaling"), golden_tensor(npz, "g.rotation"), sh};
+    call.grad_outputs = {tensor("g.xyz"), tensor("g.opacity"), tensor("g.scaling"),
+                         tensor("g.rotation"), sh};
     return call;
 }
 
 /// dc and the rest of the golden file, as the operator orders them.
-std::vector<double> golden_sh(const Npz& npz, std::size_t coefficients) {
-    const std::vector<double> dc = golden_values(npz, "o64.features_dc");
+std::vector<double> golden_sh(const Golden& golden, std::size_t coefficients) {
+    const std::vector<double> dc = golden.doubles("o64.features_dc");
     if (coefficients == 1) return dc;
-    const std::vector<double> rest = golden_values(npz, "o64.features_rest");
+    const std::vector<double> rest = golden.doubles("o64.features_rest");
     std::vector<double> sh;
     for (std::size_t g = 0; g < dc.size() / 3; ++g) {
         for (std::size_t i = 0; i < 3; ++i) sh.push_back(dc[3 * g + i]);
@@ -239,17 +241,18 @@ std::vector<double> golden_sh(const Npz& npz, std::size_t coefficients) {
     return sh;
 }
 
-void expect_golden(vk::Context& context, const Npz& npz, const std::string& path) {
-    const OpCall call = golden_call(npz);
+void expect_golden(vk::Context& context, const Golden& golden) {
+    const std::string& path = golden.name;
+    const OpCall call = golden_call(golden);
     const OpResult gpu = run_op(context, call);
     ASSERT_OK(gpu.status) << path;
     const char* const names[] = {"xyz", "opacity", "scaling", "rotation"};
     for (std::size_t i = 0; i < 4; ++i)
-        EXPECT_TRUE(close(gpu.outputs[i], golden_values(npz, std::string("o64.") + names[i]),
+        EXPECT_TRUE(close(gpu.outputs[i], golden.doubles(std::string("o64.") + names[i]),
                           kGoldenHead, kGoldenHead, {names[i], reproduce(path)}));
-    EXPECT_TRUE(close(gpu.outputs[4], golden_sh(npz, call.grad_outputs[4].shape[2]), kGoldenHead,
+    EXPECT_TRUE(close(gpu.outputs[4], golden_sh(golden, call.grad_outputs[4].shape[2]), kGoldenHead,
                       kGoldenHead, {"sh", reproduce(path)}));
-    if (!npz.has("d.network_with_offset.out.bias")) return;
+    if (!golden.has("d.network_with_offset.out.bias")) return;
     // The gradient of the last convolution's bias is the sum over images and pixels of grad_net_out.
     const Shape& shape = call.inputs[0].shape;
     const std::size_t pixels = std::size_t{shape[2]} * shape[3];
@@ -260,34 +263,28 @@ void expect_golden(vk::Context& context, const Npz& npz, const std::string& path
         sums[i / pixels % shape[1]] += gradient;
         magnitudes[i / pixels % shape[1]] += std::abs(gradient);
     }
-    const std::vector<double> bias = golden_values(npz, "d.network_with_offset.out.bias");
+    const std::vector<double> bias = golden.doubles("d.network_with_offset.out.bias");
     for (std::size_t c = 0; c < bias.size(); ++c)
         EXPECT_NEAR(sums[c], bias[c], kGoldenHead * magnitudes[c]) << path << " channel " << c;
 }
 
 TEST_P(GaussianHead, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "net_")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        expect_golden(context(), npz.value(), path);
-    }
+    each_golden("net_", [&](const Golden& golden) { expect_golden(context(), golden); });
 }
 
 TEST_P(GaussianHead, GoldenNetRaw) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "net_rgb")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        OpCall call = golden_call(npz.value());
+    each_golden("net_rgb", [&](const Golden& golden) {
+        OpCall call = golden_call(golden);
         call.attributes["activate"] = false;
         const OpResult gpu = run_op(context(), call);
-        ASSERT_OK(gpu.status) << path;
-        EXPECT_TRUE(close(gpu.outputs[1], golden_values(npz.value(), "raw.opacity"), 0, 0,
-                          {"opacities", reproduce(path)}));
-        EXPECT_TRUE(close(gpu.outputs[2], golden_values(npz.value(), "raw.scaling"), 0, 0,
-                          {"scales", reproduce(path)}));
-    }
+        ASSERT_OK(gpu.status) << golden.name;
+        EXPECT_TRUE(close(gpu.outputs[1], golden.doubles("raw.opacity"), 0, 0,
+                          {"opacities", reproduce(golden.name)}));
+        EXPECT_TRUE(close(gpu.outputs[2], golden.doubles("raw.scaling"), 0, 0,
+                          {"scales", reproduce(golden.name)}));
+    });
 }
 
 }  // namespace

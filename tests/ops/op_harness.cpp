@@ -52,7 +52,7 @@ class Tensors {
 };
 
 Status run(Context& context, const OpCall& call, OpResult& result) {
-    SPLAT_ASSIGN(const nn::OpRow* row, nn::find_op(call.op));
+    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(call.op));
     Tensors memory(context);
     nn::OpInstance::Tensors tensors;
     std::vector<Shape> shapes;
@@ -63,8 +63,8 @@ Status run(Context& context, const OpCall& call, OpResult& result) {
     const vk::Recorder recorder(context);
     SPLAT_ASSIGN(const std::vector<JsonScalar> given,
                  parse_flat_json(call.attributes.dump(), "attributes"));
-    SPLAT_ASSIGN(const nn::Attributes attributes, nn::complete_attributes(*row, given));
-    SPLAT_ASSIGN(const nn::OpPlan plan, row->plan(recorder, attributes, shapes));
+    SPLAT_ASSIGN(const ops::Attributes attributes, ops::complete_attributes(*row, given));
+    SPLAT_ASSIGN(const ops::OpPlan plan, row->plan(recorder, attributes, shapes));
     for (const Shape& shape : plan.outputs) tensors.outputs.push_back(memory.fresh(shape));
     for (const HostTensor& grad : call.grad_outputs)
         tensors.grad_outputs.push_back(memory.upload(grad));
@@ -106,9 +106,9 @@ OpResult run_op(Context& context, const OpCall& call) {
 }
 
 void expect_each_gradient_alone(Context& context, const OpCall& call) {
-    const auto row = nn::find_op(call.op);
+    const auto row = ops::find_op(call.op);
     ASSERT_OK(row.status());
-    const std::span<const nn::Port> ports = row.value()->inputs;
+    const std::span<const ops::Port> ports = row.value()->inputs;
     const OpResult whole = run_op(context, call);
     ASSERT_OK(whole.status);
     for (std::size_t wanted = 0; wanted < ports.size(); ++wanted) {
@@ -130,7 +130,7 @@ void expect_each_gradient_alone(Context& context, const OpCall& call) {
 void expect_matches(vk::Context& context, const OpCall& call,
                     const std::vector<ref::Summed<double>>& outputs,
                     const std::vector<ref::Summed<double>>& gradients, const std::string& what) {
-    const auto row = nn::find_op(call.op);
+    const auto row = ops::find_op(call.op);
     ASSERT_OK(row.status());
     OpCall asked = call;
     if (gradients.empty()) asked.grad_outputs.clear();
@@ -183,20 +183,6 @@ HostTensor golden_tensor(const Npz& npz, const std::string& name) {
     if (!found.ok()) return {};
     const std::vector<std::int64_t> dims(found.value()->shape.begin(), found.value()->shape.end());
     return {Shape::create(dims, name).value(), found.value()->f32().value()};
-}
-
-std::vector<double> golden_values(const Npz& npz, const std::string& name) {
-    const auto found = npz.find(name);
-    EXPECT_OK(found.status());
-    return found.ok() ? found.value()->f64().value() : std::vector<double>{};
-}
-
-std::vector<double> golden_integers(const Npz& npz, const std::string& name) {
-    const auto found = npz.find(name);
-    EXPECT_OK(found.status());
-    if (!found.ok()) return {};
-    const std::vector<std::int64_t> values = found.value()->ints().value();
-    return {values.begin(), values.end()};
 }
 
 void KernelsTest::SetUp() {

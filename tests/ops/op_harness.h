@@ -19,7 +19,7 @@ struct HostTensor {
     std::vector<float> values;  ///< row-major; empty: the tensor is absent
 };
 
-/// One call of an operator of nn/op_table.cpp on row-major tensors.
+/// One call of an operator of ops/op_table.cpp on row-major tensors.
 struct OpCall {
     std::string op;
     Json attributes = Json::object();
@@ -69,8 +69,6 @@ HostTensor normal_tensor(const Shape& shape, std::uint64_t seed, double mean = 0
 
 /// Member `name` of a golden file; records a failure if it is not there.
 HostTensor golden_tensor(const Npz& npz, const std::string& name);
-std::vector<double> golden_values(const Npz& npz, const std::string& name);
-std::vector<double> golden_integers(const Npz& npz, const std::string& name);
 
 /// An image [C, H, W] as a batch of one.
 inline HostTensor image_batch(HostTensor image) {

@@ -6,7 +6,7 @@
 
 #include "ops/every/op_samples.h"
 #include "ref/positional_embedding_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 namespace splat::test {
 namespace {
@@ -49,19 +49,16 @@ TEST_P(PositionalEmbedding, MatchesFloat64) {
 
 TEST_P(PositionalEmbedding, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "norm")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
+    each_golden("norm", [&](const Golden& golden) {
         OpCall call;
         call.op = "positional_embedding";
-        call.attributes = {
-            {"dimension", static_cast<int>(golden_integers(npz.value(), "pe.cfg").at(0))}};
-        call.inputs = {golden_tensor(npz.value(), "pe.x")};
+        call.attributes = {{"dimension", golden.array("pe.cfg").ints().value().at(0)}};
+        call.inputs = {golden_tensor(golden.npz, "pe.x")};
         const OpResult gpu = run_op(context(), call);
         ASSERT_OK(gpu.status);
-        EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), "pe.y"), kGoldenLayer,
-                          kGoldenLayer, {"y", reproduce(path)}));
-    }
+        EXPECT_TRUE(close(gpu.outputs[0], golden.doubles("pe.y"), kGoldenLayer, kGoldenLayer,
+                          {"y", reproduce(golden.name)}));
+    });
 }
 
 TEST_P(PositionalEmbedding, RejectsBadShapes) {

@@ -1,5 +1,5 @@
-// List entries that the blending kernels leave out: their colours are not numbers, so that a kernel
-// that blends them, even with weight 0, shows it.
+// List entries that the blending kernels skip. Their colours are NaN, so that blending them shows
+// even with weight 0.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -79,7 +79,7 @@ class BlendSkips : public KernelsTest {
         EXPECT_OK(raster::blend_forward(recorder, desc, {0, 1}, views, n));
         EXPECT_OK(raster::blend_backward(
             recorder, desc, {0, 1}, views, grad_image.range(), zeros.range(),
-            {records[0].range(), records[1].range(), records[2].range()}, n));
+            {records[0].range(), records[1].range(), records[2].range(), {}}, n));
         auto commands = recorder.finish();
         EXPECT_OK(commands.status());
         if (!commands.ok()) return {};
@@ -94,7 +94,7 @@ class BlendSkips : public KernelsTest {
 };
 SPLAT_INSTANTIATE_KERNELS(BlendSkips);
 
-/// Three of the first eight stop every pixel; the rest is left out, but by the plain kernels.
+/// Three of the first eight stop every pixel. All kernels but the plain ones skip the rest.
 TEST_P(BlendSkips, EndsWhereEveryPixelHasStopped) {
     std::vector<Entry> entries(8, {8, 1, 1e-3F, 0.5F});
     entries.resize(200, {8, 0.5F, 1e-3F, kNotANumber});

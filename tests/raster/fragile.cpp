@@ -11,10 +11,10 @@ namespace {
 using Gaussian = ref::ProjectedGaussian<double>;
 
 constexpr double kRounding = kFragileUlps * 0x1p-24;
-/// Of positions and depths, which are short sums.
+/// Ulps of positions and depths, which are short sums.
 constexpr double kMeanRounding = 16 * 0x1p-24;
 
-/// A density and the relative error to expect of it.
+/// A density and its expected relative error.
 struct Density {
     double value = 0;
     double error = 0;
@@ -43,7 +43,7 @@ bool is_next_to(double value, double border, double relative) {
     return std::abs(value - border) <= relative * border;
 }
 
-/// Boxes of 3dgs with all roundings that make them smaller, and larger.
+/// Boxes of 3dgs, rounded to be smaller and to be larger.
 struct Boxes {
     Gaussian inner;
     Gaussian outer;

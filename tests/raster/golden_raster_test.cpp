@@ -13,7 +13,7 @@ namespace {
 class GoldenRaster : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(GoldenRaster);
 
-/// Forward and backward with one loss; outputs, too, are compared.
+/// Runs forward and backward with one loss and compares outputs and gradients.
 std::vector<float> compare_loss(vk::Context& context, const GoldenScene& scene,
                                 const RasterMode& mode, const GoldenLoss& loss,
                                 RasterGradients expected) {

@@ -1,5 +1,5 @@
-// The float64 reference against golden/raster/*.npz, every mode and key of every file; and the
-// comparisons themselves on what float32 makes of the same scenes, as kernels will be judged.
+// Checks the float64 reference against golden/raster/*.npz, with every mode and key of every file,
+// and the comparisons themselves on the float32 reference, as they judge kernels.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -10,7 +10,7 @@
 namespace splat::test {
 namespace {
 
-/// One test per family, so that a failure names it; "" in place of a family would be all files.
+/// One test per family, so that a failure names it. The family "" would be all files.
 class GoldenRasterReference : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override { SPLAT_NEEDS_GOLDEN_FOLDER(); }
@@ -50,7 +50,7 @@ class GoldenRasterFiles : public testing::Test {
     void SetUp() override { SPLAT_NEEDS_GOLDEN_FOLDER(); }
 };
 
-/// A key that the loader does not know would be a key that no kernel is judged by.
+/// No kernel would be judged by a key that the loader does not know.
 TEST_F(GoldenRasterFiles, HoldOnlyKnownKeys) {
     static const std::set<std::string> kKnown = {
         "rgb",        "alpha",       "depth_acc",      "depth_exp",
@@ -67,7 +67,7 @@ TEST_F(GoldenRasterFiles, HoldOnlyKnownKeys) {
                 << name;
 }
 
-/// loss_rgb and loss_all: the weights mean what the gradients take them for.
+/// loss_rgb and loss_all: the gradients use the weights in the same sense.
 TEST_F(GoldenRasterFiles, HoldTheLossesOfTheirWeights) {
     const auto weighted = [](const std::vector<float>& weights, const std::vector<double>& image) {
         double sum = 0;
@@ -101,8 +101,8 @@ TEST_F(GoldenRasterFiles, SayWhyAGaussianIsHostile) {
     }
 }
 
-/// The reference in float32, the plainest kernel there is, passes where a kernel must; the
-/// figures of support/raster_tolerances.h come from here.
+/// The float32 reference, as the simplest kernel, passes where kernels must. The figures of
+/// support/raster_tolerances.h come from here.
 TEST_F(GoldenRasterFiles, Float32PassesForwardGates) {
     for (const GoldenScene& scene : golden_scenes(""))
         for (const RasterMode& mode : kRasterModes) {

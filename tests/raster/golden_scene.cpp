@@ -10,7 +10,7 @@
 namespace splat::test {
 namespace {
 
-/// The array, or nothing if the file has none of this name.
+/// The array of this name; empty if the file has none.
 std::vector<double> numbers(const Npz& npz, const std::string& name) {
     if (!npz.has(name)) return {};
     return npz.find(name).value()->f64().value();

@@ -12,14 +12,15 @@
 /// Scenes of golden/raster/*.npz; tests/golden/raster/INDEX.md says what they hold.
 namespace splat::test {
 
-/// The losses of which a file holds gradients.
+/// Losses for which a file may hold gradients.
 struct GoldenLoss {
     const char* name;      ///< folder below the mode's
     bool alpha_and_depth;  ///< w_alpha and w_depth on top of w_rgb
     ref::RasterGradient gradient;
 };
 
-/// Those of a mode: in 3dgs `grad_rgb` is the original's, and the true one has its own name.
+/// The losses of a mode. In 3dgs `grad_rgb` is the original's gradient; the true one has a name of
+/// its own.
 std::vector<GoldenLoss> golden_losses(const RasterMode& mode);
 
 struct GoldenScene {
@@ -59,14 +60,14 @@ struct GoldenScene {
 /// Errors: those of Npz::read, a missing input.
 Result<GoldenScene> read_golden_scene(const std::string& path);
 
-/// All of a family, e.g. "rand2000_sh3"; what cannot be read is recorded as a failure.
+/// All scenes of a family, e.g. "rand2000_sh3". A file that cannot be read fails the test.
 std::vector<GoldenScene> golden_scenes(const std::string& family);
 
-/// What raster_compare.h wants to know of a golden scene; `needles` of the judge is added here.
+/// The subject of raster_compare.h for a golden scene. Chooses the judge's figures for needles
+/// itself.
 RasterSubject golden_subject(const GoldenScene& scene, const RasterMode& mode, RasterJudge judge);
 
-/// Families that the index lists, in its order. Files of other names are run, too, by
-/// golden_scenes("").
+/// Families in the order of the index. golden_scenes("") also reads files of other names.
 inline constexpr const char* kGoldenFamilies[] = {
     "one",      "rand50",    "rand2000_sh3", "opaque", "elongated", "nearplane",
     "subpixel", "offcentre", "splatter64",   "ties",   "widefov",   "hostile",

@@ -1,4 +1,4 @@
-// What float32 makes of the conics of needles, by the determinant of the reference and by a c - b^2.
+// Conics of needles in float32: the determinant of the reference against a c - b^2.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,8 @@
 namespace splat::test {
 namespace {
 
-/// The error of a c - b^2 grows with the square of the focal length in pixels, the other does not.
+/// The error of a c - b^2 grows with the square of the focal length in pixels, that of the
+/// reference does not.
 constexpr SceneSize kNeedles{4000, 200, 160};
 
 /// Errors of conics relative to the largest of their three numbers, sorted.
@@ -33,8 +34,8 @@ double conic_error(const std::array<float, 3>& got, const std::array<double, 3>&
     return error / size;
 }
 
-/// J R Sigma R^T J^T in float32 from the covariance Sigma, as published rasterizers have it; 0 0 0
-/// where the determinant comes out as 0 or less.
+/// J R Sigma R^T J^T in float32 from the covariance Sigma, as in published rasterizers; 0 0 0 if
+/// the determinant is not positive.
 std::array<float, 3> naive_conic(const ref::RasterScene<float>& scene,
                                  const ref::CameraFrame<float>& frame, std::size_t i,
                                  const ref::ProjectedGaussian<float>& g) {

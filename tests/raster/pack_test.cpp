@@ -31,7 +31,7 @@ scene::Gaussians random_gaussians(std::size_t count, std::uint32_t degree) {
     return g;
 }
 
-/// A scene packed by the host, and the same arrays packed by the device, give the same bits.
+/// Host and device pack a scene to the same bits.
 TEST(Pack, DeviceAndHostAgree) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);
@@ -49,10 +49,10 @@ TEST(Pack, DeviceAndHostAgree) {
         const vk::Buffer rotations = upload(*context, a.rotations);
         const vk::Buffer opacities = upload(*context, a.opacities);
         const vk::Buffer sh = upload(*context, a.sh);
-        const raster::AttributeViews views = {means.range(), scales.range(), rotations.range(),
-                                              opacities.range(), sh.range()};
+        const raster::GaussianAttributes views = {means.range(), scales.range(), rotations.range(),
+                                                  opacities.range(), sh.range()};
         vk::Recorder recorder(*context);
-        ASSERT_OK(raster::pack_attributes(recorder, desc, views, by_device.value().input()));
+        ASSERT_OK(raster::pack_attributes(recorder, desc, views, by_device.value().scene()));
         vk::CommandList list = std::move(recorder.finish().value());
         ASSERT_OK(context->run(list));
         const std::size_t colors = kPacked * desc.color_quads() * 4;
@@ -76,16 +76,16 @@ TEST(Pack, UnpackInvertsAndAccumulates) {
     const vk::Buffer to_means = upload(*context, std::vector<float>(900, 1.0F));
     const vk::Buffer to_colors = upload(*context, std::vector<float>(900, 1.0F));
     vk::Recorder recorder(*context);
-    raster::AttributeViews from;
+    raster::GaussianAttributes from;
     from.means = from_means.range();
     from.colors = from_colors.range();
-    ASSERT_OK(raster::pack_attributes(recorder, desc, from, packed.value().input()));
-    raster::AttributeViews to;
+    ASSERT_OK(raster::pack_attributes(recorder, desc, from, packed.value().scene()));
+    raster::GaussianAttributes to;
     to.means = to_means.range();
-    ASSERT_OK(raster::unpack_attributes(recorder, desc, packed.value().input(), to, false));
-    raster::AttributeViews summed;
+    ASSERT_OK(raster::unpack_gradients(recorder, desc, packed.value().gradients(), to, false));
+    raster::GaussianAttributes summed;
     summed.colors = to_colors.range();
-    ASSERT_OK(raster::unpack_attributes(recorder, desc, packed.value().input(), summed, true));
+    ASSERT_OK(raster::unpack_gradients(recorder, desc, packed.value().gradients(), summed, true));
     vk::CommandList list = std::move(recorder.finish().value());
     ASSERT_OK(context->run(list));
     EXPECT_EQ(download(*context, to_means.range(), 900), means);

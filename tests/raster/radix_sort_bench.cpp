@@ -1,6 +1,6 @@
-// radix_sort_bench [pairs] [rounds]: times the sort of pairs of a random 32-bit key and its position,
-// in turns with a least-significant-digit radix sort on one thread of the host. Prints the minimum and
-// the median of both in ms, and the shaders' shares.
+// radix_sort_bench [pairs] [rounds]: times the sort of pairs of a random 32-bit key and its
+// position, in turns with a least-significant-digit radix sort on one host thread. Prints the
+// minimum and the median of both in ms, and the times of the shaders.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -20,7 +20,7 @@ struct Pair {
     bool operator==(const Pair&) const = default;
 };
 
-/// Four passes of 8 bits, as one would write it for the host.
+/// Four passes of 8 bits, in plain host code.
 void host_sort(const std::vector<Pair>& input, std::vector<Pair>& pairs, std::vector<Pair>& other) {
     pairs = input;
     for (int shift = 0; shift < 32; shift += 8) {
@@ -64,28 +64,15 @@ int bench(std::uint32_t count, int rounds) {
     const vk::Buffer input = device_buffer(context, 2 * std::size_t{count});
     const vk::Buffer sides[2] = {device_buffer(context, 2 * std::size_t{count}),
                                  device_buffer(context, 2 * std::size_t{count})};
-    const vk::Buffer none[2] = {device_buffer(context, 4), device_buffer(context, 4)};
-    const vk::Buffer table =
-        device_buffer(context, raster::radix_sort_table_bytes(recorder, desc) / 4);
-    const vk::Buffer places =
-        device_buffer(context, raster::radix_sort_table_bytes(recorder, desc) / 4);
-    const vk::Buffer ranks =
-        device_buffer(context, raster::radix_sort_rank_bytes(recorder, desc) / 4);
-    const vk::Buffer totals = device_buffer(context, raster::kRadixBins);
-    const vk::Buffer range = device_buffer(context, 2), kept = device_buffer(context, 1);
+    const vk::Buffer kept = device_buffer(context, 1);
     const vk::Buffer entries = upload(context, std::vector<std::uint32_t>{count});
-    if (!context.write(input.range(), input_pairs.data(), sizeof(Pair) * count).ok()) return 1;
-    const Status status = raster::radix_sort(recorder, desc,
-                                             {input.range(),
-                                              {sides[0].range(), sides[1].range()},
-                                              {none[0].range(), none[1].range()},
-                                              table.range(),
-                                              places.range(),
-                                              ranks.range(),
-                                              totals.range(),
-                                              range.range(),
-                                              entries.range(),
-                                              kept.range()});
+    const auto space = raster::allocate_radix_sort(context, desc);
+    if (!space.ok() || !context.write(input.range(), input_pairs.data(), sizeof(Pair) * count).ok())
+        return 1;
+    const Status status = raster::radix_sort(
+        recorder, desc,
+        {input.range(), {sides[0].range(), sides[1].range()}, {}, entries.range(), kept.range()},
+        space.value());
     auto list = recorder.finish();
     if (!status.ok() || !list.ok()) {
         std::fprintf(stderr, "%s %s\n", status.message().c_str(), list.status().message().c_str());

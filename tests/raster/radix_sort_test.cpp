@@ -1,4 +1,4 @@
-// The sort of the rasterizer: keys and places are exactly those of std::stable_sort.
+// The rasterizer's sort gives exactly the order of std::stable_sort.
 #include "raster/radix_sort.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using Words = std::vector<std::uint32_t>;
 
 constexpr std::uint32_t kLeftOut = 0xFFFFFFFFU;
 
-/// Sets of keys that a sort can get wrong in its own way.
+/// Kinds of keys, each hard on a sort in its own way.
 enum class Keys { kRandom, kConstant, kSorted, kReversed, kFew, kLeftOutSome, kLeftOutAll };
 constexpr Keys kAllKeys[] = {Keys::kRandom, Keys::kConstant,    Keys::kSorted,    Keys::kReversed,
                              Keys::kFew,    Keys::kLeftOutSome, Keys::kLeftOutAll};
@@ -46,7 +46,7 @@ struct Sorted {
     Words seconds;  ///< may be empty
 };
 
-/// What an entry carries; the second value is its complement.
+/// The value of an entry. The second value is its complement.
 std::uint32_t value_of(std::uint32_t position) {
     return position * 2654435761U;
 }
@@ -63,7 +63,7 @@ Sorted expected_of(const Words& keys, std::size_t entries) {
 
 class RadixSort : public KernelsTest {
   protected:
-    /// The first `entries` of the keys, in arrays for all of them.
+    /// Sorts the first `entries` of the keys, in arrays that hold them all.
     Sorted sort(const Words& keys, std::size_t entries, std::uint32_t bits, bool second) {
         const raster::RadixSortDesc desc = {
             static_cast<std::uint32_t>(std::max<std::size_t>(keys.size(), 1)), bits, second};
@@ -87,27 +87,18 @@ class RadixSort : public KernelsTest {
         if (second && !words.empty()) {
             EXPECT_OK(context().write(seconds[1].range(), complements.data(), words.size() * 2));
         }
-        const vk::Buffer table =
-            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
-        const vk::Buffer places =
-            device_buffer(context(), raster::radix_sort_table_bytes(recorder, desc) / 4);
-        const vk::Buffer ranks =
-            device_buffer(context(), raster::radix_sort_rank_bytes(recorder, desc) / 4);
-        const vk::Buffer totals = device_buffer(context(), raster::kRadixBins);
-        const vk::Buffer range = device_buffer(context(), 2);
+        const auto space = raster::allocate_radix_sort(context(), desc);
+        EXPECT_OK(space.status());
+        if (!space.ok()) return {};
         const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
         const vk::Buffer kept = device_buffer(context(), 1);
         EXPECT_OK(raster::radix_sort(recorder, desc,
                                      {from.range(),
                                       {sides[0].range(), sides[1].range()},
                                       {seconds[0].range(), seconds[1].range()},
-                                      table.range(),
-                                      places.range(),
-                                      ranks.range(),
-                                      totals.range(),
-                                      range.range(),
                                       count.range(),
-                                      kept.range()}));
+                                      kept.range()},
+                                     space.value()));
         const std::uint32_t side = raster::radix_sort_side(recorder, desc);
         auto list = recorder.finish();
         EXPECT_OK(list.status());
@@ -140,7 +131,7 @@ class RadixSort : public KernelsTest {
         EXPECT_TRUE(got.seconds == expected.values) << what << ": second values";
     }
 
-    /// Minutes per sort of millions; the small sizes run everywhere.
+    /// A sort of millions takes minutes there; small sizes run everywhere.
     [[nodiscard]] bool is_gpu_on_cpu() const {
         return GetParam() == vk::Kernels::kGpu &&
                context().device().info().kind == vk::DeviceKind::kCpu;
@@ -182,7 +173,7 @@ TEST_P(RadixSort, CarriesASecondValue) {
             }
 }
 
-/// Digits are of the bits by which keys differ: those of keys that lie close together, anywhere.
+/// Digits cover the bits in which keys differ, also for close keys anywhere in the range.
 TEST_P(RadixSort, TakesKeysOfAnyRange) {
     for (const std::uint32_t bits : {0U, 1U, 3U, 7U, 8U, 9U, 10U, 18U, 24U, 25U, 27U, 28U, 31U})
         for (const std::uint32_t low : {0U, 0x3F7FFFF0U, 0x7FFFFFFFU}) {

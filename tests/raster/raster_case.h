@@ -10,7 +10,7 @@
 
 namespace splat::test {
 
-/// A rasterizer's way of working, as the folders of golden/raster/*.npz are named.
+/// A convention, named like the folders in golden/raster/*.npz.
 struct RasterMode {
     const char* name;
     ref::Convention convention;
@@ -25,7 +25,7 @@ inline constexpr RasterMode kRasterModes[] = {
     {"gsplat_aa", ref::Convention::kGsplat, true},
 };
 
-/// A scene in float32, as kernels get it, so that the float64 reference starts from the same
+/// A scene in float32, as kernels read it, so that the float64 reference starts from the same
 /// numbers.
 struct RasterCase {
     std::string name;
@@ -43,7 +43,7 @@ struct RasterCase {
     [[nodiscard]] std::size_t pixels() const { return camera.width * camera.height; }
 };
 
-/// The scene for the reference: in double, or in float to see what float32 costs.
+/// The scene for the reference, in double, or in float to measure float32.
 template <class Real>
 ref::RasterScene<Real> reference_scene(const RasterCase& from, const RasterMode& mode,
                                        ref::RasterGradient gradient = ref::RasterGradient::kTrue) {

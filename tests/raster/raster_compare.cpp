@@ -25,7 +25,7 @@ bool is_float64(RasterJudge judge) {
     return judge == RasterJudge::kFloat64 || judge == RasterJudge::kFloat64Needles;
 }
 
-/// In 3dgs an opacity below kAlphaMin leaves a radius, though nobody sees the Gaussian.
+/// In 3dgs an invisible Gaussian with an opacity below kAlphaMin has a radius.
 bool is_unseen(float opacity) {
     return opacity > 0 && opacity < raster::kAlphaMin;
 }
@@ -128,7 +128,7 @@ class Comparison {
         return figure * std::max(1.0, largest(std::span(expected).subspan(row * width, width)));
     }
 
-    /// A kernel may cull what nobody sees.
+    /// A kernel may cull invisible Gaussians.
     [[nodiscard]] bool is_faint(std::size_t i) const {
         return !is_float64(subject_.judge) && i < subject_.opacities.size() &&
                is_unseen(subject_.opacities[i]);

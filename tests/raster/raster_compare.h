@@ -8,7 +8,7 @@
 #include "raster/raster_outputs.h"
 #include "support/raster_tolerances.h"
 
-/// Comparisons of what a rasterizer returned with golden files or with the reference. The test of a
+/// Comparisons of a rasterizer's results with golden files or the reference. The test of a
 /// kernel fills a RasterOutputs or RasterGradients with what it has (to_double of
 /// support/rng_fill.h) and leaves the rest empty:
 ///
@@ -26,7 +26,8 @@ struct RasterSubject {
     std::vector<bool> fragile;     ///< [H,W]: compared loosely there
     std::vector<bool> hostile;     ///< [n] or empty: radius and gradients are exactly 0 there
     std::vector<float> opacities;  ///< [n]: a kernel may cull those below kAlphaMin in 3dgs, too
-    /// What the reference in float32 gives, or null: its errors times kRasterOfFloat32 are allowed, too.
+    /// What the reference in float32 gives, or null: its errors times kRasterOfFloat32 are allowed,
+    /// too.
     const RasterGradients* in_float = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// The judge judged: each kind of defect is found, float32 passes, and the scenes are what they say.
+// The comparisons find each kind of defect and accept float32, and the scenes are as described.
 #include "raster/raster_compare.h"
 
 #include <gtest/gtest.h>
@@ -171,7 +171,8 @@ TEST(RasterCompare, FindsDefectsOfGradients) {
     EXPECT_TRUE(refused([](RasterGradients& got) { got.rotations[5] = std::nan(""); }));
     EXPECT_TRUE(refused([](RasterGradients& got) { got.twist.pop_back(); }));
     EXPECT_TRUE(refused([](RasterGradients& got) { got = {}; }));
-    // The float32 reference is off by 1e-4 in one tensor, which allows 4e-4 there and nothing elsewhere.
+    // The float32 reference is off by 1e-4 in one tensor: 4e-4 is allowed there, and nothing
+    // elsewhere.
     RasterGradients in_float = judged.gradients;
     in_float.means[9] += 1e-4 * means;
     RasterGradients got = judged.gradients;
@@ -191,7 +192,7 @@ TEST(RasterCompare, FindsDefectsOfGradients) {
         << "a gradient of a hostile Gaussian";
 }
 
-/// Each quirk of the original's gradient is larger than the gate: the two cannot be mixed up.
+/// Each quirk of the original gradient exceeds the tolerance, so that the two cannot be confused.
 TEST(RasterCompare, TellsTheOriginalGradientFromTheTrueOne) {
     for (const RasterCase& scene :
          {opaque_scene({200, 50, 38}, 57), wide_scene({60, 60, 47}, 58)}) {

@@ -1,7 +1,7 @@
-// raster_hashes [runs]: prints one line per scene, mode and set of kernels: a hash of the image, and
-// of all gradients. Every run makes a new rasterizer, the second frame of each must be like the
-// first. reproducible.cmake runs it with different numbers of driver threads, with and without
-// validation, and compares.
+// raster_hashes [runs]: prints one line per scene, mode and set of kernels, with a hash of the
+// image and one of all gradients. Every run makes a new rasterizer, whose second frame must equal
+// the first. reproducible.cmake compares its output for different numbers of driver threads, with
+// and without validation.
 #include <bit>
 #include <cstdio>
 #include <cstdlib>
@@ -39,8 +39,8 @@ Result<Hashes> frame(vk::Context& context, RasterSession& session, std::size_t p
     return hashes;
 }
 
-/// The hash of `runs` rasterizers of two frames each. Errors: those of the calls, and kInternal if
-/// one differs from the first.
+/// The common hash of `runs` rasterizers with two frames each. Errors: those of the calls, and
+/// kInternal if a frame differs from the first.
 Result<Hashes> same_hash(vk::Context& context, const RasterCase& scene, const RasterMode& mode,
                          int runs) {
     Hashes first;
@@ -58,7 +58,7 @@ Result<Hashes> same_hash(vk::Context& context, const RasterCase& scene, const Ra
     return first;
 }
 
-/// The second one has more pairs than the arrays begin with. One run is the quick test.
+/// The second scene has more pairs than the first arrays hold. One run is the quick test.
 std::vector<RasterCase> scenes(bool quick) {
     RasterCase crowded = opaque_scene({quick ? 480U : 700U, 70, 45}, 102);
     for (float& opacity : crowded.opacities) opacity *= 0.02F;

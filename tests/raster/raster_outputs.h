@@ -9,8 +9,8 @@
 #include "ref/rasterize_ref.h"
 #include "ref/tile_bin_ref.h"
 
-/// What a rasterizer returns, in one form for golden files, the reference and kernels. A field that
-/// is empty was not returned, or is not known, and is not compared.
+/// Results of a rasterizer, in one form for golden files, the reference and kernels. An empty field
+/// is not compared.
 namespace splat::test {
 
 struct RasterOutputs {
@@ -48,7 +48,7 @@ struct RasterGradients {
     std::vector<double> twist;            ///< [6] translation, rotation
 };
 
-/// Everything the reference knows of a scene; `counts` adds those of tile_bin(), which take as long
+/// All outputs of the reference for a scene. `counts` adds those of tile_bin(), which take as long
 /// as the image.
 template <class Real>
 RasterOutputs reference_outputs(const ref::RasterScene<Real>& scene, bool counts = false) {

@@ -15,7 +15,7 @@ float narrow(double value) {
     return static_cast<float>(value);
 }
 
-/// Rotation by the angle around the y axis, a little of the others, then a step back.
+/// Rotation by the angle around the y axis and a little around the others, then a step back.
 ref::RasterCamera<float> camera_at(const SceneSize& size, double angle, double distance) {
     ref::RasterCamera<float> camera;
     camera.width = size.width;
@@ -80,7 +80,7 @@ void append(RasterCase& to, const RasterCase& from, std::size_t i) {
     copy(to.sh, from.sh, 3 * from.sh_coefficients);
 }
 
-/// Spoils Gaussian i in the given one of kSpoilings ways.
+/// Spoils Gaussian i in one of kSpoilings ways.
 constexpr std::size_t kSpoilings = 16;
 
 void spoil(RasterCase& scene, std::size_t i, std::size_t way) {

@@ -6,10 +6,10 @@
 
 #include "raster/raster_case.h"
 
-/// Synthetic scenes, the same numbers everywhere; tests and benchmarks use them at any size.
+/// Synthetic scenes of any size for tests and benchmarks, with the same numbers on every machine.
 ///
-/// Unless said otherwise: a ball of Gaussians around the origin of the world, seen from 4 units away
-/// by a camera that is a little turned, with a field of view that the ball fills.
+/// By default a ball of Gaussians around the origin of the world that fills the view of a slightly
+/// turned camera 4 units away.
 namespace splat::test {
 
 struct SceneSize {
@@ -23,7 +23,7 @@ struct SceneSize {
 RasterCase random_scene(const SceneSize& size, std::uint64_t seed, std::size_t sh_degree = 1);
 
 /// Needles: one axis of about a unit times `length`, the other two shorter by up to 1e4 and more.
-/// Where det = a c - b^2 cancels.
+/// There det = a c - b^2 cancels.
 RasterCase needle_scene(const SceneSize& size, std::uint64_t seed, double length = 1);
 
 /// Four layers of exactly equal depth, camera without rotation: blended in ascending index.
@@ -43,13 +43,13 @@ HostileScene hostile_scene(const SceneSize& size, std::uint64_t seed);
 RasterCase splatter_scene(std::size_t side, std::size_t width, std::size_t height,
                           std::uint64_t seed);
 
-/// Many dense ones behind each other: the clamp of alpha and the early stop everywhere.
+/// Many dense Gaussians behind each other: alpha is clamped and pixels stop early everywhere.
 RasterCase opaque_scene(const SceneSize& size, std::uint64_t seed);
 
-/// Large ones far beside the field of view: the clamp of the Jacobian at work.
+/// Large Gaussians far outside the field of view, where the Jacobian is clamped.
 RasterCase wide_scene(const SceneSize& size, std::uint64_t seed);
 
-/// `count` Gaussians, all behind the camera: nothing but background. 0 is a count, too.
+/// `count` Gaussians behind the camera, so that only the background is visible. `count` may be 0.
 RasterCase empty_scene(const SceneSize& size);
 
 /// Loss weights: normal numbers, 0 on fragile pixels.

@@ -15,11 +15,11 @@ RasterSession::RasterSession(vk::Context& context, const RasterCase& from,
                              const raster::RasterDesc& desc)
     : background(from.background), context_(context), count_(from.count()) {
     cameras_.assign(desc.views, camera_of(from));
-    auto packed = PackedScene::create(context, from, desc);
+    auto packed = PackedCase::create(context, from, desc);
     auto made = raster::Rasterizer::create(context, desc);
     status_ = !packed.ok() ? packed.status() : made.status();
     if (!status_.ok()) return;
-    scene_ = std::move(packed.value());
+    packed_ = std::move(packed.value());
     rasterizer_ = std::move(made.value());
 }
 
@@ -28,10 +28,10 @@ Status RasterSession::forward(std::uint64_t version) {
 }
 
 Status RasterSession::forward(std::span<const scene::Camera> cameras, std::uint64_t version) {
-    return draw(scene_.input(version), cameras);
+    return draw(packed_.scene.scene(version), cameras);
 }
 
-Status RasterSession::draw(const raster::SceneInput& scene,
+Status RasterSession::draw(const raster::PackedGaussians& scene,
                            std::span<const scene::Camera> cameras) {
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(rasterizer_->desc(), cameras, background));
@@ -43,7 +43,7 @@ Status RasterSession::backward(const std::vector<float>& grad_image,
     const std::vector<float> none(grad_image.size() / 4);
     const vk::Buffer image = upload(context_, grad_image);
     const vk::Buffer depth = upload(context_, grad_depth.empty() ? none : grad_depth);
-    return rasterizer_->backward(image.range(), depth.range(), scene_.gradients());
+    return rasterizer_->backward(image.range(), depth.range(), packed_.gradients.gradients());
 }
 
 std::vector<float> RasterSession::image() {
@@ -57,10 +57,10 @@ std::vector<float> RasterSession::exported() {
 }
 
 std::vector<float> RasterSession::gradients() {
-    std::vector<float> all = download(context_, scene_.grad_gaussians.range(), 12 * count_);
+    std::vector<float> all = download(context_, packed_.gradients.gaussians.range(), 12 * count_);
     const std::size_t quads = rasterizer_->desc().color_quads();
     const std::vector<float> colors =
-        download(context_, scene_.grad_colors.range(), 4 * quads * count_);
+        download(context_, packed_.gradients.colors.range(), 4 * quads * count_);
     all.insert(all.end(), colors.begin(), colors.end());
     return all;
 }

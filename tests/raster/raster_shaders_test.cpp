@@ -9,11 +9,11 @@
 namespace splat::test {
 namespace {
 
-/// The profiles name the shaders that ran; recording has checked each declaration against its shader.
+/// Profiles name the shaders that ran. Recording checks each declaration against its shader.
 TEST(RasterShaders, EveryModuleIsUsed) {
     std::string used;
     const RasterCase scene = random_scene({20, 33, 20}, 3);
-    const RasterCase many = random_scene({20, 16 * 513, 16}, 4);  // tiles, too many to be ordered
+    const RasterCase many = random_scene({20, 16 * 513, 16}, 4);  // too many tiles to be ordered
     ref::RasterLoss<double> loss;
     loss.grad_rgb.assign(3 * scene.pixels(), 1.0);
     for (const vk::Kernels kernels : kernels_to_test()) {

@@ -84,7 +84,7 @@ TEST(RasterizeReference, GradcheckFloat64) {
             Graded(scene, mode).expect_all(scene.name + " " + mode.name);
 }
 
-/// Rotations of other lengths: gsplat divides the length out, 3dgs takes the matrix as it comes.
+/// Rotations of any length: gsplat normalises them, 3dgs uses the matrix unchanged.
 TEST(RasterizeReference, GradcheckRotationsOfAnyLength) {
     RasterCase scene = random_scene({12, 20, 18}, 37, 1);
     for (std::size_t i = 0; i < scene.rotations.size(); ++i)
@@ -130,7 +130,7 @@ TEST(RasterizeReference, GradcheckTwist) {
     }
 }
 
-/// The gradients in between, by moving what projection hands to blending.
+/// Intermediate gradients, by moving the inputs of blending.
 TEST(RasterizeReference, GradcheckMeans2dAndConics) {
     for (const RasterMode& mode : kRasterModes) {
         const Graded graded(random_scene({14, 20, 18}, 40, 1), mode);
@@ -156,8 +156,8 @@ TEST(RasterizeReference, GradcheckMeans2dAndConics) {
     }
 }
 
-/// Without alpha beyond the clamp, a mean beyond the field of view or a small determinant, the
-/// original's gradient is the true one; each quirk shows where its cause is.
+/// The original gradient is the true one unless alpha is clamped, a mean is outside the field of
+/// view or a determinant is small. Each quirk shows only where its cause is present.
 TEST(RasterizeReference, OriginalGradientDiffersOnlyByItsQuirks) {
     const RasterMode& mode = kRasterModes[0];
     const auto difference = [&](const RasterCase& from) {

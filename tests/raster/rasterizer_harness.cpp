@@ -38,7 +38,7 @@ std::vector<float> packed_gaussians(const RasterCase& from) {
     return packed;
 }
 
-/// The conic from the factor that the kernels keep: |L^T q|^2 is in log2 units.
+/// Computes the conic from the factor that the kernels keep. |L^T q|^2 is in log2 units.
 void add_splat(const float* splat, bool valid, RasterOutputs& out) {
     const double log2_to_sigma = valid ? 2 * std::numbers::ln2 : 0;
     const double l11 = static_cast<double>(splat[4]);
@@ -73,7 +73,7 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.depth_expected.push_back(static_cast<double>(extra[4 * p + 1]));
         run.outputs.n_contrib.push_back(static_cast<std::int64_t>(extra[4 * p + 2]));
     }
-    bool without_color = false;  // too faint to be seen, but not culled: 3dgs
+    bool without_color = false;  // 3dgs: too faint to be seen, but not culled
     for (std::size_t i = 0; i < items; ++i) {
         add_splat(&splats[12 * i], radii[2 * i] > 0, run.outputs);
         run.outputs.radii.push_back(static_cast<std::int64_t>(radii[2 * i]));
@@ -81,12 +81,12 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.valid.push_back(radii[2 * i] > 0 ? 1 : 0);
         without_color |= radii[2 * i] > 0 && splats[12 * i + 2] < raster::kAlphaMin;
     }
-    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as it should be
+    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as expected
     return {};
 }
 
-/// The 12 free entries of a pose, and the left perturbation V' = (I + [w]x, rho) V: rho = dL/dt, w =
-/// sum over the columns of column x gradient.
+/// The 12 free entries of a pose, and the left perturbation V' = (I + [w]x, rho) V: rho = dL/dt, w
+/// = sum over the columns of column x gradient.
 void add_pose(const std::vector<float>& pose, const scene::Camera& camera, RasterGradients& out) {
     std::array<double, 12> g{};
     for (std::size_t i = 0; i < 12; ++i) g[i] = static_cast<double>(pose[i]);
@@ -103,12 +103,12 @@ void add_pose(const std::vector<float>& pose, const scene::Camera& camera, Raste
 }
 
 Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer,
-                      const RasterCase& from, const PackedScene& scene, RasterRun& run) {
+                      const RasterCase& from, const PackedCase& packed, RasterRun& run) {
     const raster::RasterDesc& desc = rasterizer.desc();
     const std::size_t n = from.count();
     const std::size_t each = n == 0 ? 0 : (from.sh.empty() ? 3 : from.sh.size() / n);
-    SPLAT_ASSIGN(run.packed, download<float>(context, scene.grad_gaussians.range(), 12 * n));
-    SPLAT_ASSIGN(const auto colors, download<float>(context, scene.grad_colors.range(),
+    SPLAT_ASSIGN(run.packed, download<float>(context, packed.gradients.gaussians.range(), 12 * n));
+    SPLAT_ASSIGN(const auto colors, download<float>(context, packed.gradients.colors.range(),
                                                     std::size_t{4} * desc.color_quads() * n));
     SPLAT_ASSIGN(const auto exported,
                  download<float>(context, rasterizer.workspace().exported.range(),
@@ -138,7 +138,7 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
     return {};
 }
 
-Status backward(vk::Context& context, raster::Rasterizer& rasterizer, const PackedScene& scene,
+Status backward(vk::Context& context, raster::Rasterizer& rasterizer, const PackedCase& packed,
                 const ref::RasterLoss<double>& loss) {
     const auto pixels = static_cast<std::size_t>(rasterizer.desc().pixels());
     std::vector<float> image(4 * pixels);
@@ -155,7 +155,8 @@ Status backward(vk::Context& context, raster::Rasterizer& rasterizer, const Pack
                  context.memory().allocate(4 * pixels, vk::MemoryKind::kDevice, "grad_depth"));
     SPLAT_TRY(context.write(grad_image.range(), image.data(), 16 * pixels));
     SPLAT_TRY(context.write(grad_depth.range(), depth.data(), 4 * pixels));
-    return rasterizer.backward(grad_image.range(), grad_depth.range(), scene.gradients());
+    return rasterizer.backward(grad_image.range(), grad_depth.range(),
+                               packed.gradients.gradients());
 }
 
 }  // namespace
@@ -191,21 +192,22 @@ scene::Camera camera_of(const RasterCase& from) {
     return camera;
 }
 
-Result<PackedScene> PackedScene::create(vk::Context& context, const RasterCase& from,
-                                        const raster::RasterDesc& desc) {
-    PackedScene scene;
+Result<PackedCase> PackedCase::create(vk::Context& context, const RasterCase& from,
+                                      const raster::RasterDesc& desc) {
+    PackedCase packed;
     const std::vector<float> gaussians = packed_gaussians(from);
     const std::vector<float> colors = packed_colors(from, desc.color_quads());
     const auto make = [&](const std::vector<float>& values) {
         return context.memory().allocate(values.size() * 4, vk::MemoryKind::kDevice, "scene");
     };
-    SPLAT_ASSIGN(scene.gaussians, make(gaussians));
-    SPLAT_ASSIGN(scene.colors, make(colors));
-    SPLAT_ASSIGN(scene.grad_gaussians, make(gaussians));
-    SPLAT_ASSIGN(scene.grad_colors, make(colors));
-    SPLAT_TRY(context.write(scene.gaussians.range(), gaussians.data(), gaussians.size() * 4));
-    SPLAT_TRY(context.write(scene.colors.range(), colors.data(), colors.size() * 4));
-    return scene;
+    for (raster::PackedBuffers* buffers : {&packed.scene, &packed.gradients}) {
+        SPLAT_ASSIGN(buffers->gaussians, make(gaussians));
+        SPLAT_ASSIGN(buffers->colors, make(colors));
+    }
+    const raster::PackedGaussians to = packed.scene.scene();
+    SPLAT_TRY(context.write(to.gaussians, gaussians.data(), gaussians.size() * 4));
+    SPLAT_TRY(context.write(to.colors, colors.data(), colors.size() * 4));
+    return packed;
 }
 
 RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::RasterDesc desc,
@@ -218,17 +220,17 @@ RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::Raste
         desc.grad_depth = !loss->grad_depth.empty();
     }
     const auto all = [&]() -> Status {
-        SPLAT_ASSIGN(const PackedScene scene, PackedScene::create(context, from, desc));
+        SPLAT_ASSIGN(const PackedCase packed, PackedCase::create(context, from, desc));
         SPLAT_ASSIGN(const auto rasterizer, raster::Rasterizer::create(context, desc));
         const scene::Camera camera = camera_of(from);
         SPLAT_ASSIGN(const raster::PackedViews views,
                      raster::pack_views(desc, {&camera, 1}, from.background));
-        SPLAT_TRY(rasterizer->forward(scene.input(), views));
+        SPLAT_TRY(rasterizer->forward(packed.scene.scene(), views));
         run.stats = rasterizer->stats();
         SPLAT_TRY(read_outputs(context, *rasterizer, run));
         if (loss == nullptr) return {};
-        SPLAT_TRY(backward(context, *rasterizer, scene, *loss));
-        return read_gradients(context, *rasterizer, from, scene, run);
+        SPLAT_TRY(backward(context, *rasterizer, packed, *loss));
+        return read_gradients(context, *rasterizer, from, packed, run);
     };
     run.status = all();
     return run;

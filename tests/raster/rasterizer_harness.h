@@ -22,18 +22,12 @@ struct RasterRun {
 /// The description that a case and a mode ask for; tests change what they are about.
 raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode);
 
-/// A scene packed for the kernels and its gradients, on the device.
-struct PackedScene {
-    vk::Buffer gaussians, colors, grad_gaussians, grad_colors;
+/// A case's scene packed on the device, and room for its gradients.
+struct PackedCase {
+    raster::PackedBuffers scene, gradients;
 
-    static Result<PackedScene> create(vk::Context& context, const RasterCase& from,
-                                      const raster::RasterDesc& desc);
-    [[nodiscard]] raster::SceneInput input(std::uint64_t version = 0) const {
-        return {gaussians.range(), colors.range(), version};
-    }
-    [[nodiscard]] raster::SceneInput gradients() const {
-        return {grad_gaussians.range(), grad_colors.range(), 0};
-    }
+    static Result<PackedCase> create(vk::Context& context, const RasterCase& from,
+                                     const raster::RasterDesc& desc);
 };
 
 scene::Camera camera_of(const RasterCase& from);

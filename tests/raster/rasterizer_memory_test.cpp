@@ -1,4 +1,4 @@
-// More pairs than the arrays hold, more than a binding can hold, and lists longer than loops.
+// More pairs than the arrays hold, more pairs than a binding holds, and lists longer than loops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 class RasterizerMemory : public KernelsTest {
   protected:
-    /// A device of the same kernels whose bindings end early.
+    /// A device with the same kernels and small bindings.
     [[nodiscard]] std::shared_ptr<vk::Context> lowered(std::uint64_t binding_bytes) const {
         vk::ContextDesc desc = context_desc(GetParam());
         desc.device.fake = [binding_bytes](vk::DeviceInfo& info) {
@@ -30,7 +30,7 @@ class RasterizerMemory : public KernelsTest {
         return make_context(desc);
     }
 
-    /// A device of the same kernels with so much memory in all (0: what there is), each buffer in a
+    /// A device with the same kernels and this much memory in all (0: no limit). Each buffer has a
     /// block of its own, so that the sum is exact.
     [[nodiscard]] std::shared_ptr<vk::Context> limited(std::uint64_t budget_bytes) const {
         vk::ContextDesc desc = context_desc(GetParam(), Bounds::kExact);
@@ -40,7 +40,7 @@ class RasterizerMemory : public KernelsTest {
 };
 SPLAT_INSTANTIATE_KERNELS(RasterizerMemory);
 
-/// Each Gaussian reaches every tile, faintly, but for every sixth, which reaches few.
+/// Each Gaussian reaches every tile faintly, except every sixth, which reaches few.
 RasterCase wide_faint_scene(const SceneSize& size) {
     RasterCase scene = random_scene(size, 70, 0);
     Rng rng(71);
@@ -58,7 +58,7 @@ struct Drawn {
     raster::RasterStats stats;
 };
 
-/// One call, forward and backward, weights of the loss always the same.
+/// One forward and backward call, always with the same loss weights.
 Drawn draw(vk::Context& context, const RasterCase& scene, raster::RasterDesc desc,
            bool backward = true) {
     if (backward) desc = with_gradients(desc);
@@ -80,8 +80,8 @@ Drawn draw(vk::Context& context, const RasterCase& scene, raster::RasterDesc des
     return drawn;
 }
 
-/// The arrays begin with room for 4096 pairs or 4 per Gaussian; this scene has 100 x 48. The same
-/// scene with 1400 more that are invisible begins with room for all.
+/// The first arrays hold 4096 pairs, or 4 per Gaussian; this scene has 100 x 48. With 1400 more,
+/// invisible Gaussians the first arrays hold them all.
 void expect_same_after_growth(vk::Context& context, const RasterMode& mode, bool backward) {
     const RasterCase scene = wide_faint_scene({120, 120, 90});
     RasterCase roomy = scene;
@@ -105,7 +105,7 @@ void expect_same_after_growth(vk::Context& context, const RasterMode& mode, bool
 }
 
 TEST_P(RasterizerMemory, GrowsToTheSameBits) {
-    const bool cpu = GetParam() == vk::Kernels::kCpu;  // the others take seconds for it
+    const bool cpu = GetParam() == vk::Kernels::kCpu;  // other kernels take seconds
     expect_same_after_growth(context(), kRasterModes[1], cpu);
 }
 
@@ -121,8 +121,8 @@ TEST_P(RasterizerMemory, GrowsOnce) {
     EXPECT_EQ(session.image(), image);
 }
 
-/// Growth takes the larger arrays, not the old ones beside them. On a device without room for it, it
-/// fails each time, and the rasterizer draws what needs none.
+/// Growing does not keep the old arrays beside the larger ones. Without memory for it every call
+/// fails, and the rasterizer still draws scenes that need no growth.
 TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     const RasterCase scene = wide_faint_scene({120, 120, 90});
     RasterCase narrow = scene;
@@ -135,7 +135,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     for (const bool enough : {true, false}) {
         const auto device = limited(enough ? 0 : (before + after) / 2);
         ASSERT_NE(device, nullptr);
-        const auto other = PackedScene::create(*device, narrow, desc);
+        const auto other = PackedCase::create(*device, narrow, desc);
         ASSERT_OK(other.status());
         RasterSession session(*device, scene, desc);
         ASSERT_OK(session.status());
@@ -152,12 +152,12 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
                          Code::kInvalidArgument, "needs a forward call");
         }
         const scene::Camera camera = camera_of(scene);
-        ASSERT_OK(session.draw(other.value().input(), {&camera, 1}));
+        ASSERT_OK(session.draw(other.value().scene.scene(), {&camera, 1}));
         EXPECT_EQ(session.image(), expected) << enough;
     }
 }
 
-/// Records of 16 bytes per pair: bindings as large as the image hold 256 pairs per tile.
+/// Records have 16 bytes per pair, so bindings as large as the image hold 256 pairs per tile.
 void expect_same_in_groups(vk::Context& whole_device, vk::Context& narrow, const RasterCase& scene,
                            const RasterMode& mode, std::uint32_t least_passes,
                            bool backward = true) {
@@ -174,7 +174,7 @@ void expect_same_in_groups(vk::Context& whole_device, vk::Context& narrow, const
     EXPECT_EQ(groups.stats.longest, whole.stats.longest);
     EXPECT_EQ(groups.image, whole.image);
     if (!backward) return;
-    // Sums over 12 tiles in another order, then a projection that cancels some of them.
+    // Sums over 12 tiles in another order; the projection then cancels part of them.
     const double difference = relative_difference(groups.gaussians, whole.gaussians);
     const double exported = relative_difference(groups.exported, whole.exported);
     std::printf("%u passes: gradients differ by %.1e, exported ones by %.1e\n", groups.stats.passes,
@@ -187,11 +187,12 @@ TEST_P(RasterizerMemory, GroupsOfTileRowsGiveTheSameImage) {
     const RasterCase scene = wide_faint_scene({360, 32, 96});
     const auto narrow = lowered(16 * scene.pixels());
     ASSERT_NE(narrow, nullptr);
-    const bool cpu = GetParam() == vk::Kernels::kCpu;  // the others take seconds for the gradient
+    const bool cpu =
+        GetParam() == vk::Kernels::kCpu;  // the gradient takes seconds with other kernels
     expect_same_in_groups(context(), *narrow, scene, kRasterModes[0], 2, cpu);
 }
 
-/// Of each Gaussian: mean, opacity, depth, conic factor, reach; then all radii.
+/// For each Gaussian mean, opacity, depth, conic factor, reach; then all radii.
 std::vector<float> of_gaussians(vk::Context& context, RasterSession& session, std::size_t count) {
     const raster::Workspace& space = session.rasterizer().workspace();
     const std::vector<float> splats = download(context, space.splats.range(), 12 * count);
@@ -201,7 +202,7 @@ std::vector<float> of_gaussians(vk::Context& context, RasterSession& session, st
     return all;
 }
 
-/// Every fourth colour is not finite, also of Gaussians that reach a few rows of tiles, or none.
+/// Every fourth colour is not finite, also where Gaussians reach few rows of tiles or none.
 TEST_P(RasterizerMemory, WhatIsSaidOfAGaussianDependsOnNoWindowOrSkip) {
     RasterCase scene = wide_faint_scene({480, 32, 96});
     for (std::size_t i = 1; i < scene.count(); i += 4)
@@ -245,9 +246,9 @@ TEST_P(RasterizerMemory, RefusesRowsThatNoBindingHolds) {
                  "needs a forward call");
 }
 
-/// Two Gaussians that the middle pixel sees, and between them `count` that no pixel sees though they
-/// reach the tile: opacity 0.005, points on the border between two pixels. Their list ends late, and
-/// the image and the gradient are those of the two alone, bit by bit.
+/// Two Gaussians that the middle pixel sees, and between them `count` that no pixel sees though
+/// they reach the tile: opacity 0.005, points on the border between two pixels. Their list ends
+/// late, and the image and the gradient are those of the two alone, bit by bit.
 RasterCase long_list(std::size_t count) {
     RasterCase scene = empty_scene({0, 16, 16});
     scene.name = "list of " + std::to_string(count);
@@ -268,7 +269,7 @@ RasterCase long_list(std::size_t count) {
     return scene;
 }
 
-/// Lists are either right to the last entry or refused with the number of entries that is possible.
+/// Lists are right to the last entry, or refused with the longest possible length.
 void expect_right_or_refused(vk::Context& context, std::size_t count, bool backward, bool blocks,
                              std::uint64_t must_do) {
     const RasterCase scene = long_list(count);
@@ -301,22 +302,22 @@ void expect_right_or_refused(vk::Context& context, std::size_t count, bool backw
     }
 }
 
-/// What must be possible: Rasterizer::list_limit says how it was measured.
+/// Lengths that must be possible; Rasterizer::list_limit says how they were measured.
 std::uint64_t least_list(vk::Kernels kernels, bool backward) {
     if (kernels == vk::Kernels::kCpu) return backward ? 52000 : 174000;
     return backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
 }
 
-/// About what kernels for GPUs can do on a CPU device, with two entries more than `count`; more, where
-/// others can: VeryLongListsAreRightOrRefused.
+/// About the limit of kernels for GPUs on a CPU device; lists have two entries more than `count`.
+/// For longer lists with other kernels see VeryLongListsAreRightOrRefused.
 TEST_P(RasterizerMemory, LongListsAreRightOrRefused) {
     for (const std::size_t count : {1898, 1899, 2298, 2400})
         expect_right_or_refused(context(), count, true, true, least_list(GetParam(), true) - 2);
 }
 
-/// Entries that reach every block, walked to the end: the most turns that a walk by blocks may take, and
-/// the same bits as one of whole tiles. One that ended early would leave the first entries without
-/// gradient.
+/// Entries that reach every block and are walked to the end take the most turns that a walk by
+/// blocks can, and give the same bits as a walk of whole tiles. If the loop ended early, the first
+/// entries would have no gradient.
 void expect_same_by_blocks(vk::Context& context, std::size_t count) {
     RasterCase scene = wide_faint_scene({count, 16, 16});
     scene.opacities.assign(scene.count(), 0.006F);
@@ -336,15 +337,19 @@ void expect_same_by_blocks(vk::Context& context, std::size_t count) {
     EXPECT_GT(moved, 5) << "the list says nothing";
 }
 
-TEST_P(RasterizerMemory, WalksByBlocksAreThoseOfTiles) {
-    if (GetParam() != vk::Kernels::kCpu) GTEST_SKIP() << "the others walk tiles only";
+/// Only the kernels for CPU devices can walk blocks.
+class RasterizerMemoryCpu : public RasterizerMemory {};
+INSTANTIATE_TEST_SUITE_P(Kernels, RasterizerMemoryCpu, testing::Values(vk::Kernels::kCpu),
+                         kernels_test_name);
+
+TEST_P(RasterizerMemoryCpu, WalksByBlocksAreThoseOfTiles) {
     for (const std::size_t count : {1, 13, 500, 13991, 14000, 16000})
         expect_same_by_blocks(context(), count);
 }
 
-/// Of chunks of binning: 8 lanes that walk their entries take a turn for the sums of 16 chunks, one for 8 entries and
-/// one for each of the 90 tiles of the largest packed footprint, then another if some are not packed; one lane takes
-/// one for each entry.
+/// Of chunks of binning: 8 lanes that walk their entries take a turn for the sums of 16 chunks, one
+/// for 8 entries and one for each of the 90 tiles of the largest packed footprint, then another if
+/// some are not packed; one lane takes one for each entry.
 TEST_P(RasterizerMemory, ChunksOfBinningFitTheTurnsOfLoops) {
     const vk::Recorder recorder(context());
     raster::RasterDesc desc;
@@ -383,7 +388,8 @@ TEST_P(RasterizerMemoryFull, VeryLongListsAreRightOrRefused) {
     for (const bool backward : {false, true}) {
         const std::uint64_t least = least_list(GetParam(), backward);
         for (const bool blocks : {true, false}) {
-            if (!blocks && GetParam() != vk::Kernels::kCpu) continue;  // the others walk tiles only
+            if (!blocks && GetParam() != vk::Kernels::kCpu)
+                continue;  // other kernels only walk tiles
             for (const std::uint64_t count :
                  {least / 2, least - 9, least - 2, least - 1, least + 1000, least * 4})
                 expect_right_or_refused(context(), count, backward, blocks, least - 2);
@@ -391,8 +397,8 @@ TEST_P(RasterizerMemoryFull, VeryLongListsAreRightOrRefused) {
     }
 }
 
-/// 4000 Gaussians that all reach all of 1200 tiles, in pieces shared by few invocations: the last
-/// tile has its whole list. Its pixels are those of a camera that sees nothing else.
+/// 4000 Gaussians each reach all of 1200 tiles, shared by few invocations. The last tile must have
+/// its whole list: its pixels equal those of a camera that sees only this tile.
 TEST_P(RasterizerMemoryFull, ManyLargeGaussiansReachEveryTile) {
     RasterCase scene = wide_faint_scene({4000, 640, 480});
     scene.opacities.assign(scene.count(), 0.006F);
@@ -427,7 +433,7 @@ TEST_P(RasterizerMemoryFull, ManyLargeGaussiansReachEveryTile) {
     }
 }
 
-/// A row of 25000 tiles, all of which one Gaussian reaches: no pixel is left out.
+/// One Gaussian reaches all of a row of 25000 tiles: every pixel is drawn.
 TEST_P(RasterizerMemoryFull, TallImagesAreWhole) {
     RasterCase scene = long_list(0);
     scene.camera.height = 400000;

@@ -1,5 +1,5 @@
-// Random scenes of all kinds, sizes and modes against the float64 reference; a failure prints the
-// seed that makes the scene again.
+// Random scenes of all kinds, sizes and modes against the float64 reference. A failure prints the
+// seed of its scene.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace splat::test {
 namespace {
 
-/// Numbers at which kernels decide, or lose digits.
+/// Numbers at thresholds of the kernels, or at which they lose digits.
 float poison(Rng& rng) {
     constexpr float kNumbers[] = {0.0F,     1e-30F, 1e-6F, 1.0F / 255, 1.0F / 256, 0.01F,
                                   0.98999F, 0.99F,  1.0F,  0.2F,       0.5F,       16.0F};
@@ -82,7 +82,7 @@ TEST_P(RasterizerRandom, FewSeeds) {
 class RasterizerRandomFull : public RasterizerRandom {};
 SPLAT_INSTANTIATE_KERNELS(RasterizerRandomFull);
 
-/// SPLAT_TEST_SEED begins elsewhere.
+/// SPLAT_TEST_SEED sets the first seed.
 TEST_P(RasterizerRandomFull, ManySeeds) {
     const std::string first = environment("SPLAT_TEST_SEED").value_or("1000");
     expect_seeds(std::strtoull(first.c_str(), nullptr, 10), 400, true);

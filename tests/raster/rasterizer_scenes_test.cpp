@@ -1,4 +1,4 @@
-// Scenes that are hard on numbers, in every mode, against the float64 reference.
+// Numerically hard scenes in every mode, against the float64 reference.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,8 @@ namespace {
 
 class RasterizerScenes : public KernelsTest {
   protected:
-    /// In all modes. A mask that hides most of the image would prove nothing.
+    /// Compares in all modes. Fails if the mask hides most of the image, as that would prove
+    /// nothing.
     void expect_all_modes(const RasterCase& scene, double most_fragile = 0.3) {
         for (const RasterMode& mode : kRasterModes) {
             const ReferenceRun got = expect_like_reference(context(), scene, mode);
@@ -82,7 +83,7 @@ TEST_P(RasterizerScenes, Splatter) {
     expect_all_modes(splatter_scene(20, 40, 33, 53));
 }
 
-/// Depths are exactly equal: the image depends on their order, which is that of the indices.
+/// With equal depths the image depends on the order, which must be that of the indices.
 TEST_P(RasterizerScenes, EqualDepthsInOrderOfIndices) {
     const RasterCase scene = tie_scene({80, 37, 29}, 54);
     expect_all_modes(scene);
@@ -104,8 +105,8 @@ TEST_P(RasterizerScenes, EqualDepthsInOrderOfIndices) {
         << "the scene has no ties";
 }
 
-/// The camera stands in the middle of the ball: Gaussians around it, cut by the near plane, as wide
-/// as the image and wider. Few pixels are certain there, so what is compared is mostly projections.
+/// The camera is inside the ball: Gaussians surround it, cross the near plane, and are wider than
+/// the image. Rounding decides most pixels, so this mostly compares projections.
 TEST_P(RasterizerScenes, CameraInside) {
     RasterCase scene = random_scene({60, 37, 29}, 55, 1);
     scene.camera.world_to_camera[11] = 0;
@@ -121,7 +122,7 @@ TEST_P(RasterizerScenes, ScalesOfZeroAndNearlyZero) {
         if (way == 2 && i % 3 == 0) scene.scales[i] = 0;
         if (way == 3) scene.scales[i] = 1e-12F;
     }
-    // Points project to the dilation alone: exact ties of alpha with thresholds are rare.
+    // Points project to the dilation alone, so exact ties of alpha with thresholds are rare.
     expect_all_modes(scene);
 }
 
@@ -135,7 +136,7 @@ TEST_P(RasterizerScenes, HugeScales) {
     expect_all_modes(scene, 1);
 }
 
-/// What float32 cannot project is absent: sums of squares that overflow, and so do all larger ones.
+/// Gaussians that float32 cannot project are absent: those whose sums of squares overflow.
 TEST_P(RasterizerScenes, OverflowingScalesAreAbsent) {
     RasterCase with = random_scene({60, 37, 29}, 58, 0);
     for (const float scale : {1e13F, 1e20F, 3e38F}) {
@@ -161,8 +162,8 @@ std::vector<float> rows_of(std::span<const float> all, const std::vector<bool>& 
     return rows;
 }
 
-/// Image, depth and all gradients are the same bits as without the spoiled Gaussians, whose
-/// gradients are 0: an order of depth without ties does not depend on what is missing.
+/// Image, depth and all gradients have the same bits as without the spoiled Gaussians, whose
+/// gradients are 0. Without ties, the order by depth does not depend on missing Gaussians.
 TEST_P(RasterizerScenes, HostileOnesAreAbsent) {
     const HostileScene scene = hostile_scene({128, 37, 29}, 59);
     const std::size_t n = scene.with.count();

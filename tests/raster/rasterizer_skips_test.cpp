@@ -1,4 +1,4 @@
-// Work that may be left out: switched off, the results are the same bits.
+// Skips: the results have the same bits with each of them off.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +44,8 @@ Bits bits_of(vk::Context& context, const RasterCase& scene, const raster::Raster
     return {session.image(), session.gradients(), session.exported(), session.rasterizer().stats()};
 }
 
-/// Records of nothing are zeros, so gradients are the same bits, too (0 and -0 are equal here).
+/// Skipped entries have zero records, so gradients have the same bits, too (0 and -0 compare
+/// equal).
 void expect_equal(const Bits& got, const Bits& expected, const std::string& what) {
     EXPECT_EQ(got.image, expected.image) << what;
     EXPECT_EQ(got.gradients, expected.gradients) << what;
@@ -91,7 +92,7 @@ TEST_P(RasterizerSkipsFull, EachOneOffGivesTheSameBits) {
     expect_same_bits(context(), scenes(), kRasterModes);
 }
 
-/// A skip that skips nothing would pass the test above.
+/// Each skip does skip something; otherwise the test above would prove nothing.
 TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     const RasterCase scene = scenes()[2];
     const raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
@@ -110,7 +111,8 @@ TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
 }
 
-/// Behind others that stop every pixel: spoiled before the backward pass, they show whether it reads them.
+/// Gaussians behind others that stop every pixel are not read: they are spoiled before the backward
+/// pass.
 TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
     constexpr std::size_t kFront = 12;
     RasterCase scene = random_scene({40, 37, 29}, 87, 1);
@@ -147,7 +149,7 @@ TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
               std::vector<float>(exported.size() - 12 * kFront));
 }
 
-/// Zeros give the same bits as bands that are not evaluated; numbers that are none show that those are
+/// Bands of zeros give the same bits as bands that are not evaluated. NaNs show that the latter are
 /// not read.
 TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     constexpr std::size_t kNumbers = 48;  // numbers per Gaussian: degree 3
@@ -158,9 +160,9 @@ TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     RasterSession session(context(), scene, raster_desc(scene, kRasterModes[0]));
     ASSERT_OK(session.status());
     const scene::Camera camera = camera_of(scene);
-    ASSERT_OK(session.draw(session.scene().input(), {&camera, 1}));
+    ASSERT_OK(session.draw(session.scene().scene(), {&camera, 1}));
     const std::vector<float> expected = session.image();
-    raster::SceneInput lower = session.scene().input();
+    raster::PackedGaussians lower = session.scene().scene();
     lower.sh_degree = 1;
     for (std::size_t i = 0; i < scene.sh.size(); ++i)
         if (i % kNumbers >= kThere) scene.sh[i] = std::numeric_limits<float>::quiet_NaN();
@@ -168,11 +170,11 @@ TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     ASSERT_OK(session.draw(lower, {&camera, 1}));
     EXPECT_EQ(session.image(), expected);
     EXPECT_GT(session.rasterizer().stats().visible, 50U);
-    ASSERT_OK(session.draw(session.scene().input(), {&camera, 1}));
+    ASSERT_OK(session.draw(session.scene().scene(), {&camera, 1}));
     EXPECT_EQ(session.rasterizer().stats().visible, 0U) << "all bands, recorded anew";
 }
 
-/// Compensation makes Gaussians of a small part of a pixel fainter than a pixel can see.
+/// Compensation makes Gaussians much smaller than a pixel too faint to be seen.
 TEST_P(RasterizerSkips, SubPixelGaussiansThatAreCompensated) {
     RasterCase scene = random_scene({400, 75, 41}, 86, 0);
     for (float& scale : scene.scales) scale *= 0.02F;
@@ -188,7 +190,7 @@ TEST_P(RasterizerSkips, SubPixelGaussiansThatAreCompensated) {
     EXPECT_LT(with.stats.visible, dilated.visible / 2) << "seen without compensation";
 }
 
-/// Several rows of tiles without a tile in a footprint: at its rim where extents ignore the opacity.
+/// Several rows without tiles at the rim of a footprint, where extents ignore the opacity.
 TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
     RasterCase scene = random_scene({300, 150, 130}, 77, 0);
     for (std::size_t i = 0; i < scene.count(); ++i) {
@@ -208,7 +210,7 @@ TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
     }
 }
 
-/// Needles so faint that they pass between the pixel centres of whole rows of tiles, and meet others further on.
+/// Faint needles that miss the pixel centres of whole rows of tiles and hit some in later rows.
 TEST_P(RasterizerSkips, EmptyRowsWithinAFootprint) {
     RasterCase scene = random_scene({4000, 150, 130}, 78, 0);
     for (std::size_t i = 0; i < scene.count(); ++i) {

@@ -1,4 +1,4 @@
-// Gaussians that take several dispatches, and dispatches that take several submits: the same bits.
+// Several dispatches per scene, and several submits per dispatch, give the same bits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 class RasterizerSlices : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(RasterizerSlices);
 
-/// All that one call of each kind leaves.
+/// All results of one forward and one backward call.
 struct Results {
     std::vector<float> image, normals, gradients, exported, pose;
     raster::RasterStats stats;
@@ -79,8 +79,8 @@ TEST_P(RasterizerSlices, SlicesOfGaussiansGiveTheSameBits) {
     EXPECT_EQ(slices.pose, whole.pose);
 }
 
-/// Arrays for 800000 pairs make blending look long, though there are few: parts of it are submitted one
-/// by one.
+/// With arrays for 800000 pairs, blending is expected to take long, so it is submitted in parts
+/// although there are few pairs.
 TEST_P(RasterizerSlices, SubmitsInPartsGiveTheSameBits) {
     constexpr std::size_t kSeen = 60;
     RasterCase roomy = random_scene({kSeen + 200000, 75, 61}, 96, 1);

@@ -1,5 +1,5 @@
 // What a Rasterizer accepts and refuses, images of odd sizes, scenes without Gaussians, and calls
-// that can be left out because nothing changed.
+// that are skipped because nothing changed.
 #include "raster/rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
             "singular (determinant");
     EXPECT_ERROR(session.forward(std::span<const scene::Camera>()), Code::kInvalidArgument,
                  "0 cameras, expected 1");
-    // The call before is still the latest that succeeded.
+    // The previous call is still the latest that succeeded.
     EXPECT_OK(session.backward(std::vector<float>(image.size(), 1.0F)));
 }
 
@@ -105,7 +105,8 @@ TEST_P(Rasterizer, RefusesBackwardWithoutForward) {
     EXPECT_OK(session.backward(ones)) << "twice after one forward call";
 }
 
-/// Every pixel is the background, and gradients are zeros: nothing of the poisoned memory.
+/// Every pixel is the background and gradients are zeros, so nothing of the poisoned memory is
+/// used.
 void expect_background(vk::Context& context, const RasterCase& scene) {
     for (const RasterMode& mode : kRasterModes) {
         RasterSession session(context, scene, with_gradients(raster_desc(scene, mode)));
@@ -148,7 +149,7 @@ TEST_P(Rasterizer, DrawsEverySizeOfImage) {
     }
 }
 
-/// Marks the image on the device, so that a call that does nothing leaves the mark.
+/// Writes a mark to the image on the device, which a skipped call leaves there.
 class Marked {
   public:
     Marked(vk::Context& context, RasterSession& session) : context_(context), session_(session) {}
@@ -195,10 +196,10 @@ TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     EXPECT_ERROR(session.forward({&camera, 1}, 8), Code::kInvalidArgument, "focal");
     camera = camera_of(scene);
     EXPECT_TRUE(marked.drawn_by(forward(8)));
-    auto other = PackedScene::create(context(), random_scene(kSmall, 4), small_desc());
+    auto other = PackedCase::create(context(), random_scene(kSmall, 4), small_desc());
     ASSERT_OK(other.status());
     EXPECT_TRUE(marked.drawn_by([&] {
-        return session.draw(other.value().input(8), {&camera, 1});
+        return session.draw(other.value().scene.scene(8), {&camera, 1});
     })) << "another scene of the same version";
 }
 

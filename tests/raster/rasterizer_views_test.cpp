@@ -1,4 +1,4 @@
-// Several cameras in one call are the calls of each.
+// One call with several cameras equals one call per camera.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ SPLAT_INSTANTIATE_KERNELS(RasterizerViews);
 
 constexpr std::uint32_t kViews = 3;
 
-/// Around the scene, the second one far away and the third turned away, so that it sees nothing.
+/// Cameras around the scene. The second is far away, the third is turned away and sees nothing.
 std::vector<scene::Camera> cameras_of(const RasterCase& scene) {
     std::vector<scene::Camera> cameras(kViews, camera_of(scene));
     cameras[1].world_to_camera[11] += 2.5;
@@ -86,8 +86,8 @@ TEST_P(RasterizerViewsFull, EqualSingleCalls) {
     }
 }
 
-/// As many views as there may be (kMaxWindowTiles): gradients go through loops with turns for each, and
-/// lavapipe's loops end after 65535 in all.
+/// As many views as kMaxWindowTiles allows: the gradient's loops take turns for each view, and
+/// lavapipe ends loops after 65535 turns.
 TEST_P(RasterizerViewsFull, ManyViewsAreRightToTheLast) {
     const RasterCase scene = random_scene({3, 8, 8}, 92, 0);
     raster::RasterDesc desc = with_gradients(raster_desc(scene, kRasterModes[1]));

@@ -34,7 +34,7 @@ class TileOrder : public testing::Test {
         ASSERT_NE(context_, nullptr);
     }
 
-    /// The order of tiles with lists of these lengths (of up to 512), once their ranges are known to be right.
+    /// Checks the ranges of (up to 512) tiles with lists of these lengths, and returns their order.
     Words order_of(const Words& lengths) {
         Words ranges, pairs;
         for (std::uint32_t tile = 0; tile < lengths.size(); ++tile) {
@@ -44,7 +44,7 @@ class TileOrder : public testing::Test {
         }
         const auto count = static_cast<std::uint32_t>(pairs.size() / 2);
         const auto tiles = static_cast<std::uint32_t>(lengths.size());
-        pairs.insert(pairs.end(), {0, 0, 0, 0});  // no pairs: behind the last
+        pairs.insert(pairs.end(), {0, 0, 0, 0});  // beyond the last pair
         const vk::Buffer from = upload(*context_, pairs);
         const vk::Buffer sorted = upload(*context_, Words{count, 0, 0, 0});
         const vk::Buffer to = device_buffer(*context_, std::max(2 * tiles, 4U));
@@ -68,7 +68,7 @@ class TileOrder : public testing::Test {
 };
 
 TEST_F(TileOrder, DealsRanksBackAndForth) {
-    // Ranks 0 to 7 by turns: halves {0, 3, 4, 7} and {1, 2, 5, 6}, and each likewise.
+    // Ranks 0 to 7 dealt in turn: halves {0, 3, 4, 7} and {1, 2, 5, 6}, each dealt in the same way.
     EXPECT_EQ(order_of({80, 70, 60, 50, 40, 30, 20, 10}), (Words{0, 7, 3, 4, 1, 6, 2, 5}));
     EXPECT_EQ(order_of({10, 20, 30, 40, 50, 60, 70, 80}), (Words{7, 0, 4, 3, 6, 1, 5, 2}));
     EXPECT_EQ(order_of({5, 5, 5, 5}), (Words{0, 3, 1, 2})) << "ties by index";
@@ -93,8 +93,8 @@ TEST_F(TileOrder, HasEachTileOnceAndRunsOfEqualLength) {
         for (std::size_t i = 0; i < tiles; ++i) sums[2 * i >= tiles ? 1 : 0] += lengths[order[i]];
         const std::uint64_t greater = std::max(sums[0], sums[1]);
         const std::uint64_t smaller = std::min(sums[0], sums[1]);
-        // Back and forth, what one half has more of is at most the longest list; where the tiles are no
-        // power of two, the border may lie one tile off.
+        // Dealt back and forth, the halves differ by at most the longest list. If the number of
+        // tiles is not a power of two, their border may be off by one tile.
         EXPECT_LE(greater - smaller, 5000U + 1000U);
     }
 }

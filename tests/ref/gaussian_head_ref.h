@@ -7,14 +7,14 @@
 
 #include "ref/rounded.h"
 
-/// Network output to one Gaussian per pixel, in plain loops; Number is double, or Rounded for the
+/// Turns network output into one Gaussian per pixel, in plain loops; Number is double, or Rounded for the
 /// magnitudes too.
 ///
 /// Forward, per pixel, with M the camera's row-vector matrix and a its quaternion:
 ///
 ///   d = sigmoid(c0) (zfar - znear) + znear + origin      p = ray d + offset
 ///   r = [p, 1] M      mean = r.xyz / (r.w + 1e-10)
-///   opacity = sigmoid, scale = exp (or both as they are)
+///   opacity = sigmoid, scale = exp (or both unchanged)
 ///   rotation = a * q / max(|q|, 1e-12)
 ///   sh_0 = dc      sh_t = sum_s c_s T[s][t],  T = V^T M3 V,  V = [[0,0,-1],[-1,0,0],[0,1,0]]
 ///

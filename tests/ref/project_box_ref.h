@@ -9,7 +9,7 @@
 
 #include "ref/raster_scene_ref.h"
 
-/// What projection makes of a Gaussian, and the box around it: which tiles it is listed in.
+/// The projection of a Gaussian, and its bounding box, which decides in which tiles it is listed.
 namespace splat::ref {
 
 template <class Real>
@@ -25,7 +25,7 @@ struct ProjectedGaussian {
     Real reach = 0;    ///< beyond this sigma alpha is certainly below kAlphaMin
     Vec3<Real> normal{};
 
-    // What the backward pass goes through again.
+    // Intermediate values for the backward pass.
     Vec3<Real> camera_mean{};
     std::array<Real, 4> quaternion{};  ///< as used: of length 1 in gsplat
     Real quaternion_norm = 0;

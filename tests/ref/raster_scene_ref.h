@@ -42,7 +42,7 @@ struct RasterOptions {
     [[nodiscard]] bool is_original() const { return gradient == RasterGradient::kOriginal; }
 };
 
-/// The planes that each convention has by itself; 3dgs knows no far plane.
+/// The default planes of each convention; 3dgs has no far plane.
 template <class Real>
 RasterOptions<Real> raster_options(Convention convention, bool antialiased = false,
                                    RasterGradient gradient = RasterGradient::kTrue) {

@@ -6,7 +6,7 @@
 #include "ref/project_ref.h"
 #include "ref/raster_scene_ref.h"
 
-/// The stages in order.
+/// Runs the stages in order.
 namespace splat::ref {
 
 template <class Real>

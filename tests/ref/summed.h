@@ -10,7 +10,7 @@ namespace splat::ref {
 ///
 /// For value = t1 + ... + tK: magnitude S = |t1| + ... + |tK|. Where a term is itself computed with
 /// an error, S holds the first-order effect of that error too, so that |gpu - value| <= c * 2^-24 *
-/// (1 + sqrt(K)) * S is a fair demand.
+/// (1 + sqrt(K)) * S is a bound that correct kernels meet.
 template <class Real>
 struct Summed {
     std::vector<Real> value;

@@ -12,7 +12,7 @@ namespace splat::ref {
 struct TensorStats {
     double min = std::numeric_limits<double>::infinity();   ///< of finite elements
     double max = -std::numeric_limits<double>::infinity();  ///< of finite elements
-    double mean = 0;            ///< of finite elements; 0 if there is none
+    double mean = 0;                                        ///< of finite elements; 0 without any
     double mean_magnitude = 0;  ///< mean of |x|: the S of the mean's bound
     std::uint64_t finite_count = 0;
     std::uint64_t nan_count = 0;

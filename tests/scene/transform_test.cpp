@@ -107,7 +107,7 @@ TEST(Transform, InverseUndoesIt) {
     EXPECT_EQ(after.opacity_logits, before.opacity_logits);
 }
 
-TEST(Transform, RefusesWhatIsNoSimilarity) {
+TEST(Transform, RefusesInvalidSimilarities) {
     const auto before = sample_scene(2, 1);
     auto scene = before;
     EXPECT_ERROR(transform(scene, {{0, 0, 0, 0}, {}, 1}), Code::kInvalidArgument, "length 0");

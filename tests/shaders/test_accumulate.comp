@@ -1,6 +1,9 @@
 #version 450
-// y[i] += x[i]. One invocation computes one element. Specialisation: 0 workgroup size.
-layout(local_size_x_id = 0) in;
+// y[i] += x[i]. One invocation computes one element. Specialisation: workgroup size.
+#extension GL_GOOGLE_include_directive : require
+#include "params/spec_ids.h"
+
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(std430, set = 0, binding = 0) readonly buffer X { float x[]; };
 layout(std430, set = 0, binding = 1) buffer Y { float y[]; };
 layout(push_constant) uniform Params { uint n; };

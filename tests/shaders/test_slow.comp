@@ -1,8 +1,11 @@
 #version 450
 // y[group] = a number that takes `rounds` dependent steps to find; also the index of the group in
-// the whole dispatch, in the low bits. One invocation per workgroup. Specialisation: 0 workgroup
+// the whole dispatch, in the low bits. One invocation per workgroup. Specialisation: workgroup
 // size.
-layout(local_size_x_id = 0) in;
+#extension GL_GOOGLE_include_directive : require
+#include "params/spec_ids.h"
+
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(std430, set = 0, binding = 0) writeonly buffer Y { uint y[]; };
 layout(push_constant) uniform Params { uint width; uint rounds; };
 

@@ -1,7 +1,10 @@
 #version 450
 // y[i] = x[i] + x[i], in quads, read through a texel buffer. One invocation computes one quad.
-// Specialisation: 0 workgroup size.
-layout(local_size_x_id = 0) in;
+// Specialisation: workgroup size.
+#extension GL_GOOGLE_include_directive : require
+#include "params/spec_ids.h"
+
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0) uniform samplerBuffer x;
 layout(std430, set = 0, binding = 1) writeonly buffer Y { vec4 y[]; };
 layout(push_constant) uniform Params { uint quads; };

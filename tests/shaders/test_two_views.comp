@@ -1,7 +1,10 @@
 #version 450
 // y[i] = 2 x[i]; the first half is written in pairs: one array seen as elements of two sizes. One invocation writes one
 // element of the second half and perhaps a pair of the first; n is a multiple of 4. For the parser alone.
-layout(local_size_x_id = 0) in;
+#extension GL_GOOGLE_include_directive : require
+#include "params/spec_ids.h"
+
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(std430, set = 0, binding = 0) readonly buffer X { float x[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Y { float y[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Pairs { vec2 y_pairs[]; };

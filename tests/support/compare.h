@@ -12,7 +12,7 @@
 
 namespace splat::test {
 
-/// What a comparison is about; appears in the message of a failure.
+/// What is compared, for the message of a failure.
 struct Subject {
     std::string name;             ///< "grad_x"
     std::string reproducer;       ///< one line, see reproduce()

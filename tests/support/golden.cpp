@@ -32,4 +32,9 @@ std::vector<std::string> golden_files(const std::string& subfolder, const std::s
     return paths;
 }
 
+bool is_shipped_golden(const std::string& path, const std::string& family) {
+    return !environment("SPLAT_GOLDEN_DIR") &&
+           std::filesystem::path(path).filename().string() == family + ".npz";
+}
+
 }  // namespace splat::test

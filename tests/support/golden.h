@@ -10,12 +10,15 @@ namespace splat::test {
 std::optional<std::string> golden_folder();
 
 /// Paths of `<folder>/<subfolder>/<family>*.npz`, sorted. Other seeds and sizes of a family may be
-/// added under further names. Records a test failure if the folder is there and holds no such file.
+/// added under further names. Fails the test if the folder exists without such a file.
 std::vector<std::string> golden_files(const std::string& subfolder, const std::string& family);
+
+/// Whether the path is `<family>.npz` of tests/golden, not of SPLAT_GOLDEN_DIR or of another name.
+bool is_shipped_golden(const std::string& path, const std::string& family);
 
 }  // namespace splat::test
 
-/// Skip the running test, visibly, where there are no golden files at all.
+/// Skips the running test, visibly, where there is no folder of golden files.
 #define SPLAT_NEEDS_GOLDEN_FOLDER()                                                      \
     if (!::splat::test::golden_folder())                                                 \
     GTEST_SKIP() << "no folder of golden files: set SPLAT_GOLDEN_DIR to one that holds " \

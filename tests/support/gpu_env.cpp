@@ -18,8 +18,8 @@ namespace {
 using vk::Context;
 using vk::Kernels;
 
-/// A context whose first block of memory is kept by a small buffer, so that what was written there
-/// stays.
+/// A context with a small buffer that keeps its first block of memory, so that the block's contents
+/// stay.
 struct Poisoned {
     std::shared_ptr<Context> context;
     vk::Buffer anchor;

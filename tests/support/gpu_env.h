@@ -8,14 +8,14 @@
 
 namespace splat::test {
 
-/// False if SPLAT_TEST_VALIDATION=0 switched the validation layer off, as sanitizer builds do.
+/// False if SPLAT_TEST_VALIDATION=0 disables the validation layer, as in sanitizer builds.
 bool validation_on();
 
-/// What stands around every allocation of a test.
+/// How overruns of a test's allocations are found.
 enum class Bounds {
-    /// 64 guard bytes on both sides: see overruns by transfers, the host, and shaders on GPUs.
+    /// 64 guard bytes on both sides find overruns by transfers, the host, and shaders on GPUs.
     kGuards,
-    /// A VkBuffer of its own. GPU-assisted validation measures accesses against the whole VkBuffer,
+    /// A separate VkBuffer each. GPU-assisted validation measures accesses against the whole VkBuffer,
     /// not the binding, and lavapipe drops stores outside the binding, so no guard would change.
     kExact,
 };
@@ -24,7 +24,7 @@ enum class Bounds {
 vk::ContextDesc context_desc(vk::Kernels kernels = vk::Kernels::kAuto,
                              Bounds bounds = Bounds::kGuards);
 
-/// A context of the test's own; a failure to open it fails the test and gives nullptr. Its guard
+/// A context for one test; nullptr, with a test failure, if it cannot be opened. Its guard
 /// bytes are checked when the test ends or when it closes, whichever comes first.
 std::shared_ptr<vk::Context> make_context(const vk::ContextDesc& desc = context_desc());
 
@@ -32,9 +32,8 @@ std::shared_ptr<vk::Context> make_context(const vk::ContextDesc& desc = context_
 /// exact bounds under validation, else guards. Null, with a test failure, if it cannot be opened.
 vk::Context* shared_context(vk::Kernels kernels = vk::Kernels::kAuto);
 
-/// A second shared context per set of kernels, with guards, whose fresh memory is filled with
-/// `pattern` from now on (and never anew, unlike with MemoryDesc::poison, which would take a
-/// context and all its pipelines per pattern).
+/// A second shared context per set of kernels, with guards. Memory that it allocates from now on is
+/// filled with `pattern`. MemoryDesc::poison would need a context with all its pipelines per pattern.
 vk::Context* poisoned_context(vk::Kernels kernels, std::uint32_t pattern);
 
 /// For programs without gtest's environment.
@@ -52,7 +51,7 @@ class ExpectedMessages {
     ExpectedMessages(const ExpectedMessages&) = delete;
     ExpectedMessages& operator=(const ExpectedMessages&) = delete;
 
-    /// How many came since the constructor. They do not fail the test.
+    /// Number of messages since the constructor. They do not fail the test.
     [[nodiscard]] std::uint64_t count() const;
 
   private:
@@ -60,7 +59,7 @@ class ExpectedMessages {
 };
 
 /// Registers the environment (log sink, bait hazard that the layer must report) and the listener
-/// that fails every test during which the layer spoke or a guard byte changed. Called by
+/// that fails every test during which the layer reported something or a guard byte changed. Called by
 /// gpu_main.cpp.
 void install_gpu_environment();
 

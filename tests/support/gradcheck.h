@@ -14,14 +14,14 @@ namespace splat::test {
 
 /// Step of the central difference: truncation h^2 and rounding 2^-53 / h are both near 1e-11.
 inline constexpr double kGradcheckStep = 1e-5;
-/// A hundred times that error, relative to gradients of size 1 ...
+/// A hundred times that error, relative to gradients of size 1.
 inline constexpr double kGradcheckRelative = 1e-6;
-/// ... and an absolute floor for gradients that cancel, with losses up to about 100.
+/// Absolute floor for gradients that cancel, with losses up to about 100.
 inline constexpr double kGradcheckAbsolute = 1e-8;
 inline constexpr std::size_t kGradcheckMost = 10000;
 
-/// `gradient` equals the float64 central difference of `loss` at `x`, in every element (beyond
-/// 10^4: in 10^4 random ones).
+/// `gradient` equals the float64 central difference of `loss` at `x` in every element, or in 10^4 random
+/// ones of more.
 inline testing::AssertionResult gradcheck(
     const std::string& name, const std::function<double(const std::vector<double>&)>& loss,
     std::vector<double> x, const std::vector<double>& gradient) {

@@ -16,7 +16,7 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-/// Deflate packs at most 1032 : 1; a header that promises more is damaged.
+/// Deflate packs at most 1032 : 1; a header that claims more is damaged.
 constexpr std::uint64_t kMaxRatio = 1032;
 
 Status bad(const std::string& what, const std::string& reason) {
@@ -50,7 +50,7 @@ constexpr std::size_t kCentralBytes = 46;  // one entry of it, without its names
 constexpr std::size_t kLocalBytes = 30;    // header in front of a member, without its names
 
 Result<std::vector<Member>> read_directory(Bytes file, const std::string& what) {
-    std::optional<std::size_t> end;  // the record is last but for a comment of at most 64 KiB
+    std::optional<std::size_t> end;  // only a comment of at most 64 KiB follows the record
     for (std::size_t back = kEndBytes; back <= file.size() && back <= kEndBytes + 0xFFFF; ++back) {
         if (number<std::uint32_t>(file, file.size() - back) != 0x06054b50) continue;
         end = file.size() - back;

@@ -36,7 +36,7 @@ class Npz {
 
     [[nodiscard]] bool has(const std::string& name) const { return arrays_.contains(name); }
 
-    /// Errors: kInvalidArgument if there is no such array; lists what there is.
+    /// Errors: kInvalidArgument if there is no such array; the message lists those that exist.
     [[nodiscard]] Result<const NpyArray*> find(const std::string& name) const;
     [[nodiscard]] std::vector<std::string> names() const;
 

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <cstdio>
 #include <cstring>
 
 #include "support/npz.h"
+#include "support/npz_writer.h"
 
 namespace splat::test {
 namespace {
@@ -96,6 +98,28 @@ TEST(Npz, ReadsStoredAndDeflatedMembers) {
     EXPECT_EQ(npz.value().find("d").value()->ints().value(),
               (std::vector<std::int64_t>{1, 2, 255}));
     EXPECT_EQ(npz.value().find("e").value()->elements(), 0U);
+}
+
+TEST(Npz, ReadsWhatIsWritten) {
+    const std::string path = testing::TempDir() + "npz_test.npz";
+    const Status written = write_npz(path, {{"a", npy_f32({2, 1}, {1.5, -0.1})},
+                                            {"b.c", npy_f64({2}, {0.1, -1e300})},
+                                            {"d", npy_i32({-7, 8})},
+                                            {"e", npy_text("ab")},
+                                            {"f", npy_f32({0, 3}, {})}});
+    ASSERT_TRUE(written.ok()) << written.message();
+    const auto npz = Npz::read(path);
+    std::remove(path.c_str());
+    ASSERT_TRUE(npz.ok()) << npz.status().message();
+    const auto at = [&](const char* name) { return *npz.value().find(name).value(); };
+    EXPECT_EQ(npz.value().names(), (std::vector<std::string>{"a", "b.c", "d", "e", "f"}));
+    EXPECT_EQ(at("a").shape, (std::vector<std::size_t>{2, 1}));
+    EXPECT_EQ(at("a").f32().value(), (std::vector<float>{1.5F, -0.1F}));
+    EXPECT_EQ(at("b.c").f64().value(), (std::vector<double>{0.1, -1e300}));
+    EXPECT_EQ(at("d").ints().value(), (std::vector<std::int64_t>{-7, 8}));
+    EXPECT_EQ(at("e").ints().value(), (std::vector<std::int64_t>{'a', 'b'}));
+    EXPECT_EQ(at("f").shape, (std::vector<std::size_t>{0, 3}));
+    EXPECT_FALSE(write_npz("/nonexistent/x.npz", {}).ok());
 }
 
 TEST(Npz, NamesWhatIsThere) {

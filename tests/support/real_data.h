@@ -13,7 +13,7 @@ std::optional<std::string> real_data_folder();
 
 }  // namespace splat::test
 
-/// Skip the running test, visibly, where there is no real data.
+/// Skips the running test, visibly, where there is no folder of real data.
 #define SPLAT_NEEDS_REAL_DATA()                                                                 \
     if (!::splat::test::real_data_folder())                                                     \
     GTEST_SKIP() << "no folder of real data: set SPLAT_REAL_DIR to one that holds scenes/ and " \

@@ -8,8 +8,8 @@
 
 namespace splat::test {
 
-/// SplitMix64: small, seeded, and the same numbers with every standard library
-/// (std::normal_distribution gives none of that).
+/// SplitMix64: small, seeded, and the same numbers with every standard library, unlike
+/// std::normal_distribution.
 class Rng {
   public:
     explicit Rng(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ULL + 1) {}
@@ -55,7 +55,7 @@ inline std::vector<float> integer_fill(std::size_t count, std::uint64_t seed) {
     return values;
 }
 
-/// Fresh memory as a test wants it; results must not depend on it.
+/// Contents of fresh memory; results must not depend on them.
 inline constexpr std::uint32_t kPoisonPatterns[] = {0x00000000U, 0x7FC0DEADU /* a NaN */,
                                                     0xA5A5A5A5U};
 

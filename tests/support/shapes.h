@@ -6,7 +6,7 @@
 
 namespace splat::test {
 
-/// Sizes one below, at and one above what vectors, quads and workgroups make special.
+/// Sizes one below, at and one above the sizes of vectors, quads and workgroups.
 inline constexpr std::uint32_t kOddSizes[] = {1,  2,  3,  5,  7,  8,   9,   15,  16, 17,
                                               31, 33, 63, 64, 65, 127, 129, 255, 257};
 

@@ -1,5 +1,4 @@
-// The harness itself must be able to fail: every check is shown a defect of the kind it is there to
-// find.
+// The harness must be able to fail: every check gets a defect of the kind that it looks for.
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -30,8 +29,8 @@ struct Sums {
     ref::Summed<double> reference;
 };
 
-/// Sums of `terms` products each, as a device would compute them, leaving out term `dropped` of the
-/// first.
+/// Sums of `terms` products each, as a device would compute them, without term `dropped` of the first
+/// sum.
 Sums make_sums(std::size_t count, std::size_t terms, std::size_t dropped) {
     Sums sums{std::vector<float>(count), ref::Summed<double>(count, terms)};
     const std::vector<float> a = normal_fill(count * terms, 1);

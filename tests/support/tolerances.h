@@ -58,6 +58,8 @@ inline constexpr Tolerance kTolerances[] = {
     {"gaussian_head", "rotations", 4, 1e-6, "a norm and a product of quaternions"},
     {"gaussian_head", "sh", 4, 1e-6, "a product of a 3x3 matrix"},
     {"gaussian_head", "grad_net_out", 4, 2e-6, "the transposes of all of these"},
+    {"gelu", "y", 4, 1e-6, "a product of an exponential, a quotient and a polynomial"},
+    {"gelu", "grad_x", 4, 1e-6, "as y, of a difference"},
     {"group_norm", "y", 4, 1e-6,
      "one rounding each of x - mean, rstd, gamma and beta; sigmoid is 3.3 ulp off; seen 1.4e-7"},
     {"group_norm", "mean", 4, 1e-6, "a tree sum of M terms; seen 1.8e-7"},

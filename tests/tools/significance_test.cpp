@@ -11,10 +11,9 @@
 #include <random>
 
 #include "support/expect_status.h"
-#include "support/golden.h"
-#include "support/npz.h"
+#include "support/golden_file.h"
 #include "support/real_data.h"
-#include "vkrun/command.h"
+#include "vkrun/cli/failure.h"
 #include "vkrun/compare/distribution_plot.h"
 #include "vkrun/compare/score_file.h"
 
@@ -107,12 +106,8 @@ TEST(Significance, HolmMultipliesByWhatIsLeft) {
 
 TEST(GoldenNetSignificance, PooledTestsAreTheReferences) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : splat::test::golden_files("net", "prior")) {
-        const auto file = splat::test::Npz::read(path);
-        ASSERT_OK(file.status());
-        const auto values = [&file](const char* name) {
-            return file.value().find(name).value()->f64().value();
-        };
+    splat::test::each_golden("prior", [&](const splat::test::Golden& golden) {
+        const auto values = [&golden](const char* name) { return golden.doubles(name); };
         const Comparison c = compare_pooled(values("sig.base"), values("sig.comp"));
         EXPECT_NEAR(c.difference, values("sig.diff")[0], 1e-12);
         EXPECT_NEAR(c.p_parametric, values("sig.p_param")[0], 1e-9);
@@ -120,7 +115,7 @@ TEST(GoldenNetSignificance, PooledTestsAreTheReferences) {
         const double f = values("sig.frac")[0];
         EXPECT_NEAR(c.p_permutation, values("sig.p_perm")[0],
                     5 * 2 * std::sqrt(2 * f * (1 - f) / 300000));
-    }
+    });
 }
 
 /// Means and p of the permutation test as published of one file, against the reference's.
@@ -215,8 +210,8 @@ TEST_F(ScoreFileTest, SaysWhatIsWrong) {
     refused("", "holds no scores");
     refused("object,psnr_novel\n", "holds no scores");
     refused("name,psnr_novel\na,1\n", "line 1: expected a heading");
-    refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' stands in line 2 already");
-    refused("object,psnr_novel\na,x\n", "line 2: 'x' is no number");
+    refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' is in line 2 already");
+    refused("object,psnr_novel\na,x\n", "line 2: 'x' is not a number");
     refused("object,psnr_novel\na\n", "line 2: 1 columns, expected 2");
     refused("0_a 1 2\n", "line 1: 3 columns, expected 4");
     EXPECT_THROW(read_scores("/nonexistent"), Failure);

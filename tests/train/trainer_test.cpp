@@ -13,8 +13,8 @@
 namespace splat::test {
 namespace {
 
+using config::TrainConfig;
 using train::TrainBatch;
-using train::TrainConfig;
 using train::Trainer;
 using train::TrainStep;
 
@@ -40,7 +40,9 @@ TrainConfig small_training() {
     c.batch_size = 2;
     c.targets = 2;
     c.learning_rate = 1e-3;
-    c.ema_schedule = {1, 2, 0.9, 2.0 / 3.0};
+    c.ema_every = 1;
+    c.ema_after = 2;
+    c.ema_most = 0.9;
     return c;
 }
 
@@ -164,10 +166,10 @@ TEST_P(TrainerRules, LearnsABatchByHeart) {
 /// The gradient of the whole chain against central differences, for those parameters that every
 /// Gaussian shares: colours, opacity, size, depth and offset.
 TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
-    for (const train::PixelLoss kind : {train::PixelLoss::kL2, train::PixelLoss::kL1}) {
+    for (const config::PixelLoss kind : {config::PixelLoss::kL2, config::PixelLoss::kL1}) {
         TrainConfig training = small_training();
         training.pixel_loss = kind;
-        training.ssim_weight = kind == train::PixelLoss::kL1 ? 0.3 : 0;
+        training.ssim_weight = kind == config::PixelLoss::kL1 ? 0.3 : 0;
         expect_gradient_of_the_loss(small_network(), training);
     }
 }
@@ -304,7 +306,7 @@ TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
         if (key == "crc32") text = "1";
     EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "the file is damaged");
     file.value().metadata.clear();
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is no training state");
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is not a training state");
 }
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {

@@ -1,4 +1,4 @@
-// Tests that must fail: ctest runs them and expects the harness's complaint.
+// Tests that must fail: ctest expects the harness's message.
 #include <gtest/gtest.h>
 
 #include "support/expect_status.h"

@@ -61,7 +61,7 @@ TEST(Memory, SharesBlocksAndUsesWhatIsLeftOfTheBudget) {
     EXPECT_FALSE(first.value().range().overlaps(second.value().range()));
     const auto third = take(*context, kMiB / 2 + kMiB / 4);  // fits the block's rest
     EXPECT_TRUE(third.ok());
-    const auto fourth = take(*context, kMiB / 2);  // no whole block fits: a block of its own size
+    const auto fourth = take(*context, kMiB / 2);  // fits no whole block: gets one of its size
     EXPECT_TRUE(fourth.ok());
     EXPECT_EQ(context->memory().use().used, kMiB + kMiB / 2);
 }

@@ -42,7 +42,8 @@ class PipelineCache : public testing::Test {
         const auto context = test::make_context(desc);
         if (context == nullptr) return false;
         file_ = context->pipelines().cache_file();
-        const auto pipeline = context->pipelines().get("test_scale", {{0, 64}});
+        const auto pipeline =
+            context->pipelines().get("test_scale", {{params::kWorkgroupSizeId, 64}});
         EXPECT_TRUE(pipeline.ok()) << pipeline.status().message();
         EXPECT_OK(context->pipelines().wait(*pipeline.value()));
         return context->pipelines().cache_file_was_used();

@@ -53,10 +53,18 @@ TEST(Pipeline, IsMadeOncePerKey) {
     Context* context = test::shared_context();
     ASSERT_NE(context, nullptr);
     Pipelines& pipelines = context->pipelines();
-    const Pipeline* first = pipelines.get("test_scale", {{0, 64}, {10, 0}}).value();
-    EXPECT_EQ(pipelines.get("test_scale", {{0, 64}, {10, 0}}).value(), first);
-    EXPECT_NE(pipelines.get("test_scale", {{0, 32}, {10, 0}}).value(), first);
-    EXPECT_NE(pipelines.get("test_accumulate", {{0, 64}}).value(), first);
+    const Pipeline* first =
+        pipelines.get("test_scale", {{params::kWorkgroupSizeId, 64}, {test::kTestOffsetId, 0}})
+            .value();
+    EXPECT_EQ(
+        pipelines.get("test_scale", {{params::kWorkgroupSizeId, 64}, {test::kTestOffsetId, 0}})
+            .value(),
+        first);
+    EXPECT_NE(
+        pipelines.get("test_scale", {{params::kWorkgroupSizeId, 32}, {test::kTestOffsetId, 0}})
+            .value(),
+        first);
+    EXPECT_NE(pipelines.get("test_accumulate", {{params::kWorkgroupSizeId, 64}}).value(), first);
 }
 
 TEST(Pipeline, UnknownShaderIsAnError) {
@@ -70,11 +78,11 @@ TEST(Pipeline, FailureLeavesNothingBehind) {
     const auto context = test::make_context();
     ASSERT_NE(context, nullptr);
     fault::arm("vk.create_pipeline", 1, 1);
-    const auto failed = context->pipelines().get("test_scale", {{0, 64}});
+    const auto failed = context->pipelines().get("test_scale", {{params::kWorkgroupSizeId, 64}});
     EXPECT_EQ(fault::disarm(), 1U);
     ASSERT_FALSE(failed.ok());
     EXPECT_ERROR(failed.status(), Code::kOutOfDeviceMemory, "vkCreateComputePipelines");
-    const auto retried = context->pipelines().get("test_scale", {{0, 64}});
+    const auto retried = context->pipelines().get("test_scale", {{params::kWorkgroupSizeId, 64}});
     ASSERT_TRUE(retried.ok());
     EXPECT_OK(context->pipelines().wait(*retried.value()));
     EXPECT_NE(retried.value()->job.pipeline, VK_NULL_HANDLE);
@@ -102,7 +110,9 @@ class PipelineThreads : public testing::TestWithParam<bool> {
         ASSERT_NE(context_, nullptr);
     }
     Pipeline* get(std::uint32_t size) {
-        return context_->pipelines().get("test_scale", {{0, size}, {10, 0}}).value();
+        return context_->pipelines()
+            .get("test_scale", {{params::kWorkgroupSizeId, size}, {test::kTestOffsetId, 0}})
+            .value();
     }
 
     std::shared_ptr<Context> context_;
@@ -159,7 +169,7 @@ VKAPI_ATTR VkResult VKAPI_CALL compile_slowly(VkDevice, VkPipelineCache, std::ui
 
 TEST_P(PipelineThreads, ProcessMayEndMeanwhile) {
     GTEST_FLAG_SET(death_test_style,
-                   "threadsafe");  // a process of its own, not a copy with one thread
+                   "threadsafe");                 // a new process, not a copy with one thread
     setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // which ends with its memory taken, as it may
     const auto compile_and_exit = [&] {
         new std::shared_ptr<Context>(context_);  // never destroyed

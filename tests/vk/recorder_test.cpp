@@ -180,6 +180,38 @@ TEST_F(RecorderBarriers, RefusesWrongPushSizeAndShader) {
     EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "test_absent");
 }
 
+TEST_F(RecorderBarriers, FindsTheModuleForTheKernels) {
+    const auto module_of = [&](Dispatch dispatch, std::optional<Kernels> kernels) -> std::string {
+        vk::Recorder r(*context_);
+        dispatch.kernels = kernels;
+        EXPECT_OK(r.dispatch(dispatch));
+        const auto list = r.finish();
+        EXPECT_OK(list.status());
+        for (const Command& command : list.value().commands())
+            if (command.kind == CommandKind::kDispatch) return command.shader;
+        return "";
+    };
+    const Dispatch add = accumulate(a_.range(), b_.range(), kElements);  // for CPUs, too
+    EXPECT_EQ(module_of(add, Kernels::kPlain), "test_accumulate");
+    EXPECT_EQ(module_of(add, Kernels::kCpu), "test_accumulate_cpu");
+    EXPECT_EQ(module_of(add, Kernels::kGpu), "test_accumulate");
+    EXPECT_EQ(module_of(add, {}), module_of(add, context_->device().kernels()));
+    const Dispatch ones = test::ones(b_.range(), kElements);  // for CPUs and GPUs alone
+    EXPECT_EQ(module_of(ones, Kernels::kCpu), "test_ones_cpu");
+    EXPECT_EQ(module_of(ones, Kernels::kGpu), "test_ones_gpu");
+}
+
+TEST_F(RecorderBarriers, RefusesStemsWithoutAModule) {
+    vk::Recorder r(*context_);
+    Dispatch wrong = test::ones(b_.range(), kElements);
+    wrong.kernels = Kernels::kPlain;
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal,
+                 "ones: no shader 'test_ones' is built in for plain kernels");
+    wrong.kernels = Kernels::kCpu;
+    wrong.shader = "test_ones_cpu";  // a module, not a stem
+    EXPECT_ERROR(r.dispatch(wrong), Code::kInternal, "'test_ones_cpu'");
+}
+
 TEST_F(RecorderBarriers, RefusesGroupsBeyondTheDevice) {
     vk::Recorder r(*context_);
     Dispatch wrong = scale(a_.range(), b_.range(), kElements, 2);

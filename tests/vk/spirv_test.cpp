@@ -59,6 +59,21 @@ TEST(Spirv, FindsShadersByName) {
     }
 }
 
+TEST(Spirv, FindsVariantsByStem) {
+    const ShaderVariants both = shader_variants("test_accumulate");
+    EXPECT_EQ(both.plain, find_shader("test_accumulate"));
+    EXPECT_EQ(both.cpu, find_shader("test_accumulate_cpu"));
+    EXPECT_EQ(both.gpu, nullptr);
+    const ShaderVariants fast = shader_variants("test_ones");
+    EXPECT_EQ(fast.plain, nullptr);
+    EXPECT_EQ(fast.cpu, find_shader("test_ones_cpu"));
+    EXPECT_EQ(fast.gpu, find_shader("test_ones_gpu"));
+    const ShaderVariants none = shader_variants("test_ones_cpu");
+    EXPECT_EQ(none.plain, nullptr);
+    EXPECT_EQ(none.cpu, nullptr);
+    EXPECT_EQ(none.gpu, nullptr);
+}
+
 TEST(Spirv, RefusesWhatIsNoModule) {
     const std::vector<std::uint32_t> none;
     const std::vector<std::uint32_t> zeros(100, 0);

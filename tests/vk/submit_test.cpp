@@ -56,7 +56,7 @@ CommandList record_scale(Context& context, const BufferView& x, const BufferView
     return std::move(recorder.finish().value());
 }
 
-/// From now on so many waits of the device end in a timeout.
+/// The next `count` waits for the device time out.
 void time_out(Context& context, int times) {
     VolkDeviceTable& vk = context.device().vk;
     g_wait = vk.vkWaitForFences;
@@ -64,7 +64,7 @@ void time_out(Context& context, int times) {
     g_timeouts = times;
 }
 
-/// A context of its own with y = 3 x for x = 1, recorded and not yet run.
+/// A separate context with y = 3 x for x = 1, recorded but not run.
 struct Scaling {
     std::shared_ptr<Context> context;
     Buffer x, y;
@@ -153,7 +153,7 @@ TEST_F(Submit, WhatStillRunsIsNotEncodedAnew) {
     expect_scaled();
 }
 
-/// A process that was stopped finds its wait over at once, the device not yet done.
+/// In a process that was stopped, a wait ends at once although the device is not done.
 TEST_F(Submit, OneTimeoutIsNotTheWholeWait) {
     auto& [context, x, y, list] = *scaling_;
     time_out(*context, 1);

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "shaders/test_spec_ids.h"
 #include "vk/context.h"
 
 /// Dispatches of the shaders in tests/shaders, which this program's shader table holds instead of
@@ -24,7 +25,8 @@ inline vk::Dispatch scale(const vk::BufferView& x, const vk::BufferView& y, std:
                           float factor, float offset = 0) {
     return {.op = "scale",
             .shader = "test_scale",
-            .constants = {{0, kGroupSize}, {10, std::bit_cast<std::uint32_t>(offset)}},
+            .constants = {{params::kWorkgroupSizeId, kGroupSize},
+                          {kTestOffsetId, std::bit_cast<std::uint32_t>(offset)}},
             .push = ScaleParams{n, factor},
             .accesses = {vk::read(x), vk::write(y)},
             .groups = groups_of(n),
@@ -35,9 +37,20 @@ inline vk::Dispatch scale(const vk::BufferView& x, const vk::BufferView& y, std:
 inline vk::Dispatch accumulate(const vk::BufferView& x, const vk::BufferView& y, std::uint32_t n) {
     return {.op = "accumulate",
             .shader = "test_accumulate",
-            .constants = {{0, kGroupSize}},
+            .constants = {{params::kWorkgroupSizeId, kGroupSize}},
             .push = n,
             .accesses = {vk::read(x), vk::read_write(y)},
+            .groups = groups_of(n),
+            .work = {}};
+}
+
+/// y = 1, by a kernel that has no plain module
+inline vk::Dispatch ones(const vk::BufferView& y, std::uint32_t n) {
+    return {.op = "ones",
+            .shader = "test_ones",
+            .constants = {{params::kWorkgroupSizeId, kGroupSize}},
+            .push = n,
+            .accesses = {vk::write(y)},
             .groups = groups_of(n),
             .work = {}};
 }
@@ -59,7 +72,7 @@ inline vk::Dispatch slow(const vk::BufferView& y, vk::Groups groups, std::uint32
                          double flops) {
     return {.op = "slow",
             .shader = "test_slow",
-            .constants = {{0, 1}},
+            .constants = {{params::kWorkgroupSizeId, 1}},
             .push = SlowParams{groups[0], rounds},
             .accesses = {vk::write(y)},
             .groups = groups,
@@ -70,7 +83,7 @@ inline vk::Dispatch slow(const vk::BufferView& y, vk::Groups groups, std::uint32
 inline vk::Dispatch texel(const vk::BufferView& x, const vk::BufferView& y, std::uint32_t quads) {
     return {.op = "texel",
             .shader = "test_texel",
-            .constants = {{0, kGroupSize}},
+            .constants = {{params::kWorkgroupSizeId, kGroupSize}},
             .push = quads,
             .accesses = {vk::read(x), vk::write(y)},
             .groups = groups_of(quads),
@@ -81,7 +94,7 @@ inline vk::Dispatch texel(const vk::BufferView& x, const vk::BufferView& y, std:
 inline vk::Dispatch count_groups(const vk::BufferView& y, std::uint32_t groups, double flops) {
     return {.op = "count_groups",
             .shader = "test_count_groups",
-            .constants = {{0, 1}},
+            .constants = {{params::kWorkgroupSizeId, 1}},
             .push = {},
             .accesses = {vk::write(y)},
             .groups = {groups, 1, 1},

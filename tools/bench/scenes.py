@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the random scenes of BENCHMARKS.md: NAME.ply and NAME.json for `vkrun bench raster NAME.ply --cameras NAME.json`.
+"""Writes the random scenes of BENCHMARKS.md, and the one of README.md's picture: NAME.ply, all but knot with cameras in
+NAME.json for `vkrun bench raster NAME.ply --cameras NAME.json`.
 
 scenes.py OUT_DIR    needs NumPy
 
@@ -9,8 +10,8 @@ si128_init     the same as a new network predicts them: every standard deviation
 synth500k      500,000 Gaussians of 1.5 pixels in the median; one view of 1280 x 720
 faint          16,000 Gaussians of 2 to 8 pixels and opacities of 0.005 to 0.04: each pixel blends its whole list, so that
                only the inner loops of blending take time; one view of 256 x 256
-
 million        1,000,000 Gaussians of 1 pixel in the median and spherical harmonics of degree 3; one view of 1280 x 720
+knot           234,224 flat Gaussians, one for each patch of a striped trefoil knot and of the disc below it
 
 The si128 scenes are drawn on white (--background 1,1,1)."""
 import json
@@ -97,6 +98,67 @@ def faint(folder, random):
     write_cameras(folder / "faint.json", side, side, focal, [np.eye(4)])
 
 
+def normalized(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def quaternions_of(axes):
+    """w, x, y, z of the rotations [n,3,3] whose columns are the axes."""
+    xx, yy, zz = (axes[:, i, i] for i in range(3))
+    w, x, y, z = (np.sqrt(np.maximum(0, 1 + sum_)) for sum_ in (xx + yy + zz, xx - yy - zz, yy - xx - zz, zz - xx - yy))
+    signs = (axes[:, 2, 1] - axes[:, 1, 2], axes[:, 0, 2] - axes[:, 2, 0], axes[:, 1, 0] - axes[:, 0, 1])
+    return np.column_stack([w, *(np.copysign(part, sign) for part, sign in zip((x, y, z), signs))]) / 2
+
+
+def knot_surface(light):
+    """Means, axes (the normal last), standard deviations and lit colours of the knot's patches."""
+    along, around_tube, radius, turn = 1600, 90, 0.48, 2 * np.pi
+    t = np.repeat(np.linspace(0, turn, along, endpoint=False), around_tube)
+    phi = np.tile(np.linspace(0, turn, around_tube, endpoint=False), along)
+
+    def curve(t):
+        return np.column_stack([np.sin(t) + 2 * np.sin(2 * t), 0.9 * np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
+
+    tangent = normalized(curve(t + 1e-4) - curve(t - 1e-4))
+    side = normalized(np.cross(tangent, [0, 1, 0]))
+    normal = np.cos(phi)[:, None] * side + np.sin(phi)[:, None] * np.cross(side, tangent)
+    step = np.linalg.norm(curve(t + np.pi / along) - curve(t - np.pi / along), axis=1)
+    sigmas = np.column_stack([0.55 * step, np.full(len(t), 0.55 * turn * radius / around_tube), np.full(len(t), 0.004)])
+    stripe = np.clip(4 * np.sin(24 * t + 2 * phi) - 1.7, 0, 1)[:, None]
+    paint = 0.5 + 0.38 * np.cos(t[:, None] + np.array([0, 2.1, 4.2]))
+    half = normalized(light + normalized(np.array([0, -0.8, -1])))
+    bright = 0.28 + 0.11 * (1 - normal[:, 1]) + 0.62 * np.clip(normal @ light, 0, 1)
+    gloss = 0.35 * np.clip(normal @ half, 0, 1)[:, None] ** 40
+    colors = (stripe * 0.93 + (1 - stripe) * paint) * bright[:, None] + gloss
+    return curve(t) + radius * normal, np.stack([tangent, np.cross(normal, tangent), normal], axis=2), sigmas, colors
+
+
+def disc_surface(light, casters):
+    """The same of a chequered disc, with the shadow of the points `casters`."""
+    extent, height, cells, side = 4.4, 1.55, 200, 340
+    u, v = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-extent, extent, side)] * 2))
+    u, v = (axis[np.hypot(u, v) < extent] for axis in (u, v))
+    hits = casters + ((casters[:, 1] - height) / light[1])[:, None] * -light
+    shadow = np.minimum(1, np.histogram2d(hits[:, 0], hits[:, 2], cells, [[-extent, extent]] * 2)[0] / 3)
+    for axis in (0, 1) * 3:
+        shadow = (np.roll(shadow, 1, axis) + shadow + np.roll(shadow, -1, axis)) / 3
+    cell = [np.minimum(((axis + extent) / (2 * extent) * cells).astype(int), cells - 1) for axis in (u, v)]
+    light_square = ((np.floor(u / 0.8) + np.floor(v / 0.8)) % 2)[:, None] > 0
+    colors = np.where(light_square, [0.86, 0.87, 0.9], [0.55, 0.58, 0.64]) * (1 - 0.55 * shadow[tuple(cell)])[:, None]
+    axes = np.broadcast_to(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), (len(u), 3, 3))
+    spacing = 2 * extent / (side - 1)
+    sigmas = np.broadcast_to([0.55 * spacing, 0.55 * spacing, 0.004], (len(u), 3))
+    return np.column_stack([u, np.full(len(u), height), v]), axes, sigmas, colors
+
+
+def knot(path):
+    light = normalized(np.array([-0.5, -1, -0.35]))  # towards it; y points down
+    tube = knot_surface(light)
+    means, axes, sigmas, colors = (np.concatenate(pair) for pair in zip(tube, disc_surface(light, tube[0])))
+    sh = (np.clip(colors, 0, 1) - 0.5)[:, None, :] / 0.28209479177387814
+    write_ply(path, means, np.log(sigmas), quaternions_of(axes), np.full(len(means), 4.0), sh)
+
+
 def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(1)
@@ -104,6 +166,7 @@ def main(folder):
     si128(folder, random)
     faint(folder, random)
     wide(folder / "million", random, 1000000, 1.0, 16)
+    knot(folder / "knot.ply")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 #ifndef SPLAT_ACTIVATION_PARAMS_H
 #define SPLAT_ACTIVATION_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -9,7 +11,8 @@ using uint = std::uint32_t;
 
 struct ActivationParams {
     uint quads;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
+    uint form;      // which of the operator's formulas; 0 where it has one
 };
 
 #ifdef __cplusplus

@@ -1,16 +1,18 @@
 #ifndef SPLAT_ADAM_PARAMS_H
 #define SPLAT_ADAM_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// One step; what depends on its number comes from the host, computed in float64.
+// One step; the host computes values that depend on its number in float64.
 struct AdamParams {
     uint quads;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
     float beta1;
     float rest1;  // 1 - beta1
     float beta2;

@@ -1,11 +1,17 @@
 #ifndef SPLAT_ATTENTION_PARAMS_H
 #define SPLAT_ATTENTION_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
 using uint = std::uint32_t;
 #endif
+
+// Specialisation constants.
+SPLAT_SPEC_ID kAttentionColumnsId = 10u;  // fast product: columns of an invocation
+SPLAT_SPEC_ID kAttentionBlocksId = 11u;   // fast product: blocks of 8 rows of an invocation
 
 // One batched stage; quads of the operands lie at image * *_image + head * *_head + quad * *_stride.
 struct AttentionParams {

@@ -1,21 +1,32 @@
 #ifndef SPLAT_BLEND_PARAMS_H
 #define SPLAT_BLEND_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
+// Specialisation constants.
+SPLAT_SPEC_ID kBlendExtraId = 10u;            // forward: write depth and contributors
+SPLAT_SPEC_ID kBlendNormalsId = 11u;          // forward: normals instead of colours, without background
+SPLAT_SPEC_ID kBlendEarlyOutId = 12u;         // both passes, not plain: end where every pixel has stopped
+SPLAT_SPEC_ID kBlendSkipBlocksId = 13u;       // both passes, cpu: leave out what a block of 8 x 8 pixels cannot see
+SPLAT_SPEC_ID kBlendDepthId = 14u;            // backward: grad_depth is given
+SPLAT_SPEC_ID kBlendAbsoluteId = 15u;         // backward: sum |dL/du| and |dL/dv|, too
+SPLAT_SPEC_ID kBlendStraightThroughId = 16u;  // backward, cpu: straight_through below
+
 struct BlendParams {
     uint width;
     uint height;
     uint tiles_x;
-    uint row_begin;  // first tile row of the window
-    uint rows;       // tile rows of the window
-    float stop_below;  // a pixel stops before its transmittance would fall below this
+    uint row_begin;    // first tile row of the window
+    uint rows;         // tile rows of the window
+    float stop_below;  // a pixel stops before its transmittance falls below this
     uint views;
-    uint spread;  // see spread_tile.glsl; 0: tiles in order
+    uint spread;            // see spread_tile.glsl; 0: tiles in order
     uint straight_through;  // backward: 1 passes the gradient through the clamp of alpha
 };
 

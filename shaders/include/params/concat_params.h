@@ -1,6 +1,8 @@
 #ifndef SPLAT_CONCAT_PARAMS_H
 #define SPLAT_CONCAT_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -13,7 +15,7 @@ struct ConcatParams {
     uint b;        // of the second
     uint offset;   // concat_backward: first channel of the part
     uint count;    // its channels
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

@@ -1,6 +1,8 @@
 #ifndef SPLAT_CONV2D_PARAMS_H
 #define SPLAT_CONV2D_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -17,10 +19,10 @@ struct Conv2dParams {
     uint has_bias;
     uint has_residual;
     float scale;
-    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint accumulate;  // 1: parameter gradients are added to the existing values
     uint transposed;  // conv2d_pack_weight: 1 flips the taps and swaps the channels
     uint slices;      // conv2d_backward_weight: the rows of pixels are summed in so many slices
-    uint groups_x;    // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

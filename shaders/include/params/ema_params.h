@@ -1,6 +1,8 @@
 #ifndef SPLAT_EMA_PARAMS_H
 #define SPLAT_EMA_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -9,7 +11,7 @@ using uint = std::uint32_t;
 
 struct EmaParams {
     uint quads;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
     float rest;     // 1 - decay
 };
 

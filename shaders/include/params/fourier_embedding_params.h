@@ -1,6 +1,8 @@
 #ifndef SPLAT_FOURIER_EMBEDDING_PARAMS_H
 #define SPLAT_FOURIER_EMBEDDING_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -11,7 +13,7 @@ struct FourierEmbeddingParams {
     uint rows;
     uint features;  // of x
     uint waves;     // frequencies; each feature becomes as many cosines, then sines
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

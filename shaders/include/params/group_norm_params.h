@@ -1,6 +1,8 @@
 #ifndef SPLAT_GROUP_NORM_PARAMS_H
 #define SPLAT_GROUP_NORM_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -14,7 +16,7 @@ struct GroupNormParams {
     uint groups;  // divides c
     float eps;
     uint silu;        // 1: y = t * sigmoid(t) of the normalised t
-    uint accumulate;  // 1: parameter gradients are added to what is there
+    uint accumulate;  // 1: parameter gradients are added to the existing values
 };
 
 #ifdef __cplusplus

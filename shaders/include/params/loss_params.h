@@ -1,6 +1,8 @@
 #ifndef SPLAT_LOSS_PARAMS_H
 #define SPLAT_LOSS_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -13,7 +15,7 @@ struct LossParams {
     uint chunk;     // quads per workgroup of the forward pass
     uint sums;      // loss_sum: partial sums, one per chunk
     float scale;    // 1 / elements
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

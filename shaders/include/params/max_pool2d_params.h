@@ -1,6 +1,8 @@
 #ifndef SPLAT_MAX_POOL2D_PARAMS_H
 #define SPLAT_MAX_POOL2D_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -11,7 +13,7 @@ struct MaxPool2dParams {
     uint planes;  // quads of channels times images
     uint height;  // of x
     uint width;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

@@ -1,6 +1,8 @@
 #ifndef SPLAT_POSE_REDUCE_PARAMS_H
 #define SPLAT_POSE_REDUCE_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -10,7 +12,7 @@ using uint = std::uint32_t;
 struct PoseReduceParams {
     uint groups;      // partial sums per view
     uint views;
-    uint accumulate;  // 1: added to what is there
+    uint accumulate;  // 1: added to the existing values
 };
 
 #ifdef __cplusplus

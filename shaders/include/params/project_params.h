@@ -1,6 +1,8 @@
 #ifndef SPLAT_PROJECT_PARAMS_H
 #define SPLAT_PROJECT_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -10,7 +12,13 @@ using uint = std::uint32_t;
 #define SPLAT_FLAG const uint
 #endif
 
-// Bits of kFlags, a specialisation constant: lavapipe would do both sides of every choice.
+// Specialisation constants.
+SPLAT_SPEC_ID kProjectDegreeId = 10u;  // of the spherical harmonics
+SPLAT_SPEC_ID kProjectExportId = 11u;  // backward: write exported
+SPLAT_SPEC_ID kProjectPoseId = 12u;    // backward: write pose
+SPLAT_SPEC_ID kProjectFlagsId = 13u;   // bits below
+
+// Bits of kFlags, a specialisation constant, as lavapipe runs both sides of every branch.
 SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
 SPLAT_FLAG kFlagAntialias = 2u;         // opacity compensates for the dilation
 SPLAT_FLAG kFlagDirectColors = 4u;      // colours are given, not spherical harmonics
@@ -22,7 +30,7 @@ SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the 
 // An item is a Gaussian in a view: view * gaussians + Gaussian.
 struct ProjectParams {
     uint gaussians;
-    uint first;  // this dispatch does the Gaussians first to first + count - 1
+    uint first;  // this dispatch computes Gaussians first to first + count - 1
     uint count;
     uint width;   // pixels
     uint height;
@@ -34,7 +42,7 @@ struct ProjectParams {
     float far_plane;
     uint accumulate;  // backward: 1 adds to the gradients
     uint views;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #undef SPLAT_FLAG

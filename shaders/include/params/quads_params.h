@@ -1,6 +1,8 @@
 #ifndef SPLAT_QUADS_PARAMS_H
 #define SPLAT_QUADS_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -12,7 +14,7 @@ struct QuadsParams {
     uint n;
     uint c;
     uint p;
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

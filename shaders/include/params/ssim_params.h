@@ -1,6 +1,8 @@
 #ifndef SPLAT_SSIM_PARAMS_H
 #define SPLAT_SSIM_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -16,7 +18,7 @@ struct SsimParams {
     uint quads;
     uint chunk;     // quads per workgroup of the forward pass
     float scale;    // 1 / elements
-    uint groups_x;  // workgroups per row of the dispatch, see src/ops/launch.h
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
 #ifdef __cplusplus

@@ -1,6 +1,8 @@
 #ifndef SPLAT_TILE_BIN_PARAMS_H
 #define SPLAT_TILE_BIN_PARAMS_H
 
+#include "params/spec_ids.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 namespace splat::params {
@@ -9,6 +11,10 @@ using uint = std::uint32_t;
 #else
 #define SPLAT_STAT const uint
 #endif
+
+// Specialisation constants.
+SPLAT_SPEC_ID kTileBinByIndexId = 10u;  // sums by index instead of depth
+SPLAT_SPEC_ID kTileBinSlotsId = 11u;    // pairs get slots: records of the backward pass
 
 // Words of the statistics that one pass writes.
 SPLAT_STAT kStatVisible = 0u;     // entries of the depth order
@@ -23,7 +29,7 @@ struct TileBinParams {
     uint gaussians;  // per view
     uint items;      // gaussians * views
     uint capacity;   // pairs that the arrays hold
-    uint lanes;      // of the scan, a contiguous chunk each; tile_bin_*_cpu give a chunk to a workgroup
+    uint lanes;      // contiguous chunks of the scan, one per lane; per workgroup in tile_bin_*_cpu
     uint width;
     uint height;
     uint row_begin;

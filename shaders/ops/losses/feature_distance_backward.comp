@@ -3,8 +3,9 @@
 // difference of the unit vectors; 0 where a is 0. One invocation computes one pixel.
 // Bindings: a, b (quads), weight [channels], grad_y (quads of one channel), grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
+#include "params/feature_distance_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "feature_distance.glsl"
 #include "store.glsl"
 QUADS(3, grad_y);

@@ -1,10 +1,11 @@
 #version 460
 // partial = sum over the channels of weight * (a / (|a| + eps) - b / (|b| + eps))^2 at each pixel;
-// feature_distance_forward_sum makes the mean over the pixels of them. One invocation computes one pixel.
+// feature_distance_forward_sum averages them over the pixels. One invocation computes one pixel.
 // Bindings: a, b (quads), weight [channels], partial [images, pixels].
 #extension GL_GOOGLE_include_directive : require
+#include "params/feature_distance_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "feature_distance.glsl"
 layout(set = 0, binding = 3, std430) writeonly buffer Partial { float partial[]; };
 #include "launch.glsl"

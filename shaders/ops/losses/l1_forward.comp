@@ -1,9 +1,10 @@
 #version 460
-// partial = sum over a chunk of |a - b|; loss_sum makes the mean of them. One workgroup sums one chunk.
+// partial = sum over a chunk of |a - b|; loss_sum averages them. One workgroup sums one chunk.
 // Bindings: a, b (quads), partial [chunks].
 #extension GL_GOOGLE_include_directive : require
+#include "params/loss_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #define TERM(d) abs(d)
 #include "pixel_loss.glsl"
 

@@ -2,8 +2,9 @@
 // grad_a = grad_loss / elements * the slope: 2 (a - b). One invocation computes one quad.
 // Bindings: a, b (quads), grad_loss [1], grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
+#include "params/loss_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #define SLOPE(d) (2.0 * (d))
 #include "pixel_loss.glsl"
 

@@ -1,9 +1,9 @@
 #version 460
-// loss = scale * the sum of partial. One workgroup does it all. Bindings: partial [sums], loss [1].
+// loss = scale * the sum of partial. One workgroup sums all. Bindings: partial [sums], loss [1].
 #extension GL_GOOGLE_include_directive : require
 #include "params/loss_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) readonly buffer Partial { float partial[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Loss { float loss[]; };
 layout(push_constant) uniform Push { LossParams params; };

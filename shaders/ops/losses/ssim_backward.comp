@@ -1,12 +1,13 @@
 #version 460
-// With D the slopes of S by the moments, filtered by the window (which is its own transpose):
+// With D the slopes of S with respect to the moments, filtered by the window (which is its own transpose):
 //   grad_a = grad_loss / elements * (D_a + 2 a D_aa + b D_ab)
 // One invocation computes one quad: the window along columns, and the sum.
 // Bindings: a, b (quads), rows (three planes of quads), grad_loss [1], grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/ssim_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "ssim.glsl"
 #include "store.glsl"
 QUADS(0, a);

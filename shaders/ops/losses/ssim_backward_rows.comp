@@ -3,8 +3,9 @@
 // Bindings: slopes, rows: three planes of quads each.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/ssim_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "ssim.glsl"
 #include "store.glsl"
 QUADS(0, slopes);

@@ -2,12 +2,13 @@
 // The window along columns completes the moments m of a, b, a^2, b^2 and a b; from them the similarity
 //   S = A1 A2 / (B1 B2),  A1 = 2 ma mb + C1, A2 = 2 (mab - ma mb) + C2, B1 = ma^2 + mb^2 + C1,
 //   B2 = (maa - ma^2) + (mbb - mb^2) + C2
-// and its slopes by ma, maa and mab. One workgroup sums one chunk of S.
+// and its slopes with respect to ma, maa and mab. One workgroup sums one chunk of S.
 // Bindings: rows (five planes of quads), slopes (three planes of quads), partial [chunks].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#include "params/ssim_params.h"
 
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "ssim.glsl"
 #include "store.glsl"
 QUADS(0, rows);

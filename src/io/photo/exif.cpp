@@ -11,7 +11,7 @@ constexpr std::size_t kEntryBytes = 12;
 constexpr std::uint32_t kOrientationTag = 274;
 constexpr std::uint32_t kShort = 3;  ///< type of the entry
 
-/// Unsigned numbers of either order in bytes that may end too early.
+/// Unsigned numbers of either byte order; the bytes may end too early.
 struct Tiff {
     Bytes bytes;
     bool little = false;

@@ -43,7 +43,7 @@ Result<Image> load_image(const std::string& path, const ImageOptions& options) {
         if (image.ok()) return image;
         return Status(image.status().code(), "'" + path + "': " + image.status().message());
     }
-    return error(Code::kInvalidArgument, "'%s': no PNG, JPEG or WebP file", path.c_str());
+    return error(Code::kInvalidArgument, "'%s': not a PNG, JPEG or WebP file", path.c_str());
 }
 
 }  // namespace splat::io

@@ -4,7 +4,7 @@
 #include <cstdio>  // jpeglib.h needs FILE
 
 #include <jpeglib.h>
-// Behind jpeglib.h, whose types it needs.
+// After jpeglib.h, whose types it needs.
 #include <jerror.h>
 
 #include "io/photo/exif.h"
@@ -12,7 +12,7 @@
 namespace splat::io {
 namespace {
 
-/// What libjpeg's callbacks see. libjpeg leaves by longjmp, so no object with a destructor is created
+/// State of libjpeg's callbacks. libjpeg leaves by longjmp, so no object with a destructor is created
 /// between setjmp and the end of a function below.
 struct JpegState {
     jpeg_error_mgr errors{};
@@ -26,7 +26,7 @@ void on_error(j_common_ptr jpeg) {
     std::longjmp(state->escape, 1);  // libjpeg is C: an exception must not pass through it
 }
 
-/// Warnings are about bytes that are passed over, but for these, after which pixels are missing.
+/// Warnings after which pixels are missing; the others are about skipped bytes.
 void on_message(j_common_ptr jpeg, int level) {
     const int code = jpeg->err->msg_code;
     if (level < 0 &&
@@ -90,12 +90,12 @@ Status bad(const char* message) {
 
 Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     if (file.size() < 3 || file[0] != std::byte{0xFF} || file[1] != std::byte{0xD8})
-        return bad("the file does not start as a JPEG file does");
+        return bad("the file does not start like a JPEG file");
     JpegReader reader(file);
     Image image;
     if (!reader.read_header(image)) return bad(reader.state.message);
     if (reader.cmyk)
-        return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or colours");
+        return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or RGB");
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     if (image.width > options.max_side || image.height > options.max_side ||
         pixels * image.channels > options.max_samples)
@@ -103,7 +103,7 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
                      "jpeg: %u x %u pixels, the limit is %u on a side, %llu samples", image.width,
                      image.height, options.max_side,
                      static_cast<unsigned long long>(options.max_samples));
-    // Every block of 8 x 8 pixels takes a bit at least.
+    // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())
         return error(Code::kInvalidArgument, "jpeg: %u x %u pixels cannot come from %zu bytes",
                      image.width, image.height, file.size());

@@ -12,7 +12,7 @@ Result<Image> read_webp(Bytes file, const ImageOptions& options) {
         return error(Code::kInvalidArgument, "webp: %s",
                      status == VP8_STATUS_NOT_ENOUGH_DATA
                          ? "the file is truncated"
-                         : "the file does not start as a WebP file does");
+                         : "the file does not start like a WebP file");
     if (features.has_animation != 0)
         return error(Code::kUnsupported, "webp: an animation, expected one image");
     Image image;

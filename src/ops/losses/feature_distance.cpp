@@ -1,12 +1,12 @@
 #include "ops/losses/feature_distance.h"
 
-#include "ops/launch.h"
 #include "params/feature_distance_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
-/// One workgroup sums an image: turns of its loop, see kMaxTurns in ops/launch.h.
+/// One workgroup sums an image: turns of its loop, see kMaxTurns in vk/launch.h.
 constexpr std::uint32_t kMaxPixels = 1U << 20;
 
 params::FeatureDistanceParams params_of(const QuadDims& dims, std::uint32_t groups_x) {
@@ -31,26 +31,25 @@ Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,
                                 const vk::BufferView& weight, const vk::BufferView& partial,
                                 const vk::BufferView& y) {
     SPLAT_TRY(feature_distance_check(dims));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t pixels = std::uint64_t{dims.n} * dims.p;
-    const vk::Groups groups = groups_for(recorder.device(), pixels, size);
+    const vk::Groups groups = vk::groups_for(recorder.device(), pixels, size);
     const double bytes = static_cast<double>(dims.bytes());
     SPLAT_TRY(recorder.dispatch({
         .op = "feature_distance_forward",
-        .shader =
-            pick(recorder.kernels(), "feature_distance_forward", "feature_distance_forward_cpu"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "feature_distance_forward",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params_of(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::read(weight), vk::write(partial)},
         .groups = groups,
         .work = {.flops = 2.5 * bytes, .bytes = 2 * bytes},
     }));
-    const vk::Groups images = groups_for(recorder.device(), dims.n, 1);
+    const vk::Groups images = vk::groups_for(recorder.device(), dims.n, 1);
     const double sums = static_cast<double>(pixels);
     return recorder.dispatch({
         .op = "feature_distance_forward_sum",
         .shader = "feature_distance_forward_sum",
-        .constants = {{kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params_of(dims, images[0]),
         .accesses = {vk::read(partial), vk::write(y)},
         .groups = images,
@@ -63,14 +62,14 @@ Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
                                  const vk::BufferView& weight, const vk::BufferView& grad_y,
                                  const vk::BufferView& grad_a) {
     SPLAT_TRY(feature_distance_check(dims));
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), std::uint64_t{dims.n} * dims.p, size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups =
+        vk::groups_for(recorder.device(), std::uint64_t{dims.n} * dims.p, size);
     const double bytes = static_cast<double>(dims.bytes());
     return recorder.dispatch({
         .op = "feature_distance_backward",
-        .shader =
-            pick(recorder.kernels(), "feature_distance_backward", "feature_distance_backward_cpu"),
-        .constants = {{kWorkgroupSizeId, size}},
+        .shader = "feature_distance_backward",
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params_of(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::read(weight), vk::read(grad_y),
                      vk::write(grad_a)},
@@ -78,5 +77,47 @@ Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
         .work = {.flops = 6 * bytes, .bytes = 3 * bytes},
     });
 }
+
+namespace {
+
+constexpr Port kFeatureDistanceInputs[] = {
+    {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kRowMajor, false, true}};
+
+Result<OpPlan> feature_distance_plan(const vk::Recorder&, const Attributes&,
+                                     std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "b", inputs[1], inputs[0]));
+    SPLAT_TRY(expect_shape("feature_distance", "weight", inputs[2], {dims.c}));
+    SPLAT_TRY(feature_distance_check(dims));
+    return OpPlan{.outputs = {Shape{dims.n, 1}},
+                  .forward_workspace = feature_distance_partial_bytes(dims)};
+}
+
+Status feature_distance_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return feature_distance_forward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+                                    v.workspace.part(0, feature_distance_partial_bytes(dims)),
+                                    v.outputs[0]);
+}
+
+Status feature_distance_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return feature_distance_backward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
+                                     v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kFeatureDistanceRow = {
+    .name = "feature_distance",
+    .equation =
+        "y[n] = mean over pixels of sum_c weight[c] (a / (|a| + eps) - b / (|b| + eps))^2, "
+        "|.| over the channels, eps = 1e-10",
+    .inputs = kFeatureDistanceInputs,
+    .outputs = kOutputY,
+    .plan = feature_distance_plan,
+    .forward = feature_distance_row_forward,
+    .backward = feature_distance_row_backward};
 
 }  // namespace splat::ops

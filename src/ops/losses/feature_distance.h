@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
 namespace splat::ops {
@@ -10,7 +11,7 @@ Status feature_distance_check(const QuadDims& dims);
 /// Bytes of the terms of all pixels.
 std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
 
-/// How far the directions of two images' features lie apart, per image:
+/// Distance between the directions of two images' features, per image:
 ///
 ///   y[n] = 1/P sum_p sum_c weight[c] (a / (|a| + eps) - b / (|b| + eps))^2    |.| over the channels
 ///
@@ -22,18 +23,20 @@ std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
 /// y            [N,1] as quads
 /// Errors       those of feature_distance_check; nothing is recorded on error
 /// Precision    the difference of unit vectors cancels: 2^-24 of each, times twice their difference
-///              (tests/ops/feature_distance_test.cpp)
+///              (tests/ops/losses/feature_distance_test.cpp)
 /// Determinism  bit-exact for any thread count
-/// Source       Zhang et al. 2018, arXiv:1801.03924, equation 1, with weights outside of the square
+/// Source       Zhang et al. 2018, arXiv:1801.03924, equation 1, with weights outside the square
 Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,
                                 const vk::BufferView& a, const vk::BufferView& b,
                                 const vk::BufferView& weight, const vk::BufferView& partial,
                                 const vk::BufferView& y);
 
-/// Its gradient by a, overwritten; 0 at pixels where all of a is 0, which has no direction.
+/// Its gradient with respect to a, overwritten; 0 at pixels where all of a is 0 and has no direction.
 Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
                                  const vk::BufferView& a, const vk::BufferView& b,
                                  const vk::BufferView& weight, const vk::BufferView& grad_y,
                                  const vk::BufferView& grad_a);
+
+extern const OpRow kFeatureDistanceRow;
 
 }  // namespace splat::ops

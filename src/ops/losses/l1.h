@@ -10,16 +10,18 @@ namespace splat::ops {
 /// partial      workspace of loss_partial_bytes
 /// loss         [1]
 /// Errors       the recorder's, beyond the device's binding limits
-/// Precision    relative 1e-6 (tests/ops/l1_test.cpp)
+/// Precision    relative 1e-6 (tests/ops/losses/l1_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition
 Status l1_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
                   const vk::BufferView& b, const vk::BufferView& partial,
                   const vk::BufferView& loss);
 
-/// Its gradient by a, overwritten:  grad_a = grad_loss * sign(a - b) / elements, 0 where a equals b
+/// Its gradient with respect to a, overwritten:  grad_a = grad_loss * sign(a - b) / elements, 0 if a equals b
 Status l1_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
                    const vk::BufferView& b, const vk::BufferView& grad_loss,
                    const vk::BufferView& grad_a);
+
+extern const OpRow kL1Row;
 
 }  // namespace splat::ops

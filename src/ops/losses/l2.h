@@ -10,16 +10,18 @@ namespace splat::ops {
 /// partial      workspace of loss_partial_bytes
 /// loss         [1]
 /// Errors       the recorder's, beyond the device's binding limits
-/// Precision    relative 1e-6 (tests/ops/l2_test.cpp)
+/// Precision    relative 1e-6 (tests/ops/losses/l2_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition
 Status l2_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
                   const vk::BufferView& b, const vk::BufferView& partial,
                   const vk::BufferView& loss);
 
-/// Its gradient by a, overwritten:  grad_a = grad_loss * 2 (a - b) / elements
+/// Its gradient with respect to a, overwritten:  grad_a = grad_loss * 2 (a - b) / elements
 Status l2_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
                    const vk::BufferView& b, const vk::BufferView& grad_loss,
                    const vk::BufferView& grad_a);
+
+extern const OpRow kL2Row;
 
 }  // namespace splat::ops

@@ -1,8 +1,8 @@
 #include "ops/losses/loss.h"
 
 #include "core/checked_math.h"
-#include "ops/launch.h"
 #include "params/loss_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -32,7 +32,7 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
     return recorder.dispatch({
         .op = "loss_sum",
         .shader = "loss_sum",
-        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .constants = {{params::kWorkgroupSizeId, vk::workgroup_size(recorder.device(), 64)}},
         .push = loss_params(dims, 1),
         .accesses = {vk::read(partial), vk::write(loss)},
         .groups = {1, 1, 1},
@@ -40,15 +40,15 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
     });
 }
 
-Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                           const vk::BufferView& a, const vk::BufferView& b,
                           const vk::BufferView& partial, const vk::BufferView& loss) {
-    const vk::Groups groups = groups_for(recorder.device(), loss_chunks(dims), 1);
+    const vk::Groups groups = vk::groups_for(recorder.device(), loss_chunks(dims), 1);
     const double bytes = static_cast<double>(dims.bytes());
     SPLAT_TRY(recorder.dispatch({
-        .op = kernel.op,
-        .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
-        .constants = {{kWorkgroupSizeId, workgroup_size(recorder.device(), 64)}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, vk::workgroup_size(recorder.device(), 64)}},
         .push = loss_params(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::write(partial)},
         .groups = groups,
@@ -57,21 +57,27 @@ Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, cons
     return loss_sum(recorder, dims, partial, loss);
 }
 
-Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                            const vk::BufferView& a, const vk::BufferView& b,
                            const vk::BufferView& grad_loss, const vk::BufferView& grad_a) {
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = groups_for(recorder.device(), dims.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
     const double bytes = static_cast<double>(dims.bytes());
     return recorder.dispatch({
-        .op = kernel.op,
-        .shader = pick(recorder.kernels(), kernel.plain, kernel.cpu),
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = loss_params(dims, groups[0]),
         .accesses = {vk::read(a), vk::read(b), vk::read(grad_loss), vk::write(grad_a)},
         .groups = groups,
         .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes},
     });
+}
+
+Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(inputs[0]));
+    SPLAT_TRY(expect_shape(op, "b", inputs[1], inputs[0]));
+    return OpPlan{.outputs = {Shape{1}}, .forward_workspace = loss_partial_bytes(dims)};
 }
 
 }  // namespace splat::ops

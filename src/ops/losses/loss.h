@@ -1,14 +1,15 @@
 #pragma once
 
+#include "ops/op_table.h"
 #include "ops/quads.h"
 
-/// What the losses share: sums over chunks of an image, and the mean of a term of each element.
+/// Shared by the losses: sums over chunks of an image, and the mean of a term of each element.
 namespace splat::ops {
 
-/// Quads per workgroup of a forward pass: few enough that lanes sum few terms one after another.
+/// Quads per workgroup of a forward pass, so few that each lane sums only a few terms.
 inline constexpr std::uint32_t kLossChunk = 1024;
 
-/// Partial sums of a loss over so many quads, and their bytes.
+/// Number of partial sums of a loss over so many quads, and their bytes.
 std::uint32_t loss_chunks(const QuadDims& dims);
 std::uint64_t loss_partial_bytes(const QuadDims& dims);
 
@@ -25,18 +26,34 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
 /// 1 / elements.
 float loss_scale(const QuadDims& dims);
 
-struct LossKernel {
-    const char* op;
-    const char* plain;
-    const char* cpu;
-};
-
-/// Both passes of a loss that is the mean of a term of a - b.
-Status pixel_loss_forward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+/// Both passes of a loss that is the mean of a term of a - b, by the kernel of that stem.
+Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                           const vk::BufferView& a, const vk::BufferView& b,
                           const vk::BufferView& partial, const vk::BufferView& loss);
-Status pixel_loss_backward(vk::Recorder& recorder, const LossKernel& kernel, const QuadDims& dims,
+Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                            const vk::BufferView& a, const vk::BufferView& b,
                            const vk::BufferView& grad_loss, const vk::BufferView& grad_a);
+
+/// Rows of losses: b is constant.
+inline constexpr Port kLossInputs[] = {{"a"}, {"b", Layout::kQuads, false, true}};
+inline constexpr Port kLossOutputs[] = {{"loss", Layout::kRowMajor}};
+Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs);
+
+using LossPass = Status (*)(vk::Recorder&, const QuadDims&, const vk::BufferView&,
+                            const vk::BufferView&, const vk::BufferView&, const vk::BufferView&);
+
+template <LossPass pass>
+Status loss_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return pass(recorder, dims, v.inputs[0], v.inputs[1],
+                v.workspace.part(0, loss_partial_bytes(dims)), v.outputs[0]);
+}
+
+template <LossPass pass>
+Status loss_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    return pass(recorder, dims, v.inputs[0], v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+}
 
 }  // namespace splat::ops

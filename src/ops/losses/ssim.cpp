@@ -1,7 +1,8 @@
 #include "ops/losses/ssim.h"
 
-#include "ops/launch.h"
+#include "core/checked_math.h"
 #include "params/ssim_params.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -10,25 +11,23 @@ constexpr std::uint64_t kForwardPlanes = 5;  // a, b, a^2, b^2, a b
 constexpr std::uint64_t kSlopes = 3;         // by the moments of a, a^2, a b
 constexpr double kTaps = 11;
 
-struct Pass {
-    const char* op;
-    const char* plain;
-    const char* cpu;
+struct Stage {
+    const char* kernel;
     std::vector<vk::Access> accesses;
     double planes;     ///< that the window goes over
     bool sum = false;  ///< a workgroup per chunk, not an invocation per quad
 };
 
-Status record(vk::Recorder& recorder, const SsimDesc& desc, Pass pass) {
+Status record(vk::Recorder& recorder, const SsimDesc& desc, Stage pass) {
     const QuadDims dims = desc.quads();
-    const std::uint32_t size = workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = pass.sum ? groups_for(recorder.device(), loss_chunks(dims), 1)
-                                       : groups_for(recorder.device(), dims.quads(), size);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = pass.sum ? vk::groups_for(recorder.device(), loss_chunks(dims), 1)
+                                       : vk::groups_for(recorder.device(), dims.quads(), size);
     const double bytes = static_cast<double>(dims.bytes());
     return recorder.dispatch({
-        .op = pass.op,
-        .shader = pick(recorder.kernels(), pass.plain, pass.cpu),
-        .constants = {{kWorkgroupSizeId, size}},
+        .op = pass.kernel,
+        .shader = pass.kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::SsimParams{desc.n, desc.c, desc.height, desc.width,
                                    static_cast<std::uint32_t>(dims.quads()), kLossChunk,
                                    loss_scale(dims), groups[0]},
@@ -56,16 +55,11 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& b, const vk::BufferView& rows,
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss) {
-    SPLAT_TRY(record(recorder, desc,
-                     {"ssim_forward_rows",
-                      "ssim_forward_rows",
-                      "ssim_forward_rows_cpu",
-                      {vk::read(a), vk::read(b), vk::write(rows)},
-                      kForwardPlanes}));
+    SPLAT_TRY(
+        record(recorder, desc,
+               {"ssim_forward_rows", {vk::read(a), vk::read(b), vk::write(rows)}, kForwardPlanes}));
     SPLAT_TRY(record(recorder, desc,
                      {"ssim_forward",
-                      "ssim_forward",
-                      "ssim_forward_cpu",
                       {vk::read(rows), vk::write(slopes), vk::write(partial)},
                       kForwardPlanes,
                       true}));
@@ -77,18 +71,72 @@ Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buf
                      const vk::BufferView& rows, const vk::BufferView& grad_loss,
                      const vk::BufferView& grad_a) {
     SPLAT_TRY(record(recorder, desc,
-                     {"ssim_backward_rows",
-                      "ssim_backward_rows",
-                      "ssim_backward_rows_cpu",
-                      {vk::read(slopes), vk::write(rows)},
-                      kSlopes}));
+                     {"ssim_backward_rows", {vk::read(slopes), vk::write(rows)}, kSlopes}));
     return record(
         recorder, desc,
         {"ssim_backward",
-         "ssim_backward",
-         "ssim_backward_cpu",
          {vk::read(a), vk::read(b), vk::read(rows), vk::read(grad_loss), vk::write(grad_a)},
          kSlopes});
 }
+
+namespace {
+
+constexpr const char* kSsimSaved[] = {"slopes"};
+
+SsimDesc ssim_desc(const Shape& a) {
+    return {a[0], a[1], a[2], a[3]};
+}
+
+/// Where the workspace goes on behind the rows.
+std::uint64_t rows_end(const vk::Recorder& recorder, const SsimDesc& desc) {
+    return round_up(ssim_forward_rows_bytes(desc), recorder.device().limits.offset_alignment);
+}
+
+Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
+                         std::span<const Shape> inputs) {
+    if (inputs[0].rank() != 4)
+        return error(Code::kShape, "ssim: tensor 'a' has shape %s, expected [N, C, H, W]",
+                     inputs[0].text().c_str());
+    SPLAT_ASSIGN(OpPlan plan, loss_plan("ssim", inputs));
+    const SsimDesc desc = ssim_desc(inputs[0]);
+    const std::uint64_t slopes = ssim_slopes_bytes(desc) / 4;
+    if (slopes > kMaxElements)
+        return error(Code::kUnsupported, "ssim: images %s are too large: %llu slopes",
+                     inputs[0].text().c_str(), static_cast<unsigned long long>(slopes));
+    plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
+    plan.forward_workspace += rows_end(recorder, desc);
+    plan.backward_workspace = ssim_backward_rows_bytes(desc);
+    return plan;
+}
+
+Status ssim_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    const SsimDesc desc = ssim_desc(v.inputs[0].shape);
+    return ssim_forward(
+        recorder, desc, v.inputs[0], v.inputs[1],
+        v.workspace.part(0, ssim_forward_rows_bytes(desc)), v.saved[0],
+        v.workspace.part(rows_end(recorder, desc), loss_partial_bytes(desc.quads())), v.outputs[0]);
+}
+
+Status ssim_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    const SsimDesc desc = ssim_desc(v.inputs[0].shape);
+    return ssim_backward(recorder, desc, v.inputs[0], v.inputs[1], v.saved[0],
+                         v.workspace.part(0, ssim_backward_rows_bytes(desc)), v.grad_outputs[0],
+                         v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kSsimRow = {
+    .name = "ssim",
+    .equation =
+        "loss = mean (2 ma mb + C1) (2 cov + C2) / ((ma^2 + mb^2 + C1) (var_a + var_b + C2)), "
+        "Gaussian window 11x11 of 1.5 pixels, zero padding, C1 = 1e-4, C2 = 9e-4",
+    .inputs = kLossInputs,
+    .outputs = kLossOutputs,
+    .saved = kSsimSaved,
+    .plan = ssim_plan,
+    .forward = ssim_row_forward,
+    .backward = ssim_row_backward};
 
 }  // namespace splat::ops

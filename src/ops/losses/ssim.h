@@ -24,7 +24,7 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 ///   (2 ma mb + C1) (2 cov + C2) / ((ma^2 + mb^2 + C1) (var_a + var_b + C2))
 ///
 /// with C1 = 0.01^2, C2 = 0.03^2, and moments under a Gaussian window of 11x11 pixels, standard deviation
-/// 1.5; outside of the image everything is zero.
+/// 1.5; zero outside the image.
 ///
 /// a, b         [N,C,H,W] float32 as quads, zero in the channels that pad a quad
 /// slopes       out, saved for backward: ssim_slopes_bytes
@@ -33,7 +33,7 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 /// loss         [1]; 1 for equal images
 /// Errors       the recorder's, beyond the device's binding limits
 /// Precision    1e-6 for images of 0 to 1; variances are differences of moments, so flat regions lose
-///              digits (tests/ops/ssim_test.cpp)
+///              digits (tests/ops/losses/ssim_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Wang et al. 2004, doi:10.1109/TIP.2003.819861, eq. 13
 Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
@@ -41,12 +41,14 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss);
 
-/// Its gradient by a, overwritten; derived in tests/ref/ssim_ref.h.
+/// Its gradient with respect to a, overwritten; derived in tests/ref/losses/ssim_ref.h.
 ///
 /// rows         workspace of ssim_backward_rows_bytes; the rest as in the forward pass
 Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
                      const vk::BufferView& b, const vk::BufferView& slopes,
                      const vk::BufferView& rows, const vk::BufferView& grad_loss,
                      const vk::BufferView& grad_a);
+
+extern const OpRow kSsimRow;
 
 }  // namespace splat::ops

@@ -19,7 +19,7 @@ struct Misuse {
     std::function<splat_result()> call;
 };
 
-/// What the calls write to: stays as it is whenever a call fails.
+/// Outputs of the calls. A failed call leaves them as they are.
 struct Outputs {
     Outputs();
     [[nodiscard]] bool untouched() const;
@@ -53,7 +53,7 @@ struct Outputs {
     Output<void*> pointer;
 };
 
-/// Living and dead objects that the calls are made with.
+/// Live and destroyed objects for the calls.
 class MisuseTable {
   public:
     MisuseTable();
@@ -103,15 +103,15 @@ class MisuseTable {
 
     void add(const char* function, const char* parameter, const char* what, splat_result expected,
              std::function<splat_result()> call);
-    /// All handles that are none of the kind: NULL, destroyed, of the other kinds, never given.
+    /// All invalid handles of the kind: NULL, destroyed, of other kinds, never created.
     template <class Handle>
     void handles(const char* function, const char* parameter,
                  std::function<splat_result(Handle)> call, splat_result for_null);
-    /// An info or stats struct: NULL, and sizes that no version had.
+    /// An info or stats struct: NULL, and sizes that no version has.
     template <class Info>
     void infos(const char* function, const char* parameter,
                std::function<splat_result(Info*)> call);
-    /// A desc: the same, unknown flags, and a next.
+    /// A desc: the same, unknown flags, and a next that is not NULL.
     template <class Desc>
     void descs(const char* function, const Desc& good,
                std::function<splat_result(const Desc*)> call);

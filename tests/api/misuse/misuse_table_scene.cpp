@@ -35,6 +35,12 @@ void MisuseTable::scene_rows() {
             return splat_scene_load_report(s, *outputs.text.out(), 16, outputs.size.out());
         },
         kHandle);
+    add("splat_scene_formats", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+        [] { return splat_scene_formats(nullptr, SIZE_MAX, nullptr); });
+    add("splat_scene_formats", "capacity", "0", SPLAT_INCOMPLETE,
+        [this] { return splat_scene_formats(*outputs.text.out(), 0, nullptr); });
+    add("splat_scene_formats", "needed", "NULL", SPLAT_INCOMPLETE,
+        [] { return splat_scene_formats(nullptr, 0, nullptr); });
     add("splat_scene_load_report", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
         [this] { return splat_scene_load_report(scene_, nullptr, SIZE_MAX, nullptr); });
     add("splat_scene_load_report", "capacity", "0", SPLAT_INCOMPLETE,

@@ -7,6 +7,12 @@ void MisuseTable::config_rows() {
     const auto merge = [this](const char* text, const char* const* values, std::size_t count) {
         return splat_config_merge(text, values, count, *outputs.text.out(), 16, outputs.size.out());
     };
+    add("splat_config_keys", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+        [] { return splat_config_keys(nullptr, SIZE_MAX, nullptr); });
+    add("splat_config_keys", "capacity", "0", SPLAT_INCOMPLETE,
+        [this] { return splat_config_keys(*outputs.text.out(), 0, nullptr); });
+    add("splat_config_keys", "needed", "NULL", SPLAT_INCOMPLETE,
+        [] { return splat_config_keys(nullptr, 0, nullptr); });
     add("splat_config_merge", "text", "no configuration", kArgument,
         [merge] { return merge("]", nullptr, 0); });
     add("splat_config_merge", "text", "an unknown key", kArgument,

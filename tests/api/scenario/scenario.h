@@ -6,15 +6,15 @@
 
 namespace splat::test {
 
-/// Stands around every call of a scenario.
+/// Observes every call of a scenario.
 class Observer {
   public:
     virtual ~Observer() = default;
     virtual void before() {}
     virtual void after() {}
 
-    /// A call failed and left its outputs alone. True: make the same call once more; false: give up
-    /// and destroy everything.
+    /// A call failed and left its outputs alone. Return true to repeat it, false to give up and
+    /// destroy everything.
     virtual bool retry(const char* call, splat_result result) {
         ADD_FAILURE() << call << ": " << splat_result_name(result) << ": "
                       << splat_last_error_message();
@@ -33,17 +33,17 @@ struct ScenarioResults {
 /// A life: create a device and tensors, run group_norm forward and backward and linear forward,
 /// read back, map, check, describe, destroy.
 ///
-/// Every call's outputs are checked to be untouched when it fails, and every destroy to succeed.
-/// Returns the results, or nothing if the observer gave up.
+/// Checks that a failed call leaves its outputs alone, and that every destroy succeeds. Returns the
+/// results, or nothing if the observer gave up.
 std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_device_desc& device);
 
 /// Another life: create a device and a scene, save it, load it and cameras of a file, draw it, read
-/// image and gradients, change the scene, destroy. Files are in a folder of its own, gone afterwards.
+/// image and gradients, change the scene, destroy. Its files are in a temporary folder.
 std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
                                                    const splat_device_desc& device);
 
-/// A third: create a device and a trainer, take steps, save its state and weights, go on from the state,
-/// load the weights into a model, predict, destroy.
+/// A third: create a device and a trainer, take steps, save its state and weights, go on from the
+/// state, load the weights into a model, predict, destroy.
 std::optional<ScenarioResults> run_train_scenario(Observer& observer,
                                                   const splat_device_desc& device);
 

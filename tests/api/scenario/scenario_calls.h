@@ -11,8 +11,8 @@ class ScenarioCalls {
   protected:
     explicit ScenarioCalls(Observer& observer) : observer_(observer) {}
 
-    /// Make a call, and again if the observer wants it; `untouched` says whether a failed one left
-    /// its outputs alone.
+    /// Make a call, and repeat it if the observer asks for it. `untouched` says whether a failed
+    /// call left its outputs alone.
     template <class Call, class Untouched>
     bool call(const char* name, Call&& make, Untouched&& untouched) {
         for (int attempt = 0;; ++attempt) {

@@ -54,7 +54,7 @@ class RasterScenario : ScenarioCalls {
     ~RasterScenario() {
         for (const splat_tensor tensor : {grad_rgb_, grad_means_, grad_sh_})
             if (tensor != nullptr) destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
-        // What was made of the device outlives it.
+        // Objects of the device outlive it.
         destroy("splat_device_destroy", splat_device_destroy, device_);
         destroy("splat_rasterizer_destroy", splat_rasterizer_destroy, rasterizer_);
         for (const splat_scene scene : {made_, loaded_})
@@ -72,7 +72,8 @@ class RasterScenario : ScenarioCalls {
   private:
     bool make_scene() {
         const splat_scene_desc desc = sample_.desc();
-        const std::string file = folder_.scene();  // the call's own allocations alone may fail
+        const std::string file =
+            folder_.scene();  // outside the call, whose own allocations may fail
         return create("splat_scene_create", made_,
                       [&](splat_scene* out) { return splat_scene_create(&desc, out); }) &&
                call("splat_scene_save",

@@ -23,7 +23,7 @@ class TrainScenario : ScenarioCalls {
         for (const splat_weights weights : {stored_, loaded_})
             if (weights != nullptr)
                 destroy("splat_weights_destroy", splat_weights_destroy, weights);
-        // What was made of the device outlives it, and the trainer's model the trainer.
+        // Objects of the device outlive it, and the trainer's model outlives the trainer.
         destroy("splat_device_destroy", splat_device_destroy, device_);
         destroy("splat_trainer_destroy", splat_trainer_destroy, trainer_);
         for (const splat_model model : {trained_, fresh_})
@@ -66,7 +66,7 @@ class TrainScenario : ScenarioCalls {
                call("splat_model_init", [&] { return splat_model_init(trained_, 3); });
     }
 
-    /// One that fails updates nothing, so that the repeated one gives the same weights.
+    /// A failed step updates nothing, so that repeating it gives the same weights.
     bool step() {
         const splat_trainer_batch batch = batch_.desc();
         auto info = sized<splat_trainer_info>();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "ops/activations/activation.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
@@ -36,7 +37,12 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
     const Shape image{2, 6, 4, 6};
     const HostTensor x = normal_tensor(image, 1);
     calls.push_back(sample("add", {{"scale", 0.5}}, {x, normal_tensor(image, 2)}, {image}));
-    calls.push_back(sample("silu", Json::object(), {x}, {image}));
+    for (const ops::OpRow* row : ops::op_table()) {  // as they are, and with each of their flags
+        if (row->plan != ops::activation_plan) continue;
+        calls.push_back(sample(row->name, Json::object(), {x}, {image}));
+        for (const ops::Attribute& flag : row->attributes)
+            calls.push_back(sample(row->name, {{flag.name, true}}, {x}, {image}));
+    }
     const HostTensor filter{{4}, {1, 3, 3, 1}};
     calls.push_back(sample("resample2d", {{"up", true}}, {x, filter}, {Shape{2, 6, 8, 12}}));
     calls.push_back(sample("resample2d", {{"down", true}}, {x, {}}, {Shape{2, 6, 2, 3}}));
@@ -46,7 +52,6 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
 
 inline void add_feature_samples(std::vector<OpCall>& calls) {
     const Shape image{2, 6, 5, 6};
-    calls.push_back(sample("relu", Json::object(), {normal_tensor(image, 1)}, {image}));
     calls.push_back(
         sample("max_pool2d", Json::object(), {normal_tensor(image, 2)}, {Shape{2, 6, 2, 3}}));
     calls.push_back(

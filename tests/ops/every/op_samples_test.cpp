@@ -16,7 +16,7 @@ SPLAT_INSTANTIATE_KERNELS(OpSamples);
 TEST(OpSamplesTable, HoldEveryOperator) {
     std::set<std::string> names;
     for (const OpCall& call : op_samples()) names.insert(call.op);
-    for (const nn::OpRow* row : nn::op_table())
+    for (const ops::OpRow* row : ops::op_table())
         EXPECT_TRUE(names.contains(row->name)) << row->name << " has no call in op_samples.h";
 }
 
@@ -25,14 +25,14 @@ TEST_P(OpSamples, MatchTheReferenceOfTheirName) {
     for (const OpCall& call : op_samples()) {
         const ref::EveryOp* op = ref::find_op(call.op);
         ASSERT_NE(op, nullptr) << call.op << " is not in every_op_ref.h";
-        const nn::OpRow& row = *nn::find_op(call.op).value();
+        const ops::OpRow& row = *ops::find_op(call.op).value();
         ref::OpArguments in;
         for (const HostTensor& input : call.inputs) {
             in.inputs.push_back({{}, to_double(input.values)});
             for (std::uint32_t axis = 0; axis < input.shape.rank(); ++axis)
                 in.inputs.back().dims.push_back(input.shape[axis]);
         }
-        for (const nn::Attribute& of : row.attributes) {
+        for (const ops::Attribute& of : row.attributes) {
             const Json value = call.attributes.contains(of.name) ? call.attributes[of.name]
                                                                  : Json::parse(of.fallback);
             in.attributes[of.name] =
@@ -85,7 +85,7 @@ TEST_P(OpSamples, EachGradientAlone) {
 /// overwrite it.
 TEST_P(OpSamples, AccumulateAddsToParameterGradients) {
     for (OpCall call : op_samples()) {
-        const nn::OpRow& row = *nn::find_op(call.op).value();
+        const ops::OpRow& row = *ops::find_op(call.op).value();
         const OpResult plain = run_op(context(), call);
         ASSERT_OK(plain.status) << call.op;
         for (const HostTensor& input : call.inputs)
@@ -93,7 +93,7 @@ TEST_P(OpSamples, AccumulateAddsToParameterGradients) {
         const OpResult added = run_op(context(), call);
         ASSERT_OK(added.status) << call.op;
         for (std::size_t i = 0; i < plain.grad_inputs.size(); ++i) {
-            const bool parameter = row.inputs[i].layout == nn::Layout::kRowMajor;
+            const bool parameter = row.inputs[i].layout == ops::Layout::kRowMajor;
             for (std::size_t k = 0; k < plain.grad_inputs[i].size(); ++k) {
                 const float before = parameter ? call.accumulate_to[i][k] : 0.0F;
                 ASSERT_EQ(added.grad_inputs[i][k], plain.grad_inputs[i][k] + before)

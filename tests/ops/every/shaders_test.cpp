@@ -68,22 +68,22 @@ class Uses {
     }
     vk::BufferView row(std::uint32_t n) { return view({n}, n); }
 
-    vk::BufferView tensor(const Shape& shape, const nn::Port& port) {
+    vk::BufferView tensor(const Shape& shape, const ops::Port& port) {
         if (shape.rank() == 0) return {};
-        const bool quads = port.layout == nn::Layout::kQuads;
+        const bool quads = port.layout == ops::Layout::kQuads;
         return view(shape, quads ? ops::quad_dims(shape).value().bytes() / 4 : shape.elements());
     }
 
     /// Both passes of a call as the op table's row records them, on tensors without content.
     void row(const OpCall& call) {
-        const nn::OpRow& row = *nn::find_op(call.op).value();
-        const auto attributes = nn::complete_attributes(
+        const ops::OpRow& row = *ops::find_op(call.op).value();
+        const auto attributes = ops::complete_attributes(
             row, parse_flat_json(call.attributes.dump(), "attributes").value());
         std::vector<Shape> shapes;
         for (const HostTensor& input : call.inputs)
             shapes.push_back(input.values.empty() ? Shape{} : input.shape);
-        const nn::OpPlan plan = row.plan(recorder_, attributes.value(), shapes).value();
-        nn::OpViews v;
+        const ops::OpPlan plan = row.plan(recorder_, attributes.value(), shapes).value();
+        ops::OpViews v;
         for (std::size_t i = 0; i < shapes.size(); ++i) {
             v.inputs.push_back(tensor(shapes[i], row.inputs[i]));
             v.grad_inputs.push_back(row.inputs[i].constant ? vk::BufferView{}
@@ -101,8 +101,8 @@ class Uses {
         v.forward_prepared = reserve(plan.forward_prepared);
         v.backward_prepared = reserve(plan.backward_prepared);
         if (row.prepare != nullptr) {
-            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, nn::Pass::kForward));
-            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, nn::Pass::kBackward));
+            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, ops::Pass::kForward));
+            EXPECT_OK(row.prepare(recorder_, attributes.value(), v, ops::Pass::kBackward));
         }
         EXPECT_OK(row.forward(recorder_, attributes.value(), v)) << call.op;
         EXPECT_OK(row.backward(recorder_, attributes.value(), v)) << call.op;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "ops/every/op_samples.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 /// What the tests of losses of a - b share.
 namespace splat::test {
@@ -45,23 +45,23 @@ inline void expect_zero_of_equals(vk::Context& context, const PixelLoss& loss) {
 }
 
 inline void expect_golden(vk::Context& context, const PixelLoss& loss) {
-    for (const std::string& path : golden_files("net", "metric")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        for (const std::string pair : {"0", "1", "2"}) {
+    each_golden("metric", [&](const Golden& golden) {
+        const std::vector<std::string> pairs = golden.cases("a");
+        golden.expect_cases(pairs, {"0", "1", "2"});
+        for (const std::string& pair : pairs) {
             const auto tensor = [&](const char* key) {
-                return image_batch(golden_tensor(npz.value(), pair + "." + key));
+                return image_batch(golden_tensor(golden.npz, pair + "." + key));
             };
             const std::string op = loss.op;
             const OpResult gpu = run_op(context, loss.call(tensor("a"), tensor("b"), 1));
             ASSERT_OK(gpu.status);
-            EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), pair + "." + op + "64"), 0,
-                              kGoldenLayer, {"loss", reproduce(path)}));
-            EXPECT_TRUE(close(gpu.grad_inputs[0],
-                              golden_values(npz.value(), pair + ".d_" + op + "64"), 1e-10,
-                              kGoldenLayer, {"grad_a", reproduce(path), true}));
+            const std::string how = reproduce(golden.name);
+            EXPECT_TRUE(close(gpu.outputs[0], golden.doubles(pair + "." + op + "64"), 0,
+                              kGoldenLayer, {"loss", how}));
+            EXPECT_TRUE(close(gpu.grad_inputs[0], golden.doubles(pair + ".d_" + op + "64"), 1e-10,
+                              kGoldenLayer, {"grad_a", how, true}));
         }
-    }
+    });
 }
 
 inline void expect_refusals(vk::Context& context, const PixelLoss& loss) {

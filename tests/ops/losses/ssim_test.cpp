@@ -6,7 +6,7 @@
 
 #include "ops/every/op_samples.h"
 #include "ref/losses/ssim_ref.h"
-#include "support/golden.h"
+#include "support/golden_file.h"
 
 namespace splat::test {
 namespace {
@@ -29,7 +29,7 @@ HostTensor image(const Shape& shape, std::uint64_t seed) {
     return tensor;
 }
 
-ref::SsimInput reference_of(const OpCall& call) {
+ref::SsimInput ssim_reference(const OpCall& call) {
     const Shape& a = call.inputs[0].shape;
     return {std::size_t{a[0]} * a[1], a[2], a[3], to_double(call.inputs[0].values),
             to_double(call.inputs[1].values)};
@@ -50,7 +50,7 @@ TEST_P(Ssim, MatchesFloat64) {
         const Shape shape{n, c, h, w};
         seed += 2;
         const OpCall call = ssim_call(image(shape, seed), image(shape, seed + 1), 1.5F);
-        const ref::SsimInput in = reference_of(call);
+        const ref::SsimInput in = ssim_reference(call);
         expect_matches(
             context(), call, {ref::summed(ref::ssim_forward<ref::Rounded>(in), in.a.size())},
             {ref::summed(ref::ssim_backward<ref::Rounded>(in, 1.5), ref::kSsimTerms), {}},
@@ -91,19 +91,19 @@ constexpr double kGoldenSsim = 1e-5;
 
 TEST_P(Ssim, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    for (const std::string& path : golden_files("net", "metric")) {
-        const auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        for (const std::string pair : {"0", "1", "2"}) {
+    each_golden("metric", [&](const Golden& golden) {
+        const std::vector<std::string> pairs = golden.cases("a");
+        golden.expect_cases(pairs, {"0", "1", "2"});
+        for (const std::string& pair : pairs) {
             const auto name = [&pair](const char* key) { return pair + "." + key; };
             const OpResult gpu =
-                run_op(context(), ssim_call(image_batch(golden_tensor(npz.value(), name("a"))),
-                                            image_batch(golden_tensor(npz.value(), name("b"))), 1));
+                run_op(context(), ssim_call(image_batch(golden_tensor(golden.npz, name("a"))),
+                                            image_batch(golden_tensor(golden.npz, name("b"))), 1));
             ASSERT_OK(gpu.status);
-            const std::string how = reproduce(name(path.c_str()));
-            EXPECT_TRUE(close(gpu.outputs[0], golden_values(npz.value(), name("ssim64")),
-                              kGoldenSsim, 0, {"loss", how}));
-            const std::vector<double> expected = golden_values(npz.value(), name("d_ssim64"));
+            const std::string how = reproduce(name(golden.name.c_str()));
+            EXPECT_TRUE(close(gpu.outputs[0], golden.doubles(name("ssim64")), kGoldenSsim, 0,
+                              {"loss", how}));
+            const std::vector<double> expected = golden.doubles(name("d_ssim64"));
             double error = 0;
             double norm = 0;
             for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -113,7 +113,7 @@ TEST_P(Ssim, GoldenNet) {
             }
             EXPECT_LE(std::sqrt(error / norm), 1e-4) << how;
         }
-    }
+    });
 }
 
 TEST_P(Ssim, RejectsBadShapes) {
@@ -126,7 +126,7 @@ TEST_P(Ssim, RejectsBadShapes) {
 
 TEST(SsimReference, GradcheckFloat64) {
     for (const Shape& shape : {Shape{1, 1, 2, 3}, Shape{1, 2, 9, 13}}) {
-        const ref::SsimInput in = reference_of(ssim_call(image(shape, 60), image(shape, 61), 1));
+        const ref::SsimInput in = ssim_reference(ssim_call(image(shape, 60), image(shape, 61), 1));
         expect_gradcheck({in.a},
                          [&in](const Arrays& inputs) {
                              ref::SsimInput changed = in;

@@ -2,17 +2,18 @@
 
 #include <string_view>
 
+#include "ref/activations/gelu_ref.h"
+#include "ref/activations/relu_ref.h"
+#include "ref/activations/silu_ref.h"
 #include "ref/add_ref.h"
 #include "ref/concat_ref.h"
 #include "ref/every/op_arguments_ref.h"
 #include "ref/losses/l1_ref.h"
 #include "ref/losses/l2_ref.h"
-#include "ref/relu_ref.h"
-#include "ref/silu_ref.h"
 #include "ref/split3_ref.h"
 
-/// Every operator by its name: the references of this folder, called as the op table calls the kernels,
-/// for what runs whole networks or all operators.
+/// Every operator by its name: the references of this folder, called as the op table calls the kernels, for
+/// tests of whole networks and of all operators.
 namespace splat::ref {
 
 using Sums = std::vector<Summed<double>>;
@@ -147,6 +148,15 @@ struct GaussianHead {
     }
 };
 
+struct Gelu {
+    static Sums forward(const OpArguments& in) {
+        return {ref::gelu_forward(in.values(0), in.flag("tanh"))};
+    }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {ref::gelu_backward(in.values(0), grads[0], in.flag("tanh"))};
+    }
+};
+
 struct GroupNorm {
     static Sums forward(const OpArguments& in) {
         return {ref::group_norm_forward(group_norm(in)).y};
@@ -224,6 +234,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"film", every::Film::forward, every::Film::backward},
     {"fourier_embedding", every::FourierEmbedding::forward, every::FourierEmbedding::backward},
     {"gaussian_head", every::GaussianHead::forward, every::GaussianHead::backward},
+    {"gelu", every::Gelu::forward, every::Gelu::backward},
     {"group_norm", every::GroupNorm::forward, every::GroupNorm::backward},
     {"l1", every::L1::forward, every::L1::backward},
     {"l2", every::L2::forward, every::L2::backward},
@@ -238,7 +249,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"ssim", every::Ssim::forward, every::Ssim::backward},
 };
 
-/// nullptr if there is none of this name.
+/// nullptr for an unknown name.
 inline const EveryOp* find_op(std::string_view name) {
     for (const EveryOp& op : kEveryOp)
         if (op.name == name) return &op;

@@ -31,7 +31,7 @@ struct SsimInput {
     std::vector<double> b;
 };
 
-/// The sums of both directions, in the longest of which one number is touched so often: along rows, along
+/// Number of sums through which a number goes at most in either direction: along rows, along
 /// columns, twice.
 inline constexpr std::size_t kSsimTerms = 44;
 

@@ -5,13 +5,16 @@
 #include <cstdio>
 #include <memory>
 
-#include "vkrun/command.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/table.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/compare/distribution_plot.h"
 #include "vkrun/compare/score_file.h"
 #include "vkrun/compare/significance.h"
-#include "vkrun/objects.h"
-#include "vkrun/scene_input.h"
-#include "vkrun/table.h"
 
 namespace vkrun {
 namespace {
@@ -20,13 +23,13 @@ constexpr double kLevel = 0.05;
 
 constexpr const char* kCompareFooter =
     R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
-Objects are paired by name; of each metric the mean difference B - A is given with a permutation test (signs of the
+Objects are paired by name. For each metric the mean difference B - A comes with a permutation test (signs of the
 differences flipped), Student's t test, a bootstrap interval of 95 % and Cohen's d. p_holm is p_permutation
 corrected for the number of metrics; below 0.05 the difference is called better or worse.
 
---unpaired ignores which object a score is of, as the published code does: a permutation of all scores, and means
-drawn from a normal distribution like A. If A and B are of other objects, the difference may come from the objects
-alone; no difference is called better or worse then.
+--unpaired ignores which object a score belongs to, as the published code does: a permutation of all scores, and
+means drawn from a normal distribution like A. If A and B cover different objects, the difference may come from the
+objects alone, and nothing is called better or worse.
 
 Exit status: 0 nothing is worse, 1 a file cannot be written, 2 wrong usage, 4 files that are damaged or share no
 objects, 6 B is worse in some metric.
@@ -180,7 +183,7 @@ int compare(const CompareOptions& options) {
         throw Failure(
             kBadData,
             apart + ". Evaluate both on the same split, or pass --unpaired for the numbers");
-    // Without pairs a test is only about the same objects if all of them are in both.
+    // Unpaired scores cover the same objects only if both files have all of them.
     const bool comparable =
         shared != 0 && (!options.unpaired || (shared == a.objects && shared == b.objects));
     std::string note;
@@ -188,16 +191,16 @@ int compare(const CompareOptions& options) {
         note = apart;
     else if (!comparable)
         note =
-            "A and B are not of the same objects: their difference may come from the objects "
-            "alone; without "
-            "--unpaired those in both are compared";
+            "A and B do not cover the same objects: their difference may come from the objects "
+            "alone; "
+            "without --unpaired the objects in both are compared";
     else if (shared < std::max(a.objects, b.objects))
         note = format("%zu objects of A and %zu of B are in one file only and are left out",
                       a.objects - shared, b.objects - shared);
     const std::vector<MetricFinding> findings = find(a, b, options, comparable);
     if (!options.plot.empty()) write_plot(options, findings);
     if (options.json)
-        std::printf("%s\n", json_text(json_of(a, b, shared, options, findings, note)).c_str());
+        print_json(json_of(a, b, shared, options, findings, note));
     else
         print_table(a, b, shared, options, findings);
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
@@ -209,23 +212,21 @@ int compare(const CompareOptions& options) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-    CLI::App* command =
-        app.add_subcommand("compare", "Test whether one evaluation is better than another.");
-    command->group("Commands");
+    CLI::App* command = add_command(
+        app, "compare", "Test whether one evaluation is better than another.", kCompareFooter);
     const auto options = std::make_shared<CompareOptions>();
     command->add_option("A", options->a, "Scores of the baseline")->required()->type_name("");
     command->add_option("B", options->b, "Scores to compare with them")->required()->type_name("");
-    command->add_flag("--unpaired", options->unpaired, "Ignore which object a score is of");
+    command->add_flag("--unpaired", options->unpaired, "Ignore which object a score belongs to");
     command
         ->add_option("--resamples", options->resample.permutations, "Random permutations; 300000")
         ->type_name("N")
         ->check(CLI::Range(100, 100000000).description(""));
-    command->add_option("--seed", options->resample.seed, "Of all that is random; 0")
+    command->add_option("--seed", options->resample.seed, "Seed of everything random; 0")
         ->type_name("N");
     command->add_option("--plot", options->plot, "Draw the distributions, .svg")->type_name("FILE");
-    command->add_flag("--overwrite", options->overwrite, "Replace FILE if it is there");
-    command->add_flag("--json", options->json, "Print one JSON object on standard output");
-    command->footer(kCompareFooter);
+    add_overwrite_flag(*command, options->overwrite, "FILE");
+    add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

@@ -1,15 +1,14 @@
 #include "vkrun/compare/distribution_plot.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "vkrun/svg.h"
-#include "vkrun/table.h"
+#include "vkrun/cli/svg.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
 namespace {
 
-constexpr double kWidth = 640;
+constexpr double kPlotWidth = 640;
 constexpr double kPanel = 150;
 constexpr double kMargin = 40;
 constexpr std::size_t kBins = 40;
@@ -30,7 +29,7 @@ std::string panel_svg(const PlotPanel& panel, double top) {
     }
     if (!(high > low)) high = low + 1;
     const auto x_of = [&](double value) {
-        return kMargin + (value - low) / (high - low) * (kWidth - 2 * kMargin);
+        return kMargin + (value - low) / (high - low) * (kPlotWidth - 2 * kMargin);
     };
     std::vector<std::size_t> bins(kBins);
     for (const double value : panel.values) {
@@ -40,7 +39,7 @@ std::string panel_svg(const PlotPanel& panel, double top) {
     const auto most =
         static_cast<double>(std::max<std::size_t>(1, *std::max_element(bins.begin(), bins.end())));
     const double floor = top + kPanel - 22;
-    const double step = (kWidth - 2 * kMargin) / kBins;
+    const double step = (kPlotWidth - 2 * kMargin) / kBins;
     std::string svg = svg_text(kMargin, top + 14, "start", panel.title);
     svg += format(
         "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"#f5c26b\" "
@@ -55,7 +54,7 @@ std::string panel_svg(const PlotPanel& panel, double top) {
     }
     svg += line_at(x_of(panel.mark), top, "#888888") + line_at(x_of(panel.mean), top, "#c03020");
     svg += svg_text(kMargin, floor + 14, "start", format("%.4g", low));
-    svg += svg_text(kWidth - kMargin, floor + 14, "end", format("%.4g", high));
+    svg += svg_text(kPlotWidth - kMargin, floor + 14, "end", format("%.4g", high));
     return svg;
 }
 
@@ -68,8 +67,8 @@ std::string distribution_svg(const std::string& title, const std::vector<PlotPan
         "%.0f %.0f\" "
         "font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%%\" height=\"100%%\" "
         "fill=\"white\"/>\n",
-        kWidth, height, kWidth, height);
-    svg += svg_text(kWidth / 2, 18, "middle", title);
+        kPlotWidth, height, kPlotWidth, height);
+    svg += svg_text(kPlotWidth / 2, 18, "middle", title);
     for (std::size_t i = 0; i < panels.size(); ++i)
         svg += panel_svg(panels[i], 30 + kPanel * static_cast<double>(i));
     return svg + "</svg>\n";

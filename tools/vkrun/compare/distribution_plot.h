@@ -5,11 +5,11 @@
 
 namespace vkrun {
 
-/// One panel: how often values come.
+/// One panel: a histogram.
 struct PlotPanel {
     std::string title;
     std::vector<double> values;
-    double mark = 0;                     ///< a line, e.g. at no difference
+    double mark = 0;                     ///< a line, e.g. at a difference of 0
     double mean = 0, low = 0, high = 0;  ///< a line and a band
 };
 

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "vkrun/command.h"
-#include "vkrun/table.h"
+#include "vkrun/cli/failure.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
 namespace {
@@ -37,15 +37,15 @@ std::vector<std::string> split(const std::string& line, char separator) {
     return parts;
 }
 
-/// "nan" and "inf" are numbers here; they are left out later.
+/// "nan" and "inf" are numbers here; the caller skips them.
 double number(const std::string& text, const std::string& path, std::size_t line) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0') refuse(path, line, "'" + text + "' is no number");
+    if (text.empty() || *end != '\0') refuse(path, line, "'" + text + "' is not a number");
     return value;
 }
 
-/// The columns of a file: where its metrics stand.
+/// The columns of a file that hold metrics.
 struct Columns {
     char separator = ' ';
     std::vector<std::pair<std::string, std::size_t>> metrics;
@@ -70,7 +70,7 @@ Columns columns_of(const std::string& first, const std::string& path) {
     return columns;
 }
 
-/// scores.txt has the number of the object in front, which other data sets do not share.
+/// Without the number in front that scores.txt has, which depends on the data set.
 std::string object_name(const std::string& text, char separator) {
     if (separator == ',') return text;
     const std::size_t digits = text.find_first_not_of("0123456789");
@@ -103,7 +103,7 @@ ScoreFile read_scores(const std::string& path) {
         const auto [place, fresh] = seen.emplace(name, count);
         if (!fresh)
             refuse(scores.path, count,
-                   format("object '%s' stands in line %zu already", name.c_str(), place->second));
+                   format("object '%s' is in line %zu already", name.c_str(), place->second));
         for (const auto& [metric, column] : columns.metrics) {
             const double value = number(parts[column], scores.path, count);
             if (std::isfinite(value)) scores.values[metric][name] = value;

@@ -16,17 +16,17 @@ struct ScoreFile {
 
 /// Read per_object.csv or scores.txt ("index_name psnr ssim lpips") of an evaluation; a folder, or
 /// results.json, stands for the per_object.csv in it or beside it. Throws a Failure that names file and
-/// line for what is neither, for numbers that are none, and for an object that comes twice.
+/// line if the file is neither, a number is malformed, or an object occurs twice.
 ScoreFile read_scores(const std::string& path);
 
-/// Scores of one metric in A and B; unless unpaired, of the same objects in the same order.
+/// Scores of one metric in A and B; if paired, of the same objects in the same order.
 struct MetricSamples {
     std::string metric;
     std::vector<double> a;
     std::vector<double> b;
 };
 
-/// Of each metric that both files have, unless no object has it.
+/// Samples of each metric that both files have, unless they share no object with it.
 std::vector<MetricSamples> samples_of(const ScoreFile& a, const ScoreFile& b,
                                       bool unpaired = false);
 

@@ -1,6 +1,9 @@
 #include "vkrun/train/batches.h"
 
+#include <algorithm>
 #include <numeric>
+
+#include "vkrun/cli/handles.h"
 
 namespace vkrun {
 namespace {
@@ -59,7 +62,7 @@ Batch BatchSource::make(std::uint64_t n) const {
         const std::uint32_t object = object_at(position);
         std::vector<std::uint32_t> order =
             permutation(data_.views_of(object), shape_.seed, 2 * position + 1);
-        // The first views are both inputs and targets; where there are too few, they come again.
+        // The first views are both inputs and targets; if there are too few, they repeat.
         std::vector<std::uint32_t> numbers(order.begin(), order.begin() + shape_.views);
         for (std::uint32_t t = 0; t < shape_.targets; ++t)
             numbers.push_back(order[t % order.size()]);

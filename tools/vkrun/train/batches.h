@@ -9,7 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "vkrun/train/data_set.h"
+#include "vkrun/config/image_channels.h"
+#include "vkrun/data/view_source.h"
 
 namespace vkrun {
 
@@ -26,16 +27,16 @@ struct Batch {
 struct BatchShape {
     std::uint32_t objects = 0;  ///< per batch
     std::uint32_t views = 0;    ///< input images of each
-    std::uint32_t targets = 0;  ///< images to be rendered, the input images first among them
+    std::uint32_t targets = 0;  ///< images to render, the input images first
     std::uint64_t seed = 0;
     bool focals = false;  ///< each view has its own
 };
 
-/// The batches of a training. Batch `n` depends on the seed and n alone: each pass over the objects has
-/// an order of its own, each visit draws the object's views anew.
+/// The batches of a training. Batch `n` depends on the seed and n alone. Each pass over the objects has
+/// its own order, and each visit of an object chooses its views at random.
 class BatchSource {
   public:
-    BatchSource(const DataSet& data, const ImageChannels& channels, const BatchShape& shape)
+    BatchSource(const ViewSource& data, const ImageChannels& channels, const BatchShape& shape)
         : data_(data), channels_(channels), shape_(shape) {}
 
     [[nodiscard]] Batch make(std::uint64_t n) const;
@@ -43,12 +44,12 @@ class BatchSource {
   private:
     [[nodiscard]] std::uint32_t object_at(std::uint64_t position) const;
 
-    const DataSet& data_;
+    const ViewSource& data_;
     ImageChannels channels_;
     BatchShape shape_;
 };
 
-/// Makes batches ahead in a thread of its own.
+/// Makes batches ahead of time in its own thread.
 class Prefetch {
   public:
     Prefetch(const BatchSource& source, std::uint64_t first, std::size_t ahead);

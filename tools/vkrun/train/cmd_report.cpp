@@ -1,22 +1,24 @@
 // vkrun report: one page about training runs.
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <memory>
 
-#include "vkrun/command.h"
-#include "vkrun/device_text.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
 #include "vkrun/train/run_report.h"
 
 namespace vkrun {
 namespace {
 
 constexpr const char* kReportFooter =
-    R"(The page holds each run's facts, its curves of loss and validation PSNR, and its latest renders (input,
-then truth, prediction and error in turns); several runs share one chart. Runs with an evaluation in eval/
-are compared with the first of them over the same objects. The page loads nothing from elsewhere. Without
---out it is report.html in the first run's folder, where training leaves one.
+    R"(The page shows each run's facts, its curves of loss and validation PSNR, and its latest renders (input, then
+truth, prediction and error in turns); several runs share one chart. Runs with an evaluation in eval/ are
+compared with the first of them over the same objects. The page loads nothing from elsewhere. Without --out
+it is report.html in the first run's folder, where training writes one.
 
-Exit status: 0 written, 1 it cannot be, 2 wrong usage, 4 a folder holds no run.
+Exit status: 0 done, 1 the page cannot be written, 2 wrong usage, 4 a folder holds no run.
 
 Examples:
   vkrun report runs/a
@@ -32,7 +34,7 @@ struct ReportOptions {
 int report(const ReportOptions& options) {
     const std::string path = write_run_report(options.runs, options.out);
     if (options.json)
-        std::printf("%s\n", json_text({{"report", path}, {"runs", options.runs.size()}}).c_str());
+        print_json({{"report", path}, {"runs", options.runs.size()}});
     else
         std::printf("%s\n", path.c_str());
     return kSuccess;
@@ -41,12 +43,13 @@ int report(const ReportOptions& options) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("report", "Write a page about training runs");
+    CLI::App* command =
+        add_command(app, "report", "Write a page about training runs.", kReportFooter);
     auto options = std::make_shared<ReportOptions>();
     command->add_option("RUN", options->runs, "Folders of runs")->required();
-    command->add_option("--out", options->out, "The page; report.html in the first folder");
-    command->add_flag("--json", options->json, "JSON on standard output");
-    command->footer(kReportFooter);
+    command->add_option("--out", options->out,
+                        "The page; default: report.html in the first folder");
+    add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = report(*options); });
 }
 

@@ -1,27 +1,31 @@
 // vkrun train: train a network on the images of a data set.
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <ctime>
 #include <memory>
 
-#include "vkrun/command.h"
-#include "vkrun/table.h"
-#include "vkrun/train/training.h"
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/config/merged_config.h"
+#include "vkrun/train/training_run.h"
 
 namespace vkrun {
 namespace {
 
 constexpr const char* kTrainFooter =
-    R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it the published cars model is
-trained. 'vkrun train --show' prints every key with its value.
+    R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it, the published cars model is
+trained. 'vkrun config list' explains every key, 'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/ and, at the end,
-report.html. Ctrl-C ends after the step, with everything saved; --resume goes on from the last state,
-bit by bit. peak_bytes in metrics.jsonl and run.json is the most that the device held so far, validation
-included once there was one.
+report.html. Ctrl-C stops after the current step and saves everything; --resume continues from the last
+state, bit by bit. peak_bytes in metrics.jsonl and run.json is the most device memory used so far, by
+training and validation.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data,
 5 out of memory, 7 ten steps in a row were not finite, 130 interrupted.
@@ -35,7 +39,7 @@ Examples:
 volatile std::sig_atomic_t g_interrupted = 0;
 
 void on_signal(int signal) {
-    if (g_interrupted != 0) {  // the second time: now
+    if (g_interrupted != 0) {  // a second signal ends at once
         std::signal(signal, SIG_DFL);
         std::raise(signal);
     }
@@ -68,9 +72,9 @@ int train(TrainOptions& options) {
     }
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
-    Training training(options.training);
+    TrainingRun training(options.training);
     const TrainingEnd end = training.run([] { return g_interrupted != 0; });
-    if (options.json) std::printf("%s\n", json_text(training.summary()).c_str());
+    if (options.json) print_json(training.summary());
     switch (end) {
         case TrainingEnd::kDone:
             return kSuccess;
@@ -85,27 +89,23 @@ int train(TrainOptions& options) {
 }  // namespace
 
 void add_train(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("train", "Train a network on a data set");
+    CLI::App* command = add_command(app, "train", "Train a network on a data set.", kTrainFooter);
     auto options = std::make_shared<TrainOptions>();
     TrainingOptions& t = options->training;
-    command->add_option("CONFIG", t.config, "YAML or JSON; none: the cars model");
+    command->add_option("CONFIG", t.config, "YAML or JSON; default: the cars model");
     command->add_option("--data", t.data, "Folder of the data set, for data.root");
-    command->add_option("--out", t.out, "Folder of the run; runs/DATE by default");
-    command->add_option("--set", t.changes, "KEY=VALUE: change a value of the configuration")
-        ->take_all()
-        ->expected(1)
-        ->allow_extra_args(false);
-    command->add_flag("--resume", t.resume, "Go on with the run in --out");
+    command->add_option("--out", t.out, "Folder of the run; default: runs/DATE");
+    add_changes_option(*command, t.changes);
+    command->add_flag("--resume", t.resume, "Continue the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
     command->add_option("--init", t.init, "Weights to start from, grafted where channels differ");
     command
         ->add_option("--init-channels", t.init_channels,
-                     "Channels behind RGB of those weights: depth,normal,mask")
+                     "Channels of those weights after RGB: depth,normal,mask")
         ->delimiter(',');
     command->add_flag("--show", options->show, "Print the merged configuration and exit");
     add_device_option(*command, t.device);
     command->add_flag("--json", options->json, "JSON on standard output at the end");
-    command->footer(kTrainFooter);
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }
 

@@ -1,15 +1,12 @@
 #include "vkrun/train/run_folder.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <cstdio>
 
-#include "vkrun/command.h"
-#include "vkrun/objects.h"
-#include "vkrun/table.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
 namespace {
@@ -17,23 +14,6 @@ namespace {
 constexpr const char* kStateSuffix = ".state.safetensors";
 
 }  // namespace
-
-void write_file(const std::filesystem::path& path, const std::string& text) {
-    const std::string temporary = path.string() + ".tmp";
-    const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    bool ok = file >= 0;
-    for (std::size_t done = 0; ok && done < text.size();) {
-        const ssize_t written = write(file, text.data() + done, text.size() - done);
-        ok = written > 0;
-        if (ok) done += static_cast<std::size_t>(written);
-    }
-    ok = ok && fsync(file) == 0;
-    const int reason = errno;
-    if (file >= 0) close(file);
-    if (ok && std::rename(temporary.c_str(), path.c_str()) == 0) return;
-    std::remove(temporary.c_str());
-    throw Failure(kFailed, "cannot write '" + path.string() + "': " + std::strerror(reason));
-}
 
 void RunFolder::check(const std::string& path, bool resume, bool overwrite) {
     namespace fs = std::filesystem;
@@ -103,7 +83,7 @@ void RunFolder::cut_metrics(std::uint64_t last_step) {
     for (const Json& line : metrics(root_))
         if (line.at("step").get<std::uint64_t>() <= last_step) text += line.dump() + "\n";
     metrics_.close();
-    write_file(root_ / "metrics.jsonl", text);
+    replace_file(root_ / "metrics.jsonl", text);
     metrics_.open(root_ / "metrics.jsonl", std::ios::app);
 }
 

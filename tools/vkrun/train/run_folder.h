@@ -5,18 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "vkrun/device_text.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
 
 namespace vkrun {
-
-/// Replace or create a file, as a whole or not at all. Throws a Failure.
-void write_file(const std::filesystem::path& path, const std::string& text);
 
 /// What a training leaves behind:
 ///
 ///   config.json            every value of the configuration
 ///   run.json               state, versions, device, data, seed
-///   log.txt                what was said
+///   log.txt                messages
 ///   metrics.jsonl          one JSON object per line: training losses, validations
 ///   tb/                    the same for TensorBoard
 ///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on
@@ -24,10 +22,10 @@ void write_file(const std::filesystem::path& path, const std::string& text);
 ///   renders/               input, truth and prediction of validation objects
 class RunFolder {
   public:
-    /// Throws a Failure if there is a run that may not be replaced, or none to be resumed.
+    /// Throws a Failure if there is a run that may not be replaced, or none to resume.
     static void check(const std::string& path, bool resume, bool overwrite);
 
-    /// A new folder, or that of the run to be resumed.
+    /// A new folder, or that of the run to resume.
     RunFolder(const std::string& path, bool resume);
 
     [[nodiscard]] std::filesystem::path path(const std::string& name) const { return root_ / name; }
@@ -35,12 +33,12 @@ class RunFolder {
     void log(const std::string& line);  ///< to log.txt and standard error
     void metric(const Json& line);
 
-    /// States that were saved, the latest first.
+    /// Saved states, the latest first.
     [[nodiscard]] std::vector<std::filesystem::path> states() const;
     [[nodiscard]] std::filesystem::path state_path(std::uint64_t step) const;
     void keep_latest_states(std::size_t count) const;
 
-    /// Leave out metrics of steps that are to be done again, and a last line that was cut.
+    /// Remove metrics of steps that will run again, and a truncated last line.
     void cut_metrics(std::uint64_t last_step);
 
     /// All lines that can be read.

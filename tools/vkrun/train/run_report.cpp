@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "vkrun/command.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/html_page.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/compare/score_file.h"
 #include "vkrun/compare/significance.h"
-#include "vkrun/table.h"
-#include "vkrun/train/html_page.h"
 #include "vkrun/train/run_folder.h"
 
 namespace vkrun {
@@ -67,7 +68,7 @@ void add_run(HtmlPage& page, const Run& run) {
                  "validation objects: input, then truth, prediction and error in turns", 1000);
 }
 
-/// Evaluations that lie in the runs' folders, each against the first over the objects of both.
+/// The evaluations in the runs' folders, each compared with the first over the objects of both.
 void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     std::vector<ScoreFile> files;
     std::vector<std::string> names;
@@ -113,7 +114,7 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
     add_evaluations(page, runs);
     for (const Run& run : runs) add_run(page, run);
     const std::string path = out.empty() ? runs[0].folder + "/report.html" : out;
-    write_file(path, page.text());
+    replace_file(path, page.text());
     return path;
 }
 

@@ -5,10 +5,9 @@
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <filesystem>
 
-#include "vkrun/command.h"
-#include "vkrun/objects.h"
+#include "vkrun/cli/failure.h"
+#include "vkrun/cli/files.h"
 
 namespace vkrun {
 namespace {

@@ -1,0 +1,242 @@
+#include "config/config_file.h"
+
+#include "config/key_field.h"
+#include "core/json_writer.h"
+
+namespace splat::config {
+namespace {
+
+/// What published files have for other programs.
+constexpr const char* kForeignSections[] = {"hydra", "wandb", "defaults"};
+
+/// "opt" of "opt.ema.beta", and the rest.
+std::string section_of(const Key& key) {
+    const std::string name = key.name;
+    return name.substr(0, name.find('.'));
+}
+
+std::string member_of(const Key& key) {
+    return key.name + section_of(key).size() + 1;
+}
+
+/// The keys of a part, those left aside that a rule reads.
+Status read_part(const Config& config, Part part, Settings& settings) {
+    for (const Key& key : all_keys())
+        if (key.field.part == part && key.field.read != nullptr)
+            SPLAT_TRY(key.field.read(config, key, settings));
+    return {};
+}
+
+bool is_given(const Config& config, const char* key) {
+    const ConfigEntry* entry = config.find(key);
+    return entry != nullptr && !entry->map &&
+           (entry->list || !std::holds_alternative<std::monostate>(entry->values[0]));
+}
+
+/// Settings that the published code infers from the category, after the keys that say the same are read. Its
+/// merged files have the field of view of the default configuration there, which it never looks at.
+Status take_category(const Config& config, PredictorConfig& c) {
+    SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", ""));
+    if (!is_co3d_category(category)) return {};
+    if (c.fov_degrees != 0 && c.fov_degrees != PredictorConfig().fov_degrees)
+        return error(Code::kInvalidArgument,
+                     "%s: 'data.fov' is %g, but 'data.category' is '%s', whose views have focal "
+                     "lengths of their own; expected 0, or no data.fov",
+                     config.what().c_str(), static_cast<double>(c.fov_degrees), category.c_str());
+    if (is_given(config, "data.origin_distances") && !c.origin_distance)
+        return error(Code::kInvalidArgument,
+                     "%s: 'data.origin_distances' is false, but 'data.category' is '%s', whose "
+                     "depths are relative to them; expected true, or no data.origin_distances",
+                     config.what().c_str(), category.c_str());
+    c.fov_degrees = 0;
+    c.origin_distance = true;
+    return {};
+}
+
+Status refuse_text(const Config& config, const char* key, const std::string& value,
+                   const char* expected) {
+    return error(Code::kInvalidArgument, "%s: '%s' is %s, expected %s", config.what().c_str(), key,
+                 value.c_str(), expected);
+}
+
+/// The published code asserts that an embedding enters by FiLM, and has no layer that would take one that
+/// is not made of sines and cosines, unless it is the caller's own.
+Status check_embedding(const Config& config, const PredictorConfig& c) {
+    const auto is_null = [&](const char* key) {
+        return config.find(key) != nullptr && !is_given(config, key);
+    };
+    SPLAT_ASSIGN(const bool custom, config.get<bool>("data.custom_embedding", false));
+    if (custom && c.embedding == Embedding::kNone)
+        return refuse_text(
+            config, "cam_embd.embedding", "none",
+            "pose where data.custom_embedding is true, whose vectors take its place");
+    if (c.embedding == Embedding::kNone) return {};
+    SPLAT_ASSIGN(const std::string method, config.get<std::string>("cam_embd.method", "film"));
+    if (method != "film" || is_null("cam_embd.method"))
+        return refuse_text(config, "cam_embd.method", is_null("cam_embd.method") ? "null" : method,
+                           "film where there is an embedding");
+    if (custom) return {};
+    SPLAT_ASSIGN(const std::string encode,
+                 config.get<std::string>("cam_embd.encode_embedding", "positional"));
+    if (encode != "positional" || is_null("cam_embd.encode_embedding"))
+        return refuse_text(config, "cam_embd.encode_embedding",
+                           is_null("cam_embd.encode_embedding") ? "null" : encode,
+                           "positional where there is an embedding");
+    return {};
+}
+
+/// One of the two networks; the published code would build both, or none.
+Status read_offset(const Config& config, PredictorConfig& c) {
+    constexpr const char* kWith = "model.network_with_offset";
+    constexpr const char* kWithout = "model.network_without_offset";
+    SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, false));
+    SPLAT_ASSIGN(c.offset, config.get<bool>(kWith, !without));
+    if (is_given(config, kWith) && is_given(config, kWithout) && c.offset == without)
+        return error(Code::kInvalidArgument, "%s: '%s' and '%s' are both %s, expected one of them",
+                     config.what().c_str(), kWith, kWithout, without ? "true" : "false");
+    return {};
+}
+
+Status read_embedding(const Config& config, PredictorConfig& c) {
+    int kind = 0;
+    SPLAT_TRY(read_word(config, key_of("cam_embd.embedding"), kind));
+    bool custom = false;
+    SPLAT_TRY(read_field(config, key_of("data.custom_embedding"), custom));
+    if (kind == 0)
+        c.embedding_dim = PredictorConfig().embedding_dim;
+    else
+        c.embedding = custom ? Embedding::kCustom : static_cast<Embedding>(kind);
+    return {};
+}
+
+Status read_adapters(const Config& config, Settings& settings) {
+    bool finetune = false;
+    SPLAT_TRY(read_field(config, key_of("opt.lora_finetune"), finetune));
+    if (!finetune) return {};
+    std::uint32_t& rank = settings.network.lora.rank;
+    rank = kPublishedRank;
+    SPLAT_TRY(read_part(config, Part::kAdapters, settings));
+    if (rank > 0) return {};
+    return error(Code::kInvalidArgument,
+                 "%s: 'opt.lora_rank' is 0, expected 1 or more with opt.lora_finetune; to train "
+                 "all parameters, set opt.lora_finetune to false",
+                 config.what().c_str());
+}
+
+Status check_training(const TrainConfig& c, const char* what) {
+    const auto wrong = [what](const char* key, std::uint64_t value, const std::string& expected) {
+        return error(Code::kInvalidArgument, "%s: '%s' is %llu, expected %s", what, key,
+                     static_cast<unsigned long long>(value), expected.c_str());
+    };
+    if (c.batch_size % c.micro_batch != 0)
+        return wrong("opt.micro_batch", c.micro_batch,
+                     format("a divisor of opt.batch_size, %u", c.batch_size));
+    if (c.ema && c.ema_every == 0) return wrong("opt.ema.update_every", 0, "at least 1");
+    if (c.ssim_weight + c.lpips_weight > 1)
+        return error(
+            Code::kInvalidArgument,
+            "%s: 'opt.lambda_ssim' and 'opt.lambda_lpips' are %g and %g, expected a sum of "
+            "at most 1",
+            what, c.ssim_weight, c.lpips_weight);
+    return {};
+}
+
+/// Keys of adapters are written only where there are some, opt.freeze where it or they say something.
+bool is_written(const Key& key, const PredictorConfig& network) {
+    if (key.field.write == nullptr) return false;
+    const bool adapters = network.lora.rank > 0;
+    if (key.name == std::string_view("opt.freeze")) return adapters || !network.frozen.empty();
+    return key.field.part != Part::kAdapters || adapters;
+}
+
+}  // namespace
+
+bool is_co3d_category(const std::string& category) {
+    return category == "hydrants" || category == "teddybears";
+}
+
+Status check_names(const Config& config) {
+    std::vector<std::string> names, sections;
+    for (const Key& key : all_keys()) {
+        names.emplace_back(key.name);
+        if (sections.empty() || sections.back() != section_of(key))
+            sections.push_back(section_of(key));
+    }
+    std::vector<std::string> known = sections;
+    known.insert(known.end(), std::begin(kForeignSections), std::end(kForeignSections));
+    SPLAT_TRY(config.refuse_unknown_sections(known));
+    return config.refuse_unknown(names, sections);
+}
+
+Result<PredictorConfig> predictor_config(const Config& config) {
+    SPLAT_TRY(check_names(config));
+    Settings settings;
+    SPLAT_TRY(read_part(config, Part::kNetwork, settings));
+    PredictorConfig& c = settings.network;
+    SPLAT_TRY(read_embedding(config, c));
+    SPLAT_TRY(read_adapters(config, settings));
+    SPLAT_TRY(take_category(config, c));
+    SPLAT_TRY(check_embedding(config, c));
+    SPLAT_TRY(read_offset(config, c));
+    SPLAT_TRY(check(c));
+    return c;
+}
+
+Result<TrainConfig> train_config(const Config& config) {
+    SPLAT_TRY(check_names(config));
+    Settings settings;
+    TrainConfig& c = settings.training;
+    SPLAT_TRY(read_part(config, Part::kTraining, settings));
+    if (is_co3d_category(c.category) && !is_given(config, "opt.scale_terms")) c.scale_terms = true;
+    SPLAT_TRY(check_training(c, config.what().c_str()));
+    return c;
+}
+
+Result<Config> with_values(const Config& config, std::span<const std::string> texts) {
+    Config changed = config;
+    for (const std::string& text : texts) {
+        const std::size_t sign = text.find('=');
+        if (sign == std::string::npos || sign == 0)
+            return error(Code::kInvalidArgument, "'%s' is no key=value", text.c_str());
+        // A document of one line; the key's dots are part of its name, as in Config.
+        SPLAT_ASSIGN(const Config line,
+                     read_yaml_config(text.substr(0, sign) + ": " + text.substr(sign + 1),
+                                      "'" + text + "'"));
+        for (const ConfigEntry& each : line.entries()) changed.set(each);
+    }
+    return changed;
+}
+
+std::string config_text(const PredictorConfig& network) {
+    constexpr int kMembersPerLine = 11;
+    const Settings settings{network, {}};
+    JsonWriter json;
+    json.begin_object();
+    std::string section;
+    int members = 0;
+    for (const Key& key : all_keys()) {
+        if (key.field.part == Part::kTraining || !is_written(key, network)) continue;
+        if (section_of(key) != section) {
+            if (!section.empty()) json.end().newline(1);
+            section = section_of(key);
+            members = 0;
+            json.key(section).begin_object();
+        }
+        if (members++ == kMembersPerLine) json.newline(2);
+        json.key(member_of(key)).raw(config_value_text(key.field.write(key, settings)));
+    }
+    return json.end().end().text() + "\n";
+}
+
+std::string merged_config_text(const Settings& settings) {
+    Config merged("configuration");
+    for (const Key& key : all_keys()) {
+        if (!is_written(key, settings.network)) continue;
+        ConfigEntry entry = key.field.write(key, settings);
+        entry.key = key.name;
+        merged.set(std::move(entry));
+    }
+    return config_json(merged);
+}
+
+}  // namespace splat::config

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+
+#include "config/config_keys.h"
+
+namespace splat::config {
+
+/// Errors: kInvalidArgument, with the nearest name, for a section or a key that nobody knows. Sections that
+/// published files have for other programs (hydra, wandb) are left alone.
+Status check_names(const Config& config);
+
+/// The network of a configuration as the published ones are written (Hydra's merged config.yaml). The
+/// categories hydrants and teddybears mean CO3D's geometry, as in the published code: fov 0, and origin
+/// distances. Without an embedding, its other keys may have any value that published files have.
+///
+/// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range, or one
+///         that contradicts the category; as check_names() and check()
+Result<PredictorConfig> predictor_config(const Config& config);
+
+/// The training that a configuration describes. Without a value of its own, opt.scale_terms is true for
+/// CO3D's categories.
+///
+/// Errors  kInvalidArgument, naming file and key; as check_names()
+Result<TrainConfig> train_config(const Config& config);
+
+/// CO3D: each view has focal lengths of its own, and depths are relative to the distance of the origin.
+bool is_co3d_category(const std::string& category);
+
+/// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",
+/// "[1, 2]", "true"). Errors: kInvalidArgument, with the text.
+Result<Config> with_values(const Config& config, std::span<const std::string> texts);
+
+/// The network as JSON that predictor_config() reads back.
+std::string config_text(const PredictorConfig& network);
+
+/// Network and training as one JSON text, every value included, that train_config() and predictor_config()
+/// read back.
+std::string merged_config_text(const Settings& settings);
+
+}  // namespace splat::config

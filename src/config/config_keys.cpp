@@ -1,0 +1,362 @@
+#include "config/config_keys.h"
+
+#include <algorithm>
+#include <array>
+
+#include "config/key_field.h"
+#include "core/json_writer.h"
+
+namespace splat::config {
+namespace {
+
+using P = PredictorConfig;
+using T = TrainConfig;
+
+constexpr Origin kPublished = Origin::kPublished;
+constexpr Origin kOurs = Origin::kOurs;
+
+template <auto... Members>
+constexpr Field kNetwork = field<Members...>(Part::kNetwork);
+template <auto Member>
+constexpr Field kAdapters = field<&P::lora, Member>(Part::kAdapters);
+template <auto... Members>
+constexpr Field kTraining = field<Members...>(Part::kTraining);
+
+constexpr Values kAll;
+constexpr Values kCount{0, 1e6};
+constexpr Values kSteps{0, 1e15};
+constexpr Values kFraction{0, 1};
+
+/// From `least` to below `most`.
+constexpr Values below(double least, double most) {
+    return {least, most, false, true};
+}
+
+constexpr Values above(double least) {
+    return {.least = least, .above = true};
+}
+
+constexpr Values words(const char* list) {
+    return {.words = list};
+}
+
+/// A key of published files that means nothing here.
+constexpr Key unused(const char* name, const char* about) {
+    return {name, {}, kAll, kPublished, about, nullptr, false};
+}
+
+/// A word that is checked, and kept nowhere.
+constexpr Field kOnlyChecked{KeyType::kChoice, Part::kNetwork,
+                             [](const Config& config, const Key& key, Settings&) {
+                                 int place = 0;
+                                 return read_word(config, key, place);
+                             }};
+
+/// A boolean of the network that a rule of config_file.cpp reads.
+template <class Write>
+constexpr Field by_rule(Part part, Write) {
+    return {KeyType::kBoolean, part, nullptr, [](const Key& key, const Settings& settings) {
+                return write_field(key, Write()(settings.network));
+            }};
+}
+
+constexpr Field kEmbedding{
+    KeyType::kChoice, Part::kNetwork, nullptr, [](const Key& key, const Settings& settings) {
+        const Embedding kind = settings.network.embedding;
+        return write_word(key,
+                          static_cast<int>(kind == Embedding::kCustom ? Embedding::kPose : kind));
+    }};
+
+/// Published files say -1 for all objects, TrainConfig says 0.
+constexpr Field kSubset{
+    KeyType::kInteger, Part::kTraining,
+    [](const Config& config, const Key& key, Settings& settings) -> Status {
+        SPLAT_ASSIGN(const std::int64_t count, config.get<std::int64_t>(key.name, -1));
+        settings.training.subset =
+            static_cast<std::uint32_t>(std::clamp<std::int64_t>(count, 0, 1 << 30));
+        return {};
+    },
+    [](const Key&, const Settings& settings) {
+        const std::int64_t count = settings.training.subset;
+        return ConfigEntry{"", {count == 0 ? -1 : count}, false, false};
+    }};
+
+constexpr Key kDataKeys[] = {
+    {"data.training_resolution",
+     kNetwork<&P::resolution>,
+     {1, 4096},
+     kPublished,
+     "Pixels of an image's side; a multiple of 2^(levels of model.channel_mult - 1)."},
+    {"data.fov", kNetwork<&P::fov_degrees>, below(0, 180), kPublished,
+     "Field of view in degrees; 0: each view has focal lengths of its own, as in CO3D."},
+    {"data.znear", kNetwork<&P::znear>, kAll, kPublished,
+     "Depth of the nearest Gaussians, in scene units."},
+    {"data.zfar", kNetwork<&P::zfar>, kAll, kPublished,
+     "Depth of the farthest Gaussians, beyond data.znear."},
+    {"data.input_images", kNetwork<&P::views>, {1, 1e6}, kPublished, "Input images per object."},
+    {"data.origin_distances", kNetwork<&P::origin_distance>, kAll, kPublished,
+     "Add to each depth the distance of the origin, a last plane of the input; always true for "
+     "CO3D."},
+    {"data.use_pred_depth", kNetwork<&P::depth>, kAll, kPublished,
+     "The network sees a channel of depth behind RGB."},
+    {"data.use_pred_normal", kNetwork<&P::normal>, kAll, kPublished,
+     "The network sees three channels of normals."},
+    {"data.use_mask", kNetwork<&P::mask>, kAll, kOurs,
+     "The network sees a channel with the mask of the object."},
+    {"data.custom_embedding",
+     by_rule(Part::kNetwork, [](const P& c) { return c.embedding == Embedding::kCustom; }), kAll,
+     kPublished, "The caller's vectors take the place of the embedding of poses."},
+    {"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."},
+    {"data.format", kTraining<&T::format>, kAll, kOurs,
+     "Format of the data set; empty: found out from its files."},
+    {"data.category", kTraining<&T::category>, kAll, kPublished,
+     "Name of the data set; hydrants and teddybears choose the geometry and losses of CO3D."},
+    {"data.subset", kSubset, kAll, kPublished, "The first so many objects; 0 or less: all."},
+    {"data.white_background", kTraining<&T::white_background>, kAll, kPublished,
+     "Images and renders have a white background instead of a black one."},
+    {"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,
+     "Host memory for decoded images, in MiB."},
+    unused("data.name", "Name of the data set for the loader."),
+    unused("data.split", "Part of the data set."),
+};
+
+constexpr Key kEmbeddingKeys[] = {
+    {"cam_embd.embedding", kEmbedding, words("none, pose, index"), kPublished,
+     "What modulates the blocks of the network: nothing (or null), camera poses, indices of "
+     "views."},
+    {"cam_embd.dimension", kNetwork<&P::embedding_dim>, kCount, kPublished,
+     "Sines and cosines per number; with an embedding an even number from 2 to 64."},
+    {"cam_embd.film", kNetwork<&P::film>, words("reference, affine"), kOurs,
+     "How an embedding enters a block: as published weights need it, or gamma * norm(x) + beta."},
+    {"cam_embd.method", kOnlyChecked, words("film, concat"), kPublished,
+     "With an embedding it must be film.", "\"film\"", false},
+    {"cam_embd.encode_embedding", kOnlyChecked, words("positional, fourier"), kPublished,
+     "With an embedding that is not the caller's it must be positional.", "\"positional\"", false},
+};
+
+constexpr Key kModelKeys[] = {
+    {"model.base_dim",
+     kNetwork<&P::base_dim>,
+     {4, 4096},
+     kPublished,
+     "Channels of the first level."},
+    {"model.num_blocks", kNetwork<&P::num_blocks>, {1, 64}, kPublished, "Blocks of each level."},
+    {"model.channel_mult",
+     kNetwork<&P::channel_mult>,
+     {1, 1024},
+     kOurs,
+     "Channels of each of 1 to 8 levels, in units of model.base_dim; 4096 channels at most."},
+    {"model.attention_resolutions",
+     kNetwork<&P::attention_resolutions>,
+     {1, 1e6},
+     kPublished,
+     "Levels with attention, by the pixels of their side."},
+    {"model.cross_view_attention", kNetwork<&P::cross_view_attention>, kAll, kPublished,
+     "Attention reaches over all input images of an object."},
+    {"model.dropout", kNetwork<&P::dropout>, below(0, 1), kOurs,
+     "Fraction of activations that are dropped in training."},
+    {"model.max_sh_degree",
+     kNetwork<&P::sh_degree>,
+     {0, 1},
+     kPublished,
+     "Degree of the spherical harmonics of colours."},
+    {"model.isotropic", kNetwork<&P::isotropic>, kAll, kPublished,
+     "Gaussians have one scale instead of three."},
+    {"model.network_without_offset", by_rule(Part::kNetwork, [](const P& c) { return !c.offset; }),
+     kAll, kPublished, "Gaussians stay on the rays of their pixels."},
+    {"model.inverted_x", kNetwork<&P::inverted_x>, kAll, kPublished,
+     "The x axis of rays points left in the image, else right."},
+    {"model.inverted_y", kNetwork<&P::inverted_y>, kAll, kPublished,
+     "The y axis of rays points down in the image, else up."},
+    {"model.depth_scale", kNetwork<&P::init_depth, &HeadInit::scale>, kAll, kPublished,
+     "Gain of the first weights of depths."},
+    {"model.depth_bias", kNetwork<&P::init_depth, &HeadInit::bias>, kAll, kPublished,
+     "First bias of depths."},
+    {"model.xyz_scale", kNetwork<&P::init_offset, &HeadInit::scale>, kAll, kPublished,
+     "Gain of the first weights of offsets."},
+    {"model.xyz_bias", kNetwork<&P::init_offset, &HeadInit::bias>, kAll, kPublished,
+     "First bias of offsets."},
+    {"model.opacity_scale", kNetwork<&P::init_opacity, &HeadInit::scale>, kAll, kPublished,
+     "Gain of the first weights of opacities."},
+    {"model.opacity_bias", kNetwork<&P::init_opacity, &HeadInit::bias>, kAll, kPublished,
+     "First bias of opacities, before the sigmoid."},
+    {"model.scale_scale", kNetwork<&P::init_scale, &HeadInit::scale>, kAll, kPublished,
+     "Gain of the first weights of scales."},
+    {"model.scale_bias", kNetwork<&P::init_scale, &HeadInit::bias>, above(0), kPublished,
+     "First scale of Gaussians, in scene units."},
+    {"model.token_dim", kNetwork<&P::token_dim>, kCount, kOurs,
+     "Features of the tokens that the decoder attends to; 0: no tokens."},
+    {"model.tokens", kNetwork<&P::tokens>, kCount, kOurs,
+     "Tokens of an image; 0 where model.token_dim is 0."},
+    {"model.network_with_offset",
+     {KeyType::kBoolean, Part::kNetwork},
+     kAll,
+     kPublished,
+     "The opposite of model.network_without_offset; one of the two is enough.",
+     "true"},
+    unused("model.name", "Class of the network."),
+    unused("model.out_channels", "Channels of the network's output, which follow from other keys."),
+};
+
+constexpr Key kAdapterKeys[] = {
+    {"opt.freeze", kNetwork<&P::frozen>, kAll, kOurs,
+     "Parts of names of parameters that are never trained."},
+    {"opt.lora_finetune", by_rule(Part::kAdapters, [](const P& c) { return c.lora.rank > 0; }),
+     kAll, kPublished, "Train low-rank adapters instead of the parameters.", "false"},
+    {"opt.lora_rank", kAdapters<&LoraConfig::rank>, kCount, kPublished,
+     "Rank of the adapters, 1 or more; the published code takes 4 whatever this says."},
+    {"opt.lora_alpha", kAdapters<&LoraConfig::alpha>, kAll, kPublished,
+     "The branch of an adapter is scaled by alpha / rank."},
+    {"opt.lora_dropout", kAdapters<&LoraConfig::dropout>, below(0, 1), kPublished,
+     "Fraction of an adapter's input that is dropped in training; without effect in the published "
+     "code."},
+    {"opt.lora_targets", kAdapters<&LoraConfig::targets>, kAll, kOurs,
+     "Parts of names of the layers that get an adapter."},
+    {"opt.train_with_adapters", kAdapters<&LoraConfig::trained>, kAll, kOurs,
+     "Parts of names of parameters that are trained beside the adapters."},
+};
+
+constexpr Key kOptimiserKeys[] = {
+    {"opt.iterations", kTraining<&T::iterations>, kSteps, kPublished, "Updates of the parameters."},
+    {"opt.batch_size", kTraining<&T::batch_size>, {1, 4096}, kPublished, "Objects per update."},
+    {"opt.micro_batch",
+     kTraining<&T::micro_batch>,
+     {1, 4096},
+     kOurs,
+     "Objects per pass of the network; a divisor of opt.batch_size."},
+    {"opt.recompute", kTraining<&T::recompute>, kAll, kOurs,
+     "Compute activations twice: the same numbers in less memory and more time."},
+    {"opt.imgs_per_obj",
+     kTraining<&T::targets>,
+     {1, 256},
+     kPublished,
+     "Images rendered and compared per object."},
+    {"opt.base_lr",
+     kTraining<&T::learning_rate>,
+     {0, 1000},
+     kPublished,
+     "Learning rate after the warm-up."},
+    {"opt.betas", kTraining<&T::betas>, below(0, 1), kPublished,
+     "Decay of the first and second moments of Adam."},
+    {"opt.eps", kTraining<&T::eps>, kAll, kOurs, "Added to the denominator of Adam."},
+    {"opt.lr_schedule", kTraining<&T::schedule>, words("constant, cosine, step"), kOurs,
+     "Learning rate: constant, half a cosine down to 0, or a tenth from opt.step_lr_at on."},
+    {"opt.warmup", kTraining<&T::warmup>, kSteps, kOurs,
+     "Updates in which the learning rate rises from 0."},
+    {"opt.step_lr_at", kTraining<&T::step_lr_at>, kSteps, kPublished,
+     "First update with a tenth of the learning rate, where opt.lr_schedule is step."},
+    {"opt.loss", kTraining<&T::pixel_loss>, words("l2, l1"), kPublished,
+     "Difference of pixels: its square, or its magnitude."},
+    {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,
+     "Weight of 1 - SSIM; at most 1 together with opt.lambda_lpips."},
+    {"opt.lambda_lpips", kTraining<&T::lpips_weight>, kFraction, kPublished, "Weight of LPIPS."},
+    {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
+     "Updates before LPIPS takes part."},
+    {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
+     "Files of weights of VGG16 and of LPIPS."},
+    {"opt.scale_terms", kTraining<&T::scale_terms>, kAll, kOurs,
+     "Hold scales between 1e-5 and 20; true for CO3D unless given."},
+    {"opt.ema.use", kTraining<&T::ema>, kAll, kPublished, "Keep averaged weights, and store them."},
+    {"opt.ema.beta", kTraining<&T::ema_most>, kFraction, kPublished,
+     "Most that the average keeps of itself in an update."},
+    {"opt.ema.update_every", kTraining<&T::ema_every>, kSteps, kPublished,
+     "The average is updated after so many updates of the parameters, at least 1."},
+    {"opt.ema.update_after_step", kTraining<&T::ema_after>, kSteps, kPublished,
+     "Updates in which the average is a copy."},
+    unused("opt.pretrained_ckpt", "Folder of weights to start from; see vkrun train --init."),
+    unused("opt.pretrained_hf", "Start from weights of a hub; see vkrun train --init."),
+    unused("opt.epochs", "Passes over the data set; see opt.iterations."),
+    unused("opt.ambient_light", "Light of the renders."),
+    unused("opt.num_workers", "Processes that read data."),
+};
+
+constexpr Key kRunKeys[] = {
+    {"logging.ckpt_iterations", kTraining<&T::checkpoint_every>, kSteps, kPublished,
+     "Updates from one saved state to the next."},
+    {"logging.val_log", kTraining<&T::validate_every>, kSteps, kPublished,
+     "Updates from one validation to the next; 0: only at the end."},
+    {"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
+     "Updates from one line of metrics to the next."},
+    {"logging.render_log", kTraining<&T::render_every>, kSteps, kPublished,
+     "Updates from one picture of renders to the next; they are drawn at each validation.", nullptr,
+     false},
+    {"logging.val_objects", kTraining<&T::validation_objects>, kCount, kOurs,
+     "Objects of a validation; 0: all."},
+    {"logging.val_views", kTraining<&T::validation_views>, kCount, kOurs,
+     "Views per object of a validation, spread over all of them; 0: all."},
+    unused("logging.loop_log", "Updates from one video to the next."),
+    {"general.random_seed", kTraining<&T::seed>, kSteps, kPublished,
+     "Seed of first weights, of dropout, and of the choice of objects and views."},
+    {"general.precision", kTraining<&T::precision>, words("strict, balanced, fast"), kOurs,
+     "Which kernels convolutions may use: the most exact ones, or faster ones."},
+    unused("general.device", "Number of a GPU; see vkrun train --device."),
+    unused("general.num_workers", "Processes that read data."),
+    unused("general.mixed_precision", "Half precision; see general.precision."),
+    unused("general.multiple_gpu", "Train on several GPUs."),
+    unused("general.num_devices", "How many GPUs."),
+};
+
+template <std::size_t... Counts>
+constexpr auto join(const Key (&... sections)[Counts]) {
+    std::array<Key, (Counts + ...)> all{};
+    auto end = all.begin();
+    ((end = std::copy(sections, sections + Counts, end)), ...);
+    return all;
+}
+
+/// Constant, so that it takes no memory that might be missing.
+constexpr auto kKeys =
+    join(kDataKeys, kEmbeddingKeys, kModelKeys, kAdapterKeys, kOptimiserKeys, kRunKeys);
+
+}  // namespace
+
+std::span<const Key> all_keys() {
+    return kKeys;
+}
+
+const Key* find_key(std::string_view name) {
+    const auto found = std::find_if(all_keys().begin(), all_keys().end(),
+                                    [name](const Key& key) { return key.name == name; });
+    return found == all_keys().end() ? nullptr : &*found;
+}
+
+const Key& key_of(std::string_view name) {
+    const Key* key = find_key(name);
+    SPLAT_ASSERT(key != nullptr);
+    return *key;
+}
+
+std::string default_text(const Key& key) {
+    if (key.otherwise != nullptr) return key.otherwise;
+    if (key.field.write == nullptr) return "null";
+    Settings settings;
+    if (key.field.part == Part::kAdapters) settings.network.lora.rank = kPublishedRank;
+    return config_value_text(key.field.write(key, settings));
+}
+
+const char* type_name(KeyType type) {
+    constexpr const char* kNames[] = {
+        "integer",          "number",          "boolean",       "text", "choice",
+        "list of integers", "list of numbers", "list of texts", "any"};
+    return kNames[static_cast<int>(type)];
+}
+
+std::string keys_json() {
+    JsonWriter json;
+    json.begin_array();
+    for (const Key& key : all_keys())
+        json.newline()
+            .begin_object()
+            .member("key", key.name)
+            .member("type", type_name(key.field.type))
+            .member("range", range_text(key))
+            .key("default")
+            .raw(default_text(key))
+            .member("origin", key.origin == Origin::kPublished ? "published" : "ours")
+            .member("effect", key.acts)
+            .member("about", key.about)
+            .end();
+    return json.end().text();
+}
+
+}  // namespace splat::config

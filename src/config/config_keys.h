@@ -1,0 +1,99 @@
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/predictor_config.h"
+#include "config/train_config.h"
+#include "core/config.h"
+
+namespace splat::config {
+
+/// All that a configuration describes.
+struct Settings {
+    PredictorConfig network;
+    TrainConfig training;
+};
+
+enum class KeyType : int {
+    kInteger,
+    kNumber,
+    kBoolean,
+    kText,
+    kChoice,  ///< one of the words of Values
+    kIntegers,
+    kNumbers,
+    kTexts,
+    kAny,  ///< the value is never looked at
+};
+
+/// Who reads and writes a key.
+enum class Part : int {
+    kNetwork,
+    kAdapters,  ///< of the network, only where opt.lora_finetune is true
+    kTraining,
+    kNone,
+};
+
+enum class Origin : int {
+    kPublished,  ///< a key of Splatter Image, or of its fork with priors
+    kOurs,
+};
+
+/// The values that a key takes; of a list, each of its elements.
+struct Values {
+    double least = -std::numeric_limits<double>::infinity();
+    double most = std::numeric_limits<double>::infinity();
+    bool above = false;      ///< more than `least`
+    bool below = false;      ///< less than `most`
+    const char* words = "";  ///< of a choice, "l2, l1", in the order of its enumerators
+};
+
+struct Key;
+
+/// Where the value of a key is kept. Without `read`, config_file.cpp reads it by a rule that takes several
+/// keys; without `write`, it is in no configuration that is written.
+struct Field {
+    KeyType type = KeyType::kAny;
+    Part part = Part::kNone;
+    Status (*read)(const Config& config, const Key& key, Settings& settings) = nullptr;
+    ConfigEntry (*write)(const Key& key, const Settings& settings) = nullptr;
+};
+
+/// One key of a configuration, and all that is known of it.
+struct Key {
+    const char* name;  ///< "opt.base_lr"
+    Field field;
+    Values values;
+    Origin origin;
+    const char* about;                ///< one sentence
+    const char* otherwise = nullptr;  ///< the default as JSON, where it is not that of the field
+    bool acts = true;                 ///< false: accepted, but without effect
+};
+
+/// Every key, in the order in which a configuration is written.
+std::span<const Key> all_keys();
+
+/// NULL for a name that no key has.
+const Key* find_key(std::string_view name);
+
+/// A key of the table; another name is a mistake of ours.
+const Key& key_of(std::string_view name);
+
+/// "1 to 4096", "0 to below 1", "l2, l1"; empty where every value of the type is taken.
+std::string range_text(const Key& key);
+
+/// The default as JSON; "null" of a key without effect that has none.
+std::string default_text(const Key& key);
+
+/// "integer", "list of numbers"
+const char* type_name(KeyType type);
+
+/// The table as a JSON array of {"key", "type", "range", "default", "origin" ("published", "ours"),
+/// "effect" (true, false), "about"}.
+std::string keys_json();
+
+}  // namespace splat::config

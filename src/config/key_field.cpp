@@ -1,0 +1,191 @@
+#include "config/key_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace splat::config {
+namespace {
+
+bool in_range(const Values& values, double value) {
+    return std::isfinite(value) && (values.above ? value > values.least : value >= values.least) &&
+           (values.below ? value < values.most : value <= values.most);
+}
+
+std::string limit_text(double limit) {
+    return limit == 1e15 ? "10^15" : format("%.9g", limit);
+}
+
+Status out_of_range(const std::string& what, const Key& key, double value) {
+    const std::string range = range_text(key);
+    return error(Code::kInvalidArgument, "%s: '%s' is %.15g, expected %s", what.c_str(), key.name,
+                 value, range.empty() ? "a finite number" : range.c_str());
+}
+
+ConfigEntry one(ConfigScalar value) {
+    return {"", {std::move(value)}, false, false};
+}
+
+template <class T>
+Status read_integer(const Config& config, const Key& key, T& field) {
+    SPLAT_ASSIGN(const std::int64_t value,
+                 config.get<std::int64_t>(key.name, static_cast<std::int64_t>(field)));
+    SPLAT_TRY(check_range(config.what(), key, static_cast<double>(value)));
+    field = static_cast<T>(value);
+    return {};
+}
+
+template <class T>
+Status read_number(const Config& config, const Key& key, T& field) {
+    SPLAT_ASSIGN(const double value, config.get<double>(key.name, static_cast<double>(field)));
+    SPLAT_TRY(check_range(config.what(), key, value));
+    field = static_cast<T>(value);
+    return std::isfinite(field) ? Status() : out_of_range(config.what(), key, value);
+}
+
+template <class T>
+ConfigEntry list(const T& values) {
+    ConfigEntry entry{"", {}, true, false};
+    for (const auto& value : values) {
+        if constexpr (std::is_integral_v<std::decay_t<decltype(value)>>)
+            entry.values.emplace_back(static_cast<std::int64_t>(value));
+        else
+            entry.values.emplace_back(value);
+    }
+    return entry;
+}
+
+}  // namespace
+
+Status check_range(const std::string& what, const Key& key, double value) {
+    return in_range(key.values, value) ? Status() : out_of_range(what, key, value);
+}
+
+Status read_field(const Config& config, const Key& key, std::uint32_t& field) {
+    return read_integer(config, key, field);
+}
+
+Status read_field(const Config& config, const Key& key, std::uint64_t& field) {
+    return read_integer(config, key, field);
+}
+
+Status read_field(const Config& config, const Key& key, float& field) {
+    return read_number(config, key, field);
+}
+
+Status read_field(const Config& config, const Key& key, double& field) {
+    return read_number(config, key, field);
+}
+
+Status read_field(const Config& config, const Key& key, bool& field) {
+    SPLAT_ASSIGN(field, config.get<bool>(key.name, field));
+    return {};
+}
+
+Status read_field(const Config& config, const Key& key, std::string& field) {
+    SPLAT_ASSIGN(field, config.get<std::string>(key.name, field));
+    return {};
+}
+
+Status read_field(const Config& config, const Key& key, std::vector<std::uint32_t>& field) {
+    SPLAT_ASSIGN(const std::vector<std::int64_t> values,
+                 config.get_list<std::int64_t>(key.name, {field.begin(), field.end()}));
+    field.clear();
+    for (const std::int64_t value : values) {
+        SPLAT_TRY(check_range(config.what(), key, static_cast<double>(value)));
+        field.push_back(static_cast<std::uint32_t>(value));
+    }
+    return {};
+}
+
+Status read_field(const Config& config, const Key& key, std::vector<std::string>& field) {
+    SPLAT_ASSIGN(field, config.get_list<std::string>(key.name, field));
+    return {};
+}
+
+Status read_field(const Config& config, const Key& key, std::array<double, 2>& field) {
+    SPLAT_ASSIGN(const std::vector<double> values,
+                 config.get_list<double>(key.name, {field.begin(), field.end()}));
+    if (values.size() != field.size()) return {};
+    for (const double value : values) SPLAT_TRY(check_range(config.what(), key, value));
+    std::copy(values.begin(), values.end(), field.begin());
+    return {};
+}
+
+Status read_word(const Config& config, const Key& key, int& place) {
+    const std::vector<std::string> words = words_of(key);
+    SPLAT_ASSIGN(const std::string word,
+                 config.get<std::string>(key.name, words[static_cast<std::size_t>(place)]));
+    const auto found = std::find(words.begin(), words.end(), word);
+    if (found == words.end())
+        return error(Code::kInvalidArgument, "%s: '%s' is '%s', expected one of %s",
+                     config.what().c_str(), key.name, word.c_str(), key.values.words);
+    place = static_cast<int>(found - words.begin());
+    return {};
+}
+
+ConfigEntry write_field(const Key& /*key*/, std::uint32_t value) {
+    return one(std::int64_t{value});
+}
+
+ConfigEntry write_field(const Key& /*key*/, std::uint64_t value) {
+    return one(static_cast<std::int64_t>(value));
+}
+
+/// Nine digits give every float back. A whole number stays one: as a double it would be "1e+08".
+ConfigEntry write_field(const Key& /*key*/, float value) {
+    const std::string text = format("%.9g", static_cast<double>(value));
+    if (text.find_first_not_of("-0123456789") == std::string::npos)
+        return one(std::int64_t{std::strtoll(text.c_str(), nullptr, 10)});
+    return one(std::strtod(text.c_str(), nullptr));
+}
+
+ConfigEntry write_field(const Key& /*key*/, double value) {
+    return one(value);
+}
+
+ConfigEntry write_field(const Key& /*key*/, bool value) {
+    return one(value);
+}
+
+ConfigEntry write_field(const Key& /*key*/, const std::string& value) {
+    return one(value);
+}
+
+ConfigEntry write_field(const Key& /*key*/, const std::vector<std::uint32_t>& values) {
+    return list(values);
+}
+
+ConfigEntry write_field(const Key& /*key*/, const std::vector<std::string>& values) {
+    return list(values);
+}
+
+ConfigEntry write_field(const Key& /*key*/, const std::array<double, 2>& values) {
+    return list(values);
+}
+
+ConfigEntry write_word(const Key& key, int place) {
+    return one(words_of(key)[static_cast<std::size_t>(place)]);
+}
+
+std::vector<std::string> words_of(const Key& key) {
+    std::vector<std::string> words;
+    for (std::string_view rest = key.values.words; !rest.empty();) {
+        const std::size_t end = std::min(rest.find(", "), rest.size());
+        words.emplace_back(rest.substr(0, end));
+        rest.remove_prefix(std::min(end + 2, rest.size()));
+    }
+    return words;
+}
+
+std::string range_text(const Key& key) {
+    const Values& v = key.values;
+    if (*v.words != '\0') return v.words;
+    const bool from = std::isfinite(v.least);
+    const bool to = std::isfinite(v.most);
+    if (!from && !to) return "";
+    if (!to) return (v.above ? "more than " : "at least ") + limit_text(v.least);
+    return limit_text(v.least) + (v.below ? " to below " : " to ") + limit_text(v.most);
+}
+
+}  // namespace splat::config

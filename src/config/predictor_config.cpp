@@ -1,0 +1,81 @@
+#include "config/predictor_config.h"
+
+#include "config/key_field.h"
+
+namespace splat::config {
+namespace {
+
+/// 3x3 convolutions of so many channels are the most that the kernels are tested with.
+constexpr std::uint32_t kMaxChannels = 4096;
+
+Status refuse_value(const char* key, double value, const char* expected) {
+    return error(Code::kInvalidArgument, "configuration: '%s' is %g, expected %s", key, value,
+                 expected);
+}
+
+/// The range that each key has in the table.
+Status check_ranges(const PredictorConfig& c) {
+    const Settings settings{c, {}};
+    for (const Key& key : all_keys()) {
+        const bool network = key.field.part == Part::kNetwork || key.field.part == Part::kAdapters;
+        if (!network || key.field.write == nullptr) continue;
+        for (const ConfigScalar& value : key.field.write(key, settings).values) {
+            if (const auto* whole = std::get_if<std::int64_t>(&value))
+                SPLAT_TRY(check_range("configuration", key, static_cast<double>(*whole)));
+            if (const auto* real = std::get_if<double>(&value))
+                SPLAT_TRY(check_range("configuration", key, *real));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+std::uint32_t PredictorConfig::image_channels() const {
+    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
+}
+
+std::uint32_t PredictorConfig::input_channels() const {
+    return image_channels() + (origin_distance ? 1U : 0U);
+}
+
+std::uint32_t PredictorConfig::output_channels() const {
+    return 1U + (offset ? 3U : 0U) + 1U + 3U + 4U + (sh_degree == 0 ? 3U : 12U);
+}
+
+std::uint32_t PredictorConfig::embedding_length() const {
+    switch (embedding) {
+        case Embedding::kNone:
+            return 0;
+        case Embedding::kIndex:  // one scalar, the index of the view
+            return embedding_dim;
+        default:  // six scalars of the pose, or a vector of that length
+            return 6 * embedding_dim;
+    }
+}
+
+Status check(const PredictorConfig& c) {
+    SPLAT_TRY(check_ranges(c));
+    if (c.levels() < 1 || c.levels() > 8)
+        return error(Code::kInvalidArgument,
+                     "configuration: 'model.channel_mult' has %u levels, expected 1 to 8",
+                     c.levels());
+    const std::uint32_t stride = 1U << (c.levels() - 1);
+    if (c.resolution % stride != 0)
+        return refuse_value("data.training_resolution", c.resolution,
+                            format("a multiple of %u", stride).c_str());
+    for (const std::uint32_t mult : c.channel_mult)
+        if (mult * c.base_dim > kMaxChannels)
+            return refuse_value("model.channel_mult", mult, "no more than 4096 channels");
+    if (c.embedding != Embedding::kNone &&
+        (c.embedding_dim < 2 || c.embedding_dim % 2 != 0 || c.embedding_dim > 64))
+        return refuse_value("cam_embd.dimension", c.embedding_dim, "an even number up to 64");
+    if ((c.token_dim > 0) != (c.tokens > 0))
+        return refuse_value("model.tokens", c.tokens,
+                            "a count where model.token_dim is given, else 0");
+    if (c.znear >= c.zfar)
+        return refuse_value("data.zfar", static_cast<double>(c.zfar), "more than data.znear");
+    return {};
+}
+
+}  // namespace splat::config

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+
+#include "config/predictor_config.h"
+
+namespace splat::config {
+
+/// How the learning rate goes on after its warm-up.
+enum class Schedule : int {
+    kConstant,
+    kCosine,  ///< half a cosine down to zero at the last step
+    kStep,    ///< a tenth from `step_lr_at` on
+};
+
+enum class PixelLoss : int { kL2, kL1 };
+
+/// What a training does; the defaults are those of the published cars model. Lengths are scene units,
+/// steps are updates of the parameters. config_keys.cpp says which key is which field.
+struct TrainConfig {
+    std::uint64_t iterations = 800'000;
+    std::uint32_t batch_size = 8;   ///< objects per step
+    std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size. More than
+        ///< one binding takes costs forward passes, see model/object_slices.h
+    bool recompute = false;     ///< less memory, more time: nn::ExecutorDesc
+    std::uint32_t targets = 4;  ///< images rendered per object
+    std::uint64_t seed = 0;
+
+    double learning_rate = 5e-5;
+    std::array<double, 2> betas = {0.9, 0.999};
+    double eps = 1e-15;
+    Schedule schedule = Schedule::kConstant;
+    std::uint64_t warmup = 0;      ///< steps in which the rate rises from zero
+    std::uint64_t step_lr_at = 0;  ///< of Schedule::kStep
+
+    PixelLoss pixel_loss = PixelLoss::kL2;
+    double ssim_weight = 0;
+    double lpips_weight = 0;
+    std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part
+    std::vector<std::string> lpips_weights;  ///< files of VGG16 and of LPIPS, see model::LpipsNet
+    bool scale_terms = false;                ///< CO3D: hold scales between 1e-5 and 20
+    bool white_background = true;
+
+    bool ema = true;
+    double ema_most = 0.9999;  ///< see ops::EmaSchedule
+    std::uint64_t ema_every = 10;
+    std::uint64_t ema_after = 100;
+
+    Precision precision = Precision::kBalanced;
+
+    std::uint64_t checkpoint_every = 1000;
+    std::uint64_t validate_every = 10'000;
+    std::uint64_t log_every = 10;
+    std::uint64_t render_every = 10'000;
+    std::uint32_t validation_objects = 0;  ///< 0: all
+    std::uint32_t validation_views = 0;    ///< per object, spread over its views; 0: all
+
+    /// Where the data is, for the tools that read it; the trainer takes images.
+    std::string root, format, category;
+    std::uint32_t subset = 0;  ///< the first objects; 0: all
+    std::uint64_t cache_mib = 1024;
+
+    /// The learning rate of a step, counted from 1.
+    [[nodiscard]] double rate(std::uint64_t step) const;
+};
+
+}  // namespace splat::config

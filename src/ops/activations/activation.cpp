@@ -1,0 +1,52 @@
+#include "ops/activations/activation.h"
+
+#include "ops/quads.h"
+#include "params/activation_params.h"
+#include "vk/launch.h"
+
+namespace splat::ops {
+namespace {
+
+Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape& shape,
+                         std::vector<vk::Access> accesses, double flops, std::uint32_t form) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape));
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
+    const double bytes = static_cast<double>(dims.bytes());
+    const double tensors = static_cast<double>(accesses.size());
+    return recorder.dispatch({
+        .op = kernel,
+        .shader = kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
+        .push = params::ActivationParams{static_cast<std::uint32_t>(dims.quads()), groups[0], form},
+        .accesses = std::move(accesses),
+        .groups = groups,
+        .work = {.flops = flops * bytes / 4, .bytes = tensors * bytes},
+        .may_alias = true,
+    });
+}
+
+}  // namespace
+
+Result<OpPlan> activation_plan(const vk::Recorder&, const Attributes&,
+                               std::span<const Shape> inputs) {
+    SPLAT_TRY(quad_dims(inputs[0]).status());
+    return OpPlan{.outputs = {inputs[0]}};
+}
+
+Status activation_forward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
+                          double flops, std::uint32_t form) {
+    return record_activation(recorder, kernel, v.inputs[0].shape,
+                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops, form);
+}
+
+Status activation_backward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
+                           double flops, std::uint32_t form) {
+    if (!present(v.grad_inputs[0])) return {};
+    return record_activation(
+        recorder, kernel, v.inputs[0].shape,
+        {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])}, flops,
+        form);
+}
+
+}  // namespace splat::ops

@@ -1,0 +1,162 @@
+#include "ops/op_table.h"
+
+#include <string>
+
+#include "core/json_writer.h"
+#include "ops/activations/gelu.h"
+#include "ops/activations/relu.h"
+#include "ops/activations/silu.h"
+#include "ops/add.h"
+#include "ops/attention.h"
+#include "ops/concat.h"
+#include "ops/conv2d.h"
+#include "ops/dropout.h"
+#include "ops/film.h"
+#include "ops/fourier_embedding.h"
+#include "ops/gaussian_head.h"
+#include "ops/group_norm.h"
+#include "ops/linear.h"
+#include "ops/losses/feature_distance.h"
+#include "ops/losses/l1.h"
+#include "ops/losses/l2.h"
+#include "ops/losses/ssim.h"
+#include "ops/max_pool2d.h"
+#include "ops/positional_embedding.h"
+#include "ops/resample2d.h"
+#include "ops/split3.h"
+
+namespace splat::ops {
+namespace {
+
+constexpr const OpRow* kOps[] = {
+    &kAddRow,                  //
+    &kAttentionRow,            //
+    &kConcatRow,               //
+    &kConv2dRow,               //
+    &kDropoutRow,              //
+    &kFeatureDistanceRow,      //
+    &kFilmRow,                 //
+    &kFourierEmbeddingRow,     //
+    &kGaussianHeadRow,         //
+    &kGeluRow,                 //
+    &kGroupNormRow,            //
+    &kL1Row,                   //
+    &kL2Row,                   //
+    &kLinearRow,               //
+    &kMaxPool2dRow,            //
+    &kPositionalEmbeddingRow,  //
+    &kReluRow,                 //
+    &kResample2dRow,           //
+    &kSiluRow,                 //
+    &kSplit3Row,               //
+    &kSsimRow,                 //
+};
+
+}  // namespace
+
+Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected) {
+    if (got == expected) return {};
+    return error(Code::kShape, "%s: tensor '%s' has shape %s, expected %s", op, tensor,
+                 got.text().c_str(), expected.text().c_str());
+}
+
+bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted) {
+    return (i == 0 && wanted[1]) || (i == 1 && wanted[0]);
+}
+
+bool no_backward_reads(std::size_t, const std::vector<bool>&) {
+    return false;
+}
+
+bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted) {
+    return row.inputs[i].layout == Layout::kRowMajor || row.backward_reads == nullptr ||
+           row.backward_reads(i, wanted);
+}
+
+void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& views) {
+    for (std::size_t i = 0; i < views.inputs.size(); ++i) {
+        if (backward_reads(row, i, wanted)) continue;
+        vk::BufferView unread;
+        unread.shape = views.inputs[i].shape;
+        views.inputs[i] = unread;
+    }
+}
+
+std::span<const OpRow* const> op_table() {
+    return kOps;
+}
+
+Result<const OpRow*> find_op(std::string_view name) {
+    std::string names;
+    for (const OpRow* row : kOps) {
+        if (name == row->name) return row;
+        names += (names.empty() ? "" : ", ") + std::string(row->name);
+    }
+    return error(Code::kInvalidArgument, "no operator named '%s'; there are: %s",
+                 std::string(name).c_str(), names.c_str());
+}
+
+namespace {
+
+std::string text_of(const JsonScalar& scalar) {
+    if (const auto* flag = std::get_if<bool>(&scalar.value)) return *flag ? "true" : "false";
+    if (const auto* number = std::get_if<double>(&scalar.value)) return format("%.9g", *number);
+    return std::to_string(std::get<std::int64_t>(scalar.value));
+}
+
+}  // namespace
+
+Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonScalar> given) {
+    std::vector<JsonScalar> complete;
+    for (const Attribute& attribute : row.attributes) {
+        JsonWriter json;
+        json.begin_object().key(attribute.name).raw(attribute.fallback).end();
+        SPLAT_ASSIGN(std::vector<JsonScalar> fallback,
+                     parse_flat_json(json.text(), "attribute default"));
+        complete.push_back(std::move(fallback[0]));
+    }
+    for (const JsonScalar& scalar : given) {
+        std::size_t at = 0;
+        while (at < complete.size() && complete[at].name != scalar.name) ++at;
+        if (at == complete.size()) {
+            std::string names;
+            for (const Attribute& attribute : row.attributes)
+                names += std::string(" ") + attribute.name;
+            return error(Code::kInvalidArgument, "%s: no attribute '%s'; there are:%s", row.name,
+                         scalar.name.c_str(), names.empty() ? " none" : names.c_str());
+        }
+        const std::string_view expected = row.attributes[at].type;
+        const bool is_integer = std::holds_alternative<std::int64_t>(scalar.value);
+        const bool fits = expected == "integer"   ? is_integer
+                          : expected == "boolean" ? std::holds_alternative<bool>(scalar.value)
+                                                  : !std::holds_alternative<bool>(scalar.value);
+        if (!fits)
+            return error(Code::kInvalidArgument, "%s: attribute '%s' is %s, expected type %s",
+                         row.name, scalar.name.c_str(), text_of(scalar).c_str(),
+                         row.attributes[at].type);
+        complete[at].value = scalar.value;
+    }
+    return Attributes(std::move(complete));
+}
+
+const JsonScalar& Attributes::find(std::string_view name) const {
+    std::size_t at = 0;
+    while (values_[at].name != name) ++at;  // operators ask for what their row lists
+    return values_[at];
+}
+
+std::int64_t Attributes::integer(std::string_view name) const {
+    return std::get<std::int64_t>(find(name).value);
+}
+
+double Attributes::number(std::string_view name) const {
+    const auto& value = find(name).value;
+    const auto* integer = std::get_if<std::int64_t>(&value);
+    return integer != nullptr ? static_cast<double>(*integer) : std::get<double>(value);
+}
+
+bool Attributes::boolean(std::string_view name) const {
+    return std::get<bool>(find(name).value);
+}
+
+}  // namespace splat::ops

@@ -1,0 +1,106 @@
+#include "config/config_file.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+using config::PredictorConfig;
+
+Result<PredictorConfig> read_network(const std::string& text) {
+    SPLAT_ASSIGN(const Config config, read_config(text, "the test"));
+    return config::predictor_config(config);
+}
+
+TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
+    const auto config = read_network(
+        "opt:\n  freeze: [out.]\n  lora_finetune: true\n  lora_rank: 8\n"
+        "  lora_targets: [conv0]\n  train_with_adapters: [x16_conv., norm]\n");
+    ASSERT_OK(config.status());
+    EXPECT_EQ(config.value().frozen, std::vector<std::string>{"out."});
+    EXPECT_EQ(config.value().lora.rank, 8U);
+    EXPECT_EQ(config.value().lora.targets, std::vector<std::string>{"conv0"});
+    EXPECT_EQ(config.value().lora.trained, (std::vector<std::string>{"x16_conv.", "norm"}));
+    const auto plain = read_network("opt: {freeze: [norm], train_with_adapters: [x16_conv.]}\n");
+    ASSERT_OK(plain.status());
+    EXPECT_EQ(plain.value().frozen, std::vector<std::string>{"norm"});
+    EXPECT_TRUE(plain.value().lora.trained.empty()) << "there are no adapters";
+    EXPECT_ERROR(read_network("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
+}
+
+/// Configurations for which the published code builds no network, or which it refuses.
+TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
+    const auto status = [](const char* embedding) {
+        return read_network(std::string("cam_embd: {dimension: 4, ") + embedding + "}\n").status();
+    };
+    EXPECT_OK(status("embedding: pose, method: film, encode_embedding: positional"));
+    EXPECT_OK(status("embedding: pose"));
+    EXPECT_OK(status("embedding: null, method: null, encode_embedding: null"));
+    EXPECT_OK(status("embedding: null, method: concat, encode_embedding: fourier"));
+    EXPECT_ERROR(status("embedding: pose, method: concat"), Code::kInvalidArgument,
+                 "'cam_embd.method' is concat, expected film");
+    EXPECT_ERROR(status("embedding: index, method: null"), Code::kInvalidArgument,
+                 "'cam_embd.method' is null, expected film");
+    EXPECT_ERROR(status("embedding: pose, encode_embedding: null"), Code::kInvalidArgument,
+                 "'cam_embd.encode_embedding' is null, expected positional");
+    EXPECT_ERROR(status("embedding: pose, encode_embedding: fourier"), Code::kInvalidArgument,
+                 "'cam_embd.encode_embedding' is fourier, expected positional");
+    EXPECT_ERROR(status("method: flim"), Code::kInvalidArgument, "'cam_embd.method' is 'flim'");
+    const auto custom = read_network(
+        "data: {custom_embedding: true}\n"
+        "cam_embd: {embedding: pose, dimension: 4, method: film, encode_embedding: null}\n");
+    ASSERT_OK(custom.status());
+    EXPECT_EQ(custom.value().embedding, config::Embedding::kCustom);
+    EXPECT_ERROR(read_network("data: {custom_embedding: true}\n").status(), Code::kInvalidArgument,
+                 "'cam_embd.embedding' is none, expected pose where data.custom_embedding is true");
+}
+
+TEST(PredictorConfigFile, TakesOneOfTwoHeads) {
+    const auto offset = [](const char* keys) {
+        const auto config = read_network(std::string("model: {") + keys + "}\n");
+        EXPECT_OK(config.status());
+        return config.ok() && config.value().offset;
+    };
+    EXPECT_TRUE(offset(""));
+    EXPECT_TRUE(offset("network_with_offset: true, network_without_offset: false"));
+    EXPECT_TRUE(offset("network_without_offset: false"));
+    EXPECT_FALSE(offset("network_with_offset: false"));
+    EXPECT_FALSE(offset("network_without_offset: true"));
+    EXPECT_FALSE(offset("network_with_offset: false, network_without_offset: true"));
+    for (const char* both : {"true", "false"})
+        EXPECT_ERROR(read_network(std::string("model: {network_with_offset: ") + both +
+                                  ", network_without_offset: " + both + "}\n")
+                         .status(),
+                     Code::kInvalidArgument, std::string("are both ") + both);
+}
+
+/// Without a rank there are no adapters: all parameters would be trained.
+TEST(PredictorConfigFile, RefusesAdaptersOfNoRank) {
+    EXPECT_ERROR(read_network("opt: {lora_finetune: true, lora_rank: 0}\n").status(),
+                 Code::kInvalidArgument, "'opt.lora_rank' is 0, expected 1 or more");
+    EXPECT_OK(read_network("opt: {lora_finetune: false, lora_rank: 0}\n").status());
+}
+
+/// Reading the output of config_text() gives the same configuration.
+TEST(PredictorConfigFile, GoesRound) {
+    for (const char* text :
+         {"{}", "opt: {freeze: ['a \"b\"', norm]}\n",
+          "data: {fov: 30.5, use_mask: true, input_images: 2}\n"
+          "cam_embd: {embedding: pose, dimension: 4, film: affine}\n"
+          "model: {base_dim: 8, channel_mult: [1, 3], network_without_offset: true}\n"
+          "opt: {lora_finetune: true, lora_alpha: 3, train_with_adapters: [x16_conv.]}\n"}) {
+        const auto config = read_network(text);
+        ASSERT_OK(config.status());
+        const std::string written = config::config_text(config.value());
+        const auto again = read_network(written);
+        ASSERT_OK(again.status());
+        EXPECT_EQ(config::config_text(again.value()), written) << text;
+        EXPECT_EQ(again.value().frozen, config.value().frozen);
+        EXPECT_EQ(again.value().lora.trained, config.value().lora.trained);
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,132 @@
+// Configurations with the keys and values that the files of Splatter Image and of its fork with priors have,
+// as Hydra merges them.
+#include <gtest/gtest.h>
+
+#include "config/config_file.h"
+#include "config/train_config.h"
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+constexpr double kCarsFov = 51.98948897809546;
+
+/// What every data set's file is laid over. `fov`: the original's default has it, the fork's has none.
+std::string defaults(bool fov) {
+    return std::string(
+               "general: {device: 0, random_seed: 0, num_devices: 1, mixed_precision: false}\n"
+               "cam_embd: {embedding: null, encode_embedding: null, dimension: 0, method: null}\n"
+               "opt: {iterations: 800001, base_lr: 0.00005, batch_size: 8, betas: [0.9, 0.999],\n"
+               "  loss: l2, imgs_per_obj: 4, lambda_lpips: 0.0, pretrained_ckpt: null,\n"
+               "  ema: {use: true, update_every: 10, update_after_step: 100, beta: 0.9999}}\n"
+               "model: {max_sh_degree: 1, inverted_x: false, inverted_y: true, name: SingleUNet,\n"
+               "  opacity_scale: 1.0, opacity_bias: -2.0, scale_bias: 0.02, scale_scale: 0.003,\n"
+               "  xyz_scale: 0.1, xyz_bias: 0.0, depth_scale: 1.0, depth_bias: 0.0,\n"
+               "  network_without_offset: false, network_with_offset: true, num_blocks: 4,\n"
+               "  attention_resolutions: [16], cross_view_attention: true, base_dim: 128,\n"
+               "  isotropic: false, out_channels: 64}\n"
+               "logging: {ckpt_iterations: 1000, val_log: 10000, loss_log: 10, loop_log: 10000,\n"
+               "  render_log: 10000}\n"
+               "data: {training_resolution: 128, subset: -1, input_images: 1,\n"
+               "  origin_distances: false") +
+           (fov ? ", fov: 51.98948897809546}\n" : "}\n");
+}
+
+Result<config::Settings> merge(const std::string& base, const std::string& over) {
+    SPLAT_ASSIGN(Config config, read_yaml_config(base, "merged.yaml"));
+    SPLAT_ASSIGN(const Config changes, read_yaml_config(over, "data set"));
+    for (const ConfigEntry& entry : changes.entries())
+        if (!entry.map) config.set(entry);
+    config::Settings made;
+    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.training, config::train_config(config));
+    return made;
+}
+
+TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
+    struct Case {
+        const char* over;
+        double znear, zfar, fov;
+        std::uint32_t resolution, attention, batch, channels;
+    };
+    const Case cases[] = {
+        {"data: {znear: 0.8, zfar: 1.8, category: cars, white_background: true,\n"
+         "  origin_distances: false, fov: 51.98948897809546}\n"
+         "model: {opacity_scale: 0.001, opacity_bias: -3.0, scale_scale: 0.001}\n",
+         0.8, 1.8, kCarsFov, 128, 16, 8, 3},
+        {"data: {znear: 0.8, zfar: 1.8, category: cars_priors, fov: 51.98948897809546,\n"
+         "  use_pred_depth: true, use_pred_normal: true, white_background: true}\n",
+         0.8, 1.8, kCarsFov, 128, 16, 8, 7},
+        {"data: {znear: 1.25, zfar: 2.75, category: chairs, fov: 51.98948897809546,\n"
+         "  white_background: true}\n",
+         1.25, 2.75, kCarsFov, 128, 16, 8, 3},
+        {"data: {znear: 1.2, zfar: 4.0, category: nmr, training_resolution: 64,\n"
+         "  fov: 29.999999290482176, white_background: true}\n"
+         "model: {attention_resolutions: [8]}\nopt: {iterations: 1240001, batch_size: 32}\n",
+         1.2, 4.0, 29.999999290482176, 64, 8, 32, 3},
+        {"general: {num_devices: 2, mixed_precision: true}\n"
+         "data: {znear: 0.8, zfar: 3.2, category: objaverse, fov: 49.134342641202636,\n"
+         "  white_background: true}\nopt: {batch_size: 16, iterations: 350001}\n",
+         0.8, 3.2, 49.134342641202636, 128, 16, 16, 3},
+        {"data: {znear: 0.8, zfar: 3.2, category: gso, fov: 49.134342641202636,\n"
+         "  white_background: true}\n",
+         0.8, 3.2, 49.134342641202636, 128, 16, 8, 3},
+    };
+    for (const Case& c : cases)
+        for (const bool fov : {true, false}) {
+            const auto made = merge(defaults(fov), c.over);
+            ASSERT_OK(made.status());
+            const config::PredictorConfig& n = made.value().network;
+            EXPECT_EQ(n.znear, static_cast<float>(c.znear)) << c.over;
+            EXPECT_EQ(n.zfar, static_cast<float>(c.zfar)) << c.over;
+            EXPECT_EQ(n.fov_degrees, static_cast<float>(c.fov)) << c.over;
+            EXPECT_EQ(n.resolution, c.resolution) << c.over;
+            EXPECT_EQ(n.attention_resolutions, std::vector<std::uint32_t>{c.attention}) << c.over;
+            EXPECT_EQ(n.input_channels(), c.channels) << c.over;
+            EXPECT_EQ(n.output_channels(), 24U) << "out_channels says nothing";
+            EXPECT_EQ(n.embedding, config::Embedding::kNone);
+            EXPECT_EQ(made.value().training.batch_size, c.batch) << c.over;
+            EXPECT_FALSE(made.value().training.scale_terms) << c.over;
+            EXPECT_TRUE(made.value().training.white_background) << c.over;
+        }
+}
+
+/// The published code goes by the category's name, whatever the field of view of the defaults.
+TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
+    for (const std::string category : {"hydrants", "teddybears"}) {
+        const std::string data = "data: {znear: -2.0, zfar: 2.0, category: " + category +
+                                 ", white_background: false, origin_distances: true}\n";
+        for (const bool fov : {true, false}) {
+            const auto made = merge(defaults(fov), data);
+            ASSERT_OK(made.status());
+            const config::PredictorConfig& n = made.value().network;
+            EXPECT_EQ(n.fov_degrees, 0.0F);
+            EXPECT_TRUE(n.origin_distance);
+            EXPECT_EQ(n.znear, -2.0F);
+            EXPECT_EQ(n.input_channels(), 4U);
+            EXPECT_TRUE(made.value().training.scale_terms);
+            EXPECT_FALSE(made.value().training.white_background);
+            // What is written of it is read as the same.
+            const auto again = merge(config::merged_config_text(made.value()), "{}");
+            ASSERT_OK(again.status());
+            EXPECT_EQ(again.value().network.fov_degrees, 0.0F);
+            EXPECT_TRUE(again.value().training.scale_terms);
+        }
+        // The data set's file alone, or with what only contradicts it.
+        const std::string alone = "data: {category: " + category + "}\n";
+        const auto bare = merge(alone, "{}");
+        ASSERT_OK(bare.status());
+        EXPECT_EQ(bare.value().network.fov_degrees, 0.0F);
+        EXPECT_TRUE(bare.value().network.origin_distance);
+        EXPECT_ERROR(merge(alone, "data: {fov: 30}").status(), Code::kInvalidArgument,
+                     "'data.fov' is 30, but 'data.category' is '" + category + "'");
+        EXPECT_ERROR(merge(alone, "data: {origin_distances: false}").status(),
+                     Code::kInvalidArgument, "'data.origin_distances' is false");
+        const auto off = merge(alone, "opt: {scale_terms: false}");
+        ASSERT_OK(off.status());
+        EXPECT_FALSE(off.value().training.scale_terms) << "asked for by name";
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,143 @@
+#include "config/train_config.h"
+
+#include <gtest/gtest.h>
+
+#include "config/config_file.h"
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+using config::TrainConfig;
+
+Result<TrainConfig> read_training(const std::string& yaml) {
+    SPLAT_ASSIGN(const Config config, read_yaml_config(yaml, "test.yaml"));
+    return config::train_config(config);
+}
+
+TEST(TrainConfigRules, DefaultsAreThePublishedOnes) {
+    const auto c = read_training("{}");
+    ASSERT_OK(c.status());
+    EXPECT_EQ(c.value().batch_size, 8U);
+    EXPECT_EQ(c.value().targets, 4U);
+    EXPECT_EQ(c.value().learning_rate, 5e-5);
+    EXPECT_EQ(c.value().eps, 1e-15);
+    EXPECT_EQ(c.value().ema_after, 100U);
+    EXPECT_EQ(c.value().rate(1), 5e-5);
+    EXPECT_EQ(c.value().rate(700'000), 5e-5);
+}
+
+TEST(TrainConfigRules, ReadsWhatItWrites) {
+    const auto config = read_yaml_config(
+        "data: {training_resolution: 64, root: somewhere, subset: 3, white_background: false}\n"
+        "model: {base_dim: 32}\n"
+        "opt: {iterations: 1234, batch_size: 6, micro_batch: 3, recompute: true, imgs_per_obj: 5,\n"
+        "  base_lr: 1e-4,\n"
+        "  betas: [0.8, 0.99], lr_schedule: cosine, warmup: 10, loss: l1, lambda_ssim: 0.2,\n"
+        "  ema: {use: true, beta: 0.99, update_every: 2, update_after_step: 7},\n"
+        "  lora_finetune: true, lora_rank: 8}\n"
+        "logging: {ckpt_iterations: 5, val_objects: 2}\n"
+        "general: {random_seed: 9, precision: fast}\n",
+        "test.yaml");
+    ASSERT_OK(config.status());
+    const auto network = config::predictor_config(config.value());
+    const auto training = config::train_config(config.value());
+    ASSERT_OK(network.status());
+    ASSERT_OK(training.status());
+    const std::string text = config::merged_config_text({network.value(), training.value()});
+    const auto again = read_json_config(text, "merged");
+    ASSERT_OK(again.status());
+    const auto network2 = config::predictor_config(again.value());
+    const auto training2 = config::train_config(again.value());
+    ASSERT_OK(network2.status());
+    ASSERT_OK(training2.status());
+    EXPECT_EQ(config::merged_config_text({network2.value(), training2.value()}), text);
+    EXPECT_EQ(network2.value().lora.rank, 8U);
+    const TrainConfig& c = training2.value();
+    EXPECT_EQ(c.iterations, 1234U);
+    EXPECT_EQ(c.micro_batch, 3U);
+    EXPECT_TRUE(c.recompute);
+    EXPECT_EQ(c.betas[0], 0.8);
+    EXPECT_EQ(c.schedule, config::Schedule::kCosine);
+    EXPECT_EQ(c.pixel_loss, config::PixelLoss::kL1);
+    EXPECT_EQ(c.ema_every, 2U);
+    EXPECT_EQ(c.precision, config::Precision::kFast);
+    EXPECT_EQ(c.subset, 3U);
+    EXPECT_EQ(c.root, "somewhere");
+    EXPECT_FALSE(c.white_background);
+}
+
+TEST(TrainConfigRules, TheRateFollowsItsSchedule) {
+    TrainConfig c;
+    c.learning_rate = 1;
+    c.iterations = 110;
+    c.warmup = 9;
+    EXPECT_DOUBLE_EQ(c.rate(1), 0.1);
+    EXPECT_DOUBLE_EQ(c.rate(9), 0.9);
+    EXPECT_DOUBLE_EQ(c.rate(10), 1);
+    c.schedule = config::Schedule::kCosine;
+    EXPECT_DOUBLE_EQ(c.rate(10), 1);
+    EXPECT_LT(c.rate(110), 1e-3);
+    EXPECT_GT(c.rate(60), c.rate(61));
+    c.schedule = config::Schedule::kStep;
+    c.step_lr_at = 50;
+    EXPECT_DOUBLE_EQ(c.rate(49), 1);
+    EXPECT_DOUBLE_EQ(c.rate(50), 0.1);
+}
+
+TEST(TrainConfigRules, ReplacesValues) {
+    const auto config = read_yaml_config("opt: {base_lr: 1, batch_size: 2}", "test.yaml");
+    ASSERT_OK(config.status());
+    const std::string texts[] = {"opt.base_lr=1e-3", "general.random_seed=5",
+                                 "opt.betas=[0.5, 0.75]"};
+    const auto changed = config::with_values(config.value(), texts);
+    ASSERT_OK(changed.status());
+    const auto c = config::train_config(changed.value());
+    ASSERT_OK(c.status());
+    EXPECT_EQ(c.value().learning_rate, 1e-3);
+    EXPECT_EQ(c.value().seed, 5U);
+    EXPECT_EQ(c.value().betas[1], 0.75);
+    EXPECT_EQ(c.value().batch_size, 2U);
+    const std::string wrong[] = {"opt.base_lr"};
+    EXPECT_ERROR(config::with_values(config.value(), wrong).status(), Code::kInvalidArgument,
+                 "'opt.base_lr' is no key=value");
+}
+
+/// Published configurations name no files; evaluations read them all the same.
+TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
+    const auto config = read_training("opt: {lambda_lpips: 0.01, start_lpips_after: 5}");
+    ASSERT_OK(config.status());
+    EXPECT_EQ(config.value().lpips_weight, 0.01);
+    EXPECT_EQ(config.value().lpips_after, 5U);
+}
+
+/// Files that Hydra merged have sections of other programs.
+TEST(TrainConfigRules, LeavesSectionsOfOtherProgramsAlone) {
+    EXPECT_OK(read_training("defaults: [{dataset: cars}, _self_]\nhydra: {run: {dir: x}}\n"
+                            "wandb: {project: gs_pred}\ngeneral: {device: 0}\nlogging:\nopt: "
+                            "{pretrained_hf: null}\n")
+                  .status());
+}
+
+TEST(TrainConfigRules, RefusesAndNamesTheKey) {
+    const std::pair<const char*, const char*> cases[] = {
+        {"opt: {base_lrr: 1}", "there is no key 'opt.base_lrr'; did you mean 'opt.base_lr'?"},
+        {"opt: {batch_size: 0}", "'opt.batch_size' is 0, expected 1 to 4096"},
+        {"opt: {micro_batch: 3}",
+         "'opt.micro_batch' is 3, expected a divisor of opt.batch_size, 8"},
+        {"opt: {base_lr: -1}", "'opt.base_lr' is -1, expected 0 to 1000"},
+        {"opt: {betas: [1, 2]}", "'opt.betas' is 1, expected 0 to below 1"},
+        {"opt: {loss: huber}", "'opt.loss' is 'huber', expected one of l2, l1"},
+        {"opt: {lambda_ssim: 0.7, lambda_lpips: 0.6}", "expected a sum of at most 1"},
+        {"opt: {ema: {update_every: 0}}", "'opt.ema.update_every' is 0, expected at least 1"},
+        {"logging: {valog: 1}", "did you mean 'logging.val_log'?"},
+        {"modle: {base_dim: 64}", "there is no section 'modle'; did you mean 'model'?"},
+        {"base_lr: 1", "there is no section 'base_lr'"},
+        {"opt: {lora_rnak: 4}", "there is no key 'opt.lora_rnak'; did you mean 'opt.lora_rank'?"},
+    };
+    for (const auto& [yaml, part] : cases)
+        EXPECT_ERROR(read_training(yaml).status(), Code::kInvalidArgument, part);
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,96 @@
+#include "ops/activations/gelu.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ops/every/op_samples.h"
+#include "ref/activations/gelu_ref.h"
+
+namespace splat::test {
+namespace {
+
+class Gelu : public KernelsTest {
+  protected:
+    /// Both passes for gradients of 1: {y, grad_x}.
+    std::vector<std::vector<float>> run(const std::vector<float>& x, bool by_tanh) {
+        const Shape shape{static_cast<std::uint32_t>(x.size()), 1};
+        const OpResult gpu = run_op(
+            context(), sample("gelu", {{"tanh", by_tanh}}, {{shape, x}},
+                              std::vector<HostTensor>{{shape, std::vector<float>(x.size(), 1)}}));
+        EXPECT_OK(gpu.status);
+        return {gpu.outputs.at(0), gpu.grad_inputs.at(0)};
+    }
+};
+SPLAT_INSTANTIATE_KERNELS(Gelu);
+
+TEST_P(Gelu, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const bool by_tanh : {false, true})
+        for (const Shape& shape : image_shapes()) {
+            const OpCall call =
+                sample("gelu", {{"tanh", by_tanh}}, {normal_tensor(shape, ++seed, 0, 3)}, {shape});
+            const std::vector<double> x = to_double(call.inputs[0].values);
+            expect_matches(context(), call, {ref::gelu_forward(x, by_tanh)},
+                           {ref::gelu_backward(x, to_double(call.grad_outputs[0].values), by_tanh)},
+                           shape.text() + (by_tanh ? " by tanh" : ""));
+        }
+}
+
+/// Values of the definition with 16 digits, from tables of the normal distribution and of tanh.
+TEST_P(Gelu, HasTheValuesOfTheDefinition) {
+    const auto exact = run({-1, 0, 1, 2}, false);
+    const auto by_tanh = run({-1, 0, 1, 2}, true);
+    const double expected[] = {-0.15865525393145705, 0, 0.8413447460685429, 1.9544997361036416};
+    const double approximate[] = {-0.15880800939172324, 0, 0.8411919906082768, 1.9545976940877752};
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(exact[0][i], expected[i], 2e-7 * std::abs(expected[i]));
+        EXPECT_NEAR(by_tanh[0][i], approximate[i], 4e-7 * std::abs(approximate[i]));
+    }
+    EXPECT_NEAR(exact[1][1], 0.5, 1e-7);
+    EXPECT_NEAR(by_tanh[1][1], 0.5, 1e-7);
+}
+
+/// Every digit of y is right relative to y itself, however small it is: an approximation of erf with a bound
+/// on the absolute error would have none left below -5.
+TEST_P(Gelu, KeepsItsDigitsInTheTails) {
+    std::vector<float> x;
+    for (float at = -13; at < 13; at += 0.0071F) x.push_back(at);
+    const ref::Summed<double> expected = ref::gelu_forward(to_double(x), false);
+    const std::vector<float> y = run(x, false)[0];
+    for (std::size_t i = 0; i < x.size(); ++i)
+        ASSERT_NEAR(y[i], expected.value[i], 5e-7 * std::abs(expected.value[i])) << "x = " << x[i];
+}
+
+TEST_P(Gelu, SurvivesAnyFiniteInput) {
+    for (const bool by_tanh : {false, true}) {
+        const auto gpu = run({-3e38F, -1e20F, -1e4F, -100, -20, 20, 100, 3e38F}, by_tanh);
+        for (std::size_t i = 0; i < 5; ++i) {
+            EXPECT_NEAR(gpu[0][i], 0, 1e-37) << i;
+            EXPECT_NEAR(gpu[1][i], 0, 1e-37) << i;
+        }
+        EXPECT_EQ(gpu[0][5], 20);
+        EXPECT_EQ(gpu[0][6], 100);
+        EXPECT_EQ(gpu[0][7], 3e38F);
+        for (std::size_t i = 5; i < 8; ++i) EXPECT_EQ(gpu[1][i], 1) << i;
+    }
+}
+
+TEST_P(Gelu, RejectsBadShapes) {
+    EXPECT_ERROR(
+        run_op(context(), sample("gelu", Json::object(), {normal_tensor({6}, 1)}, {Shape{6}}))
+            .status,
+        Code::kShape, "channels");
+}
+
+TEST(GeluReference, GradcheckFloat64) {
+    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 2));
+    const std::vector<double> grad_y = to_double(normal_fill(40, 2));
+    for (const bool by_tanh : {false, true})
+        expect_gradcheck(
+            {x}, [&](const Arrays& in) { return Arrays{ref::gelu_forward(in[0], by_tanh).value}; },
+            {grad_y}, {ref::gelu_backward(x, grad_y, by_tanh).value});
+}
+
+}  // namespace
+}  // namespace splat::test

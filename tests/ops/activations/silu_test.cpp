@@ -1,0 +1,73 @@
+#include "ops/activations/silu.h"
+
+#include <gtest/gtest.h>
+
+#include "ops/every/op_samples.h"
+#include "ref/activations/silu_ref.h"
+#include "support/golden_file.h"
+
+namespace splat::test {
+namespace {
+
+class Silu : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(Silu);
+
+TEST_P(Silu, MatchesFloat64) {
+    std::uint64_t seed = 10;
+    for (const Shape& shape : image_shapes()) {
+        const OpCall call =
+            sample("silu", Json::object(), {normal_tensor(shape, ++seed, 0, 3)}, {shape});
+        const std::vector<double> x = to_double(call.inputs[0].values);
+        expect_matches(context(), call, {ref::silu_forward(x)},
+                       {ref::silu_backward(x, to_double(call.grad_outputs[0].values))},
+                       shape.text());
+    }
+}
+
+TEST_P(Silu, SurvivesAnyFiniteInput) {
+    OpCall call =
+        sample("silu", Json::object(), {{{2, 4}, {-3e38F, -1e4F, -100, -89, 0, 89, 1e4F, 3e38F}}},
+               std::vector<HostTensor>{{{2, 4}, std::vector<float>(8, 1)}});
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(all_finite(gpu.outputs[0], {"y", reproduce("large")}));
+    EXPECT_TRUE(all_finite(gpu.grad_inputs[0], {"grad_x", reproduce("large")}));
+    EXPECT_EQ(gpu.outputs[0][4], 0);
+    EXPECT_EQ(gpu.outputs[0][7], 3e38F);
+    EXPECT_EQ(gpu.grad_inputs[0][6], 1);
+    EXPECT_EQ(gpu.grad_inputs[0][4], 0.5F);
+    EXPECT_NEAR(gpu.outputs[0][2], 0, 1e-30);
+}
+
+TEST_P(Silu, GoldenNet) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    each_golden("norm", [&](const Golden& golden) {
+        const HostTensor x = golden_tensor(golden.npz, "silu.x");
+        const OpResult gpu =
+            run_op(context(), sample("silu", Json::object(), {x},
+                                     std::vector<HostTensor>{golden_tensor(golden.npz, "silu.g")}));
+        ASSERT_OK(gpu.status);
+        const std::string how = reproduce(golden.name);
+        EXPECT_TRUE(close(gpu.outputs[0], golden.doubles("silu.y64"), kGoldenLayer, kGoldenLayer,
+                          {"y", how}));
+        EXPECT_TRUE(close(gpu.grad_inputs[0], golden.doubles("silu.d_x64"), kGoldenLayer,
+                          kGoldenLayer, {"grad_x", how, true}));
+    });
+}
+
+TEST_P(Silu, RejectsBadShapes) {
+    EXPECT_ERROR(
+        run_op(context(), sample("silu", Json::object(), {normal_tensor({6}, 1)}, {Shape{6}}))
+            .status,
+        Code::kShape, "channels");
+}
+
+TEST(SiluReference, GradcheckFloat64) {
+    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 3));
+    const std::vector<double> grad_y = to_double(normal_fill(40, 2));
+    expect_gradcheck({x}, [](const Arrays& in) { return Arrays{ref::silu_forward(in[0]).value}; },
+                     {grad_y}, {ref::silu_backward(x, grad_y).value});
+}
+
+}  // namespace
+}  // namespace splat::test

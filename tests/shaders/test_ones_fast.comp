@@ -1,0 +1,13 @@
+#version 450
+// y[i] = 1, for CPUs and GPUs alone. One invocation computes one element. Specialisation: workgroup size.
+#extension GL_GOOGLE_include_directive : require
+#include "params/spec_ids.h"
+
+layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(std430, set = 0, binding = 0) writeonly buffer Y { float y[]; };
+layout(push_constant) uniform Params { uint n; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < n) y[i] = 1.0;
+}

@@ -1,0 +1,72 @@
+#include "synthetic/sample_folder.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <iterator>
+
+#include "io/file.h"
+#include "io/image.h"
+#include "support/expect_status.h"
+
+namespace splat::test {
+
+namespace fs = std::filesystem;
+
+SampleFolder::SampleFolder() {
+    static std::atomic<int> counter{0};
+    path_ = fs::temp_directory_path() /
+            ("splat-data-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+    fs::create_directories(path_);
+}
+
+SampleFolder::~SampleFolder() {
+    std::error_code code;
+    fs::remove_all(path_, code);
+}
+
+void put_text(const fs::path& path, const std::string& text) {
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+}
+
+void put_image(const fs::path& path, std::uint32_t size, std::uint32_t channels,
+               std::uint32_t first, std::uint8_t alpha) {
+    io::Image image{size, size, channels, 8, {}};
+    for (std::uint32_t y = 0; y < size; ++y)
+        for (std::uint32_t x = 0; x < size; ++x)
+            for (std::uint32_t c = 0; c < channels; ++c)
+                image.samples.push_back(
+                    c == 3 ? alpha
+                           : static_cast<std::uint16_t>((16 * y + 4 * x + c + first) % 256));
+    const auto file = io::write_png(image);
+    ASSERT_OK(file.status());
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), file.value()));
+}
+
+std::string file_text(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+synthetic::WriterDesc sample_cars(const fs::path& path) {
+    synthetic::WriterDesc desc;
+    desc.path = path.string();
+    desc.seed = 5;
+    desc.resolution = 16;
+    desc.train_views = 3;
+    desc.test_views = 4;
+    desc.train_objects = 2;
+    desc.val_objects = 1;
+    desc.test_objects = 1;
+    return desc;
+}
+
+void write_all(const synthetic::WriterDesc& desc) {
+    const std::uint32_t count = desc.train_objects + desc.val_objects + desc.test_objects;
+    for (std::uint32_t i = 0; i < count; ++i) ASSERT_OK(synthetic::write_object(desc, i));
+}
+
+}  // namespace splat::test

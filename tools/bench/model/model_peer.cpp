@@ -1,0 +1,168 @@
+#include "bench/model/model_peer.h"
+
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "vkrun/config/image_channels.h"
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): some C libraries lack it
+
+namespace vkrun::bench {
+namespace {
+
+/// Of a configuration as reports hold it.
+std::vector<std::string> network_arguments(const Json& config, std::uint32_t objects) {
+    const Json& data = config.at("data");
+    const Json& model = config.at("model");
+    const auto refuse = [](bool different, const char* what) {
+        if (different)
+            throw Failure(kUsageError, std::string("--peer has no network ") + what +
+                                           ": leave out --peer, or change the configuration");
+    };
+    const auto flag = [](const Json& section, const char* key) {
+        return section.at(key).get<bool>();
+    };
+    const auto text = [](const Json& section, const char* key) { return section.at(key).dump(); };
+    const auto list = [&](const char* key) {
+        std::string values;
+        for (const Json& value : model.at(key))
+            values += (values.empty() ? "" : ",") + value.dump();
+        return values;
+    };
+    refuse(config.at("cam_embd").at("embedding") != "none", "with an embedding");
+    refuse(model.at("token_dim") > 0, "with tokens");
+    refuse(flag(data, "origin_distances") || data.at("fov").get<double>() == 0,
+           "with origin distances or focal lengths per view");
+    refuse(flag(model, "network_without_offset"), "without offset");
+    refuse(flag(model, "isotropic"), "with isotropic scales");
+    const auto views = data.at("input_images").get<std::uint32_t>();
+    std::vector<std::string> arguments = {
+        "--resolution",
+        text(data, "training_resolution"),
+        "--channels",
+        std::to_string(ImageChannels::of(config).count()),
+        "--base-dim",
+        text(model, "base_dim"),
+        "--num-blocks",
+        text(model, "num_blocks"),
+        "--channel-mult",
+        list("channel_mult"),
+        "--attention=" + list("attention_resolutions"),
+        "--views",
+        std::to_string(flag(model, "cross_view_attention") ? views : 1),
+        "--batch",
+        std::to_string(objects * views),
+        "--sh-degree",
+        text(model, "max_sh_degree")};
+    if (config.contains("opt")) {
+        const Json& opt = config.at("opt");
+        refuse(
+            !opt.at("freeze").empty() || !opt.value("train_with_adapters", Json::array()).empty(),
+            "with a choice of what is trained");
+        refuse(opt.at("lora_targets") != Json({"conv0", "conv1", "qkv", "proj"}),
+               "with these lora_targets");
+        arguments.insert(arguments.end(), {"--lora", text(opt, "lora_rank")});
+    }
+    return arguments;
+}
+
+/// torch_model.py in a folder above this program or above the current folder.
+std::string find_peer_script() {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    for (const fs::path& start :
+         {fs::read_symlink("/proc/self/exe", ignored), fs::current_path(ignored) / "."})
+        for (fs::path folder = start.parent_path();; folder = folder.parent_path()) {
+            const fs::path script = folder / "tools/bench/torch_model.py";
+            if (fs::exists(script, ignored)) return script.string();
+            if (folder == folder.root_path() || folder.empty()) break;
+        }
+    throw Failure(kFailed,
+                  "tools/bench/torch_model.py is in no folder above this program or the current "
+                  "one; name it with --peer-script FILE");
+}
+
+}  // namespace
+
+const char* const kPeerRemedy =
+    "PyTorch and a fast BLAS for it: `apt-get install python3-torch libopenblas0-pthread`; "
+    "--python PROGRAM names another interpreter";
+
+ModelPeer::ModelPeer(const std::vector<std::string>& command, const std::string& remedy) {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+        throw Failure(kFailed, std::string("cannot connect to a peer: ") + std::strerror(errno));
+    socket_ = ends[0];
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    std::vector<char*> words;
+    for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    const int failed = posix_spawnp(&process_, words[0], &actions, nullptr, words.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    std::string line;
+    if (failed == 0) line = read_line();
+    if (line.rfind("ready ", 0) == 0) {
+        about_ = Json::parse(line.substr(6));
+        return;
+    }
+    close(socket_);
+    if (failed == 0) waitpid(process_, nullptr, 0);
+    throw Failure(kFailed, "the peer '" + command.front() + "' " +
+                               (failed == 0 ? "did not get ready" : std::strerror(failed)) + "; " +
+                               remedy);
+}
+
+ModelPeer::~ModelPeer() {
+    send(socket_, "quit\n", 5, MSG_NOSIGNAL);
+    close(socket_);
+    waitpid(process_, nullptr, 0);
+}
+
+std::string ModelPeer::read_line() {
+    std::size_t end = 0;
+    while ((end = received_.find('\n')) == std::string::npos) {
+        char buffer[512];
+        const ssize_t count = read(socket_, buffer, sizeof buffer);
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return {};
+        received_.append(buffer, static_cast<std::size_t>(count));
+    }
+    std::string line = received_.substr(0, end);
+    received_.erase(0, end + 1);
+    return line;
+}
+
+double ModelPeer::run(const std::string& pass) {
+    const std::string line = pass + "\n";
+    send(socket_, line.data(), line.size(), MSG_NOSIGNAL);
+    const std::string answer = read_line();
+    char* end = nullptr;
+    const double ms = std::strtod(answer.c_str(), &end);
+    if (answer.empty() || *end != '\0' || ms <= 0)
+        throw Failure(kFailed, "the peer answered '" + answer + "' to '" + pass +
+                                   "', expected milliseconds; it may be out of memory");
+    return ms;
+}
+
+std::vector<std::string> peer_command(const PeerOptions& options, const Json& config,
+                                      std::uint32_t objects) {
+    std::vector<std::string> command = {
+        options.python, options.script.empty() ? find_peer_script() : options.script};
+    for (const std::string& word : network_arguments(config, objects)) command.push_back(word);
+    command.insert(command.end(),
+                   {"--threads", "2", "--isa", options.isa, "--layout", options.layout});
+    return command;
+}
+
+}  // namespace vkrun::bench

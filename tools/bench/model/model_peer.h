@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vkrun/cli/json.h"
+
+namespace vkrun::bench {
+
+/// How torch_model.py is started.
+struct PeerOptions {
+    std::string isa = "default";  ///< or avx2
+    std::string layout = "channels_last";
+    std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
+    std::string script;                       ///< empty: find_peer_script()
+};
+
+/// A process that prints "ready" with JSON about itself, then runs passes on request. It is
+/// torch_model.py with the network that libsplat runs in turns with it, or vkrun itself in `bench
+/// start`.
+class ModelPeer {
+  public:
+    /// command  the program and its arguments. Throws, with the remedy, unless it gets ready.
+    ModelPeer(const std::vector<std::string>& command, const std::string& remedy);
+    ~ModelPeer();
+    ModelPeer(const ModelPeer&) = delete;
+    ModelPeer& operator=(const ModelPeer&) = delete;
+
+    [[nodiscard]] const Json& about() const { return about_; }
+
+    /// pass  "forward", "step", or "outputs" with a folder for the exchange; Returns  its time, ms
+    double run(const std::string& pass);
+
+  private:
+    std::string read_line();
+
+    int socket_ = -1;
+    int process_ = -1;
+    std::string received_;
+    Json about_;
+};
+
+/// What to do if torch_model.py does not get ready.
+extern const char* const kPeerRemedy;
+
+/// The program and arguments of torch_model.py for a configuration as reports hold it. Throws if the
+/// peer cannot build such a network.
+std::vector<std::string> peer_command(const PeerOptions& options, const Json& config,
+                                      std::uint32_t objects);
+
+}  // namespace vkrun::bench

@@ -1,0 +1,20 @@
+// vkrun bench: the benchmarks of tools/bench.
+
+#include <CLI/CLI.hpp>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/options.h"
+
+namespace vkrun {
+
+void add_bench(CLI::App& app, int& exit_code) {
+    CLI::App* bench = add_command(app, "bench", "Measure speed and error on this machine.",
+                                  "'vkrun bench COMMAND --help' tells more.\n");
+    bench->require_subcommand(1);
+    add_bench_ops(*bench, exit_code);
+    add_bench_raster(*bench, exit_code);
+    add_bench_model(*bench, exit_code);
+    add_bench_start(*bench, exit_code);
+}
+
+}  // namespace vkrun

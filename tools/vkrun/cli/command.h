@@ -1,0 +1,40 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace vkrun {
+
+/// Each adds one command to the command line; the command leaves its status in `exit_code`. The order is that
+/// of the help: as a user meets them.
+void add_doctor(CLI::App& app, int& exit_code);
+void add_devices(CLI::App& app, int& exit_code);
+void add_predict(CLI::App& app, int& exit_code);
+void add_render(CLI::App& app, int& exit_code);
+void add_inspect(CLI::App& app, int& exit_code);
+void add_convert(CLI::App& app, int& exit_code);
+void add_data(CLI::App& app, int& exit_code);
+void add_train(CLI::App& app, int& exit_code);
+void add_config(CLI::App& app, int& exit_code);
+void add_eval(CLI::App& app, int& exit_code);
+void add_compare(CLI::App& app, int& exit_code);
+void add_report(CLI::App& app, int& exit_code);
+void add_weights(CLI::App& app, int& exit_code);
+void add_bench(CLI::App& app, int& exit_code);
+
+/// Below `data`.
+void add_data_synth(CLI::App& data, int& exit_code);
+void add_data_check(CLI::App& data, int& exit_code);
+void add_data_show(CLI::App& data, int& exit_code);
+
+/// Below `weights`: the commands that need a network.
+void add_weights_model(CLI::App& weights, int& exit_code);
+
+/// Below `bench`.
+void add_bench_ops(CLI::App& bench, int& exit_code);
+void add_bench_raster(CLI::App& bench, int& exit_code);
+void add_bench_model(CLI::App& bench, int& exit_code);
+void add_bench_start(CLI::App& bench, int& exit_code);
+
+}  // namespace vkrun

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace vkrun {
+
+/// Make a folder and those above it, where they are missing. Throws a Failure.
+void make_folder(const std::filesystem::path& path);
+
+/// Throws a usage Failure if the file exists and may not be replaced.
+void check_target(const std::string& path, bool overwrite);
+
+/// The text of a configuration. Throws a usage Failure if it cannot be read or is empty.
+std::string read_text(const std::string& path);
+
+/// Write a file that nothing else depends on, such as a plot; nothing if the path is empty. Throws a
+/// Failure.
+void write_text(const std::string& path, const std::string& text);
+
+/// Create or replace a file as a whole or not at all. Throws a Failure.
+void replace_file(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace vkrun

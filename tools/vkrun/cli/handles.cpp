@@ -1,0 +1,59 @@
+#include "vkrun/cli/handles.h"
+
+namespace vkrun {
+namespace {
+
+ExitCode code_of(splat_result result, ExitCode blame) {
+    switch (result) {
+        case SPLAT_ERROR_NO_DEVICE:
+            return kNoDevice;
+        case SPLAT_ERROR_OUT_OF_HOST_MEMORY:
+        case SPLAT_ERROR_OUT_OF_DEVICE_MEMORY:
+            return kOutOfMemory;
+        case SPLAT_ERROR_INVALID_ARGUMENT:
+        case SPLAT_ERROR_INVALID_STATE:
+        case SPLAT_ERROR_SHAPE_MISMATCH:
+        case SPLAT_ERROR_UNSUPPORTED:
+            return blame;
+        default:
+            return kFailed;
+    }
+}
+
+}  // namespace
+
+void check(splat_result result, ExitCode blame) {
+    if (result >= SPLAT_OK) return;
+    const ExitCode code = code_of(result, blame);
+    std::string sentence = splat_last_error_message();
+    if (sentence.empty()) sentence = splat_result_sentence(result);
+    throw Failure(code, sentence + " (" + splat_result_name(result) + ")");
+}
+
+Tensor make_tensor(splat_device device, const std::string& name,
+                   const std::vector<std::int64_t>& dims, const std::vector<float>& data) {
+    auto desc = sized<splat_tensor_desc>();
+    desc.name = name.c_str();
+    for (const std::int64_t size : dims) desc.dims[desc.rank++] = size;
+    Tensor tensor;
+    check(splat_tensor_create(device, &desc, tensor.out()));
+    if (!data.empty())
+        check(splat_tensor_write(tensor.get(), data.data(), data.size() * sizeof(float), nullptr));
+    return tensor;
+}
+
+std::vector<float> read_tensor(splat_tensor tensor) {
+    auto info = sized<splat_tensor_info>();
+    check(splat_tensor_get_info(tensor, &info));
+    std::vector<float> data(info.elements);
+    check(splat_tensor_read(tensor, data.data(), data.size() * sizeof(float), nullptr));
+    return data;
+}
+
+Weights load_weights(const std::string& path) {
+    Weights weights;
+    check(splat_weights_load(path.c_str(), weights.out()), kBadData);
+    return weights;
+}
+
+}  // namespace vkrun

@@ -1,0 +1,33 @@
+#include "vkrun/cli/log.h"
+
+#include <cstdio>
+
+#include "vkrun/cli/handles.h"
+
+namespace vkrun {
+namespace {
+
+splat_log_level g_level = SPLAT_LOG_WARNING;
+
+const char* level_name(splat_log_level level) {
+    if (level >= SPLAT_LOG_ERROR) return "error";
+    if (level == SPLAT_LOG_WARNING) return "warning";
+    return level == SPLAT_LOG_INFO ? "info" : "debug";
+}
+
+void print_message(void*, splat_log_level level, const char* message) {
+    std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), message);
+}
+
+}  // namespace
+
+void log_to_stderr() {
+    check(splat_log_set_callback(print_message, nullptr, g_level));
+}
+
+void set_verbose(bool verbose) {
+    g_level = verbose ? SPLAT_LOG_DEBUG : SPLAT_LOG_WARNING;
+    log_to_stderr();
+}
+
+}  // namespace vkrun

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace vkrun {
+
+/// A command below `parent`, in the list "Commands" of its help.
+CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
+                      const std::string& footer);
+
+// ---- Options that several commands have
+
+void add_json_flag(CLI::App& command, bool& json);
+
+/// what  the argument that names what may be replaced
+void add_overwrite_flag(CLI::App& command, bool& overwrite, const char* what);
+
+/// A whole number from `least` to `most`; `value` is its default, which the help names.
+void add_count_option(CLI::App& command, const char* name, std::uint32_t& value, const char* text,
+                      int least, int most);
+
+/// --threads, 0 for one on each core.
+void add_threads_option(CLI::App& command, std::uint32_t& threads);
+
+/// --set KEY=VALUE, any number of times.
+void add_changes_option(CLI::App& command, std::vector<std::string>& changes);
+
+// ---- Checks of their values
+
+/// Throws a usage Failure, "--distance is nan, expected ...", unless the value is in the range.
+void check_number(const char* option, double value, double least, double most);
+
+/// The same for a colour of three numbers from 0 to 1.
+void check_background(const std::vector<float>& rgb);
+
+}  // namespace vkrun

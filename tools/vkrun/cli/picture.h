@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vkrun {
+
+/// An RGB picture, white where no image was placed.
+class Picture {
+  public:
+    Picture(std::uint32_t width, std::uint32_t height)
+        : width_(width), height_(height), rgb_(std::size_t{3} * width * height, 1.0F) {}
+
+    /// Planes [channels,side,side], 1 or 3 channels, with the upper left corner at (x, y).
+    void place(const float* planes, std::uint32_t channels, std::uint32_t side, std::uint32_t x,
+               std::uint32_t y);
+
+    /// As a PNG. Throws a Failure.
+    void save(const std::string& path) const;
+
+    [[nodiscard]] std::uint32_t width() const { return width_; }
+    [[nodiscard]] std::uint32_t height() const { return height_; }
+
+  private:
+    std::uint32_t width_, height_;
+    std::vector<float> rgb_;
+};
+
+/// Cells of `side` pixels in `columns` columns, `gap` pixels apart; each is [3,side,side], or null for
+/// a blank.
+Picture contact_sheet(const std::vector<const float*>& cells, std::uint32_t side,
+                      std::uint32_t columns, std::uint32_t gap = 4);
+
+}  // namespace vkrun

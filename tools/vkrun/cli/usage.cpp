@@ -1,0 +1,105 @@
+#include "vkrun/cli/usage.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+namespace vkrun {
+namespace {
+
+/// The number of insertions, deletions and replacements of a letter that turn a into b.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// The options or commands that could replace an unknown word.
+std::vector<std::string> words_of(const CLI::App& command, bool options) {
+    std::vector<std::string> words;
+    if (options)
+        for (const CLI::Option* option : command.get_options())
+            for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
+    else
+        for (const CLI::App* child : command.get_subcommands({}))
+            words.push_back(child->get_name());
+    return words;
+}
+
+/// The command that was being parsed when parsing stopped.
+const CLI::App& innermost(const CLI::App& app) {
+    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    return chosen.empty() ? app : innermost(*chosen.back());
+}
+
+/// "vkrun bench ops"
+std::string path_of(const CLI::App& command) {
+    const CLI::App* parent = command.get_parent();
+    return (parent != nullptr ? path_of(*parent) + " " : "") + command.get_name();
+}
+
+/// "doctor, devices, predict": the commands below this one.
+std::string command_list(const CLI::App& command) {
+    std::string names;
+    for (const std::string& name : words_of(command, false))
+        names += (names.empty() ? "" : ", ") + name;
+    return names;
+}
+
+bool is_option(const std::string& word) {
+    return word.rfind('-', 0) == 0;
+}
+
+/// The known word that `word` most likely means; empty if none is near.
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const std::string& candidate : known)
+        if (const std::size_t distance = edit_distance(word, candidate); distance < least) {
+            least = distance;
+            nearest = candidate;
+        }
+    return nearest;
+}
+
+std::string problem(const CLI::App& app, const CLI::ParseError& error) {
+    const CLI::App& command = innermost(app);
+    const std::vector<std::string> unknown = app.remaining(true);
+    const std::string commands = command_list(command);
+    if (unknown.empty() && error.get_name() == "RequiredError" && !commands.empty())
+        return "a command is missing; there are: " + commands;
+    if (unknown.empty()) return error.what();
+    const std::string& word = unknown.front();
+    const bool option = is_option(word);
+    std::string sentence =
+        (option ? "unknown option '" : "unknown command or argument '") + word + "'";
+    const std::string nearest =
+        nearest_word(word.substr(0, word.find('=')), words_of(command, option));
+    if (!nearest.empty()) return sentence + "; did you mean '" + nearest + "'?";
+    return option || commands.empty() ? sentence : sentence + "; there are: " + commands;
+}
+
+}  // namespace
+
+bool has_unknown_command(const CLI::App& app) {
+    const std::vector<std::string> unknown = app.remaining(true);
+    return !innermost(app).get_subcommands({}).empty() &&
+           std::any_of(unknown.begin(), unknown.end(),
+                       [](const std::string& word) { return !is_option(word); });
+}
+
+std::string usage_sentence(const CLI::App& app, const CLI::ParseError& error) {
+    return problem(app, error) + "\n       see '" + path_of(innermost(app)) + " --help'";
+}
+
+}  // namespace vkrun

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+class ParseError;
+}  // namespace CLI
+
+namespace vkrun {
+
+/// Whether a command was expected where an unknown word stands, as in `vkrun nonsense --help`.
+bool has_unknown_command(const CLI::App& app);
+
+/// What is wrong with a command line that was refused, with the nearest known word, and where the help is.
+std::string usage_sentence(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace vkrun

@@ -1,0 +1,103 @@
+// vkrun predict: from one picture to a scene.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/picture.h"
+#include "vkrun/predict/prediction.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kPredictFooter =
+    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or by
+its difference from the colour of the border, and centred in a white square. Instead of a picture, --data with
+--object takes an object of a data set and compares the prediction with its images.
+
+OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
+which holds all pictures and facts. Gaussians of an opacity below 1/255 are left out of the scene, as no image
+shows them.
+
+Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
+
+Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
+
+Examples:
+  vkrun predict photo.png --out out
+  vkrun predict render.png --whole --weights model_best.pth --config config.yaml --out out
+  vkrun predict --data cars --split test --object 0 --out out
+)";
+
+int predict(const PredictionOptions& options, bool json) {
+    if (options.image.empty() == options.data.empty())
+        throw Failure(kUsageError, options.image.empty()
+                                       ? "name an IMAGE, or a data set with --data"
+                                       : "IMAGE and --data exclude each other");
+    if (!options.data.empty() && !options.true_depth.empty())
+        throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
+    check_number("--elevation", options.elevation, -89, 89);
+    check_number("--views", options.views, 1, 10000);
+    if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
+    const Json result = run_prediction(options);
+    if (json) {
+        print_json(result);
+        return kSuccess;
+    }
+    std::printf("%u Gaussians (%u more were invisible) in %.0f ms; %u images in %.0f ms\n",
+                result.at("gaussians").get<unsigned>(), result.at("left_out").get<unsigned>(),
+                result.at("predict_ms").get<double>(), result.at("images").get<unsigned>(),
+                result.at("draw_ms").get<double>());
+    if (result.contains("psnr"))
+        std::printf(
+            "against the truth: PSNR %.2f dB, SSIM %.4f on %u novel views (input view %.2f dB)\n",
+            result.at("psnr").get<double>(), result.at("ssim").get<double>(),
+            result.at("novel_views").get<unsigned>(), result.at("psnr_input").get<double>());
+    if (result.contains("depth"))
+        std::printf(
+            "depth against %s, scaled and shifted: mean error %.3f of its range, correlation "
+            "%.3f\n",
+            options.true_depth.c_str(), result.at("depth").at("error").get<double>(),
+            result.at("depth").at("correlation").get<double>());
+    std::printf("%s\n", result.at("report").get<std::string>().c_str());
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_predict(CLI::App& app, int& exit_code) {
+    CLI::App* command = add_command(app, "predict", "Turn a picture into a scene.", kPredictFooter);
+    auto options = std::make_shared<PredictionOptions>();
+    auto json = std::make_shared<bool>(false);
+    PredictionOptions& o = *options;
+    command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)");
+    command->add_option("--data", o.data, "Predict an object of this data set instead");
+    command->add_option("--split", o.split, "train, val or test")->capture_default_str();
+    command->add_option("--object", o.object, "Its number, from 0")->capture_default_str();
+    command->add_option("--weights", o.weights, ".safetensors, .pth or .npz");
+    command->add_option(
+        "--config", o.config,
+        "Configuration of the network; config.json or config.yaml beside the weights");
+    command->add_option("--mask", o.mask, "Mask of the object, as large as IMAGE");
+    command->add_option("--depth", o.depth, "Depth map, for networks that take one");
+    command->add_option("--normal", o.normal, "Normal map, for networks that take one");
+    command->add_flag("--whole", o.whole,
+                      "Use the central square instead of cutting out the object");
+    command->add_option("--foreground", o.foreground,
+                        "Part of the square that the object fills; 0.65");
+    command->add_option("--views", o.views, "Novel views")->capture_default_str();
+    command->add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
+        ->capture_default_str();
+    command->add_option("--true-depth", o.true_depth,
+                        "True depth map of IMAGE to compare with, at any scale; larger is farther");
+    command->add_option("--out", o.out, "Folder for the results")->capture_default_str();
+    add_device_option(*command, o.device);
+    add_json_flag(*command, *json);
+    command->callback([options, json, &exit_code] { exit_code = predict(*options, *json); });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "vkrun/cli/json.h"
+
+namespace vkrun {
+
+struct PredictionOptions {
+    std::string image, mask, depth, normal;
+    std::string data, split = "test";
+    std::uint32_t object = 0;
+    std::string weights, config;
+    bool whole = false;
+    float foreground = 0;
+    std::uint32_t views = 24;
+    double elevation = 20;
+    std::string true_depth;
+    std::string out = "out";
+    std::string device = "best";
+};
+
+/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, left_out, predict_ms,
+/// draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
+Json run_prediction(const PredictionOptions& options);
+
+}  // namespace vkrun

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <splat.h>
+
+#include <string>
+#include <vector>
+
+namespace vkrun {
+
+/// Of an image, in pixels; 0 and 0: not given.
+struct ImageSize {
+    std::uint32_t width = 0, height = 0;
+};
+
+/// "800x600", or an empty text. Throws a usage Failure.
+ImageSize image_size(const std::string& text);
+
+/// The cameras of a transforms.json or a COLMAP model.
+struct CameraFile {
+    std::vector<splat_camera> cameras;
+    std::vector<std::string> names;  ///< paths of their images
+    std::vector<std::string> warnings;
+    /// The same for images of another size, where the file leaves the size open: what differs from
+    /// `cameras` follows from the size.
+    std::vector<splat_camera> resized;
+
+    [[nodiscard]] bool has_size(std::size_t i) const {
+        return cameras[i].width == resized[i].width && cameras[i].height == resized[i].height;
+    }
+};
+
+struct CameraFileOptions {
+    ImageSize size;  ///< of the images, for cameras whose file does not give it
+    bool ignore_distortion = false;
+    bool without_size = false;  ///< such cameras need no size and get a placeholder
+};
+
+/// Throws a Failure; a usage Failure for a size that is missing, or that no camera needs.
+CameraFile load_cameras(const std::string& path, const CameraFileOptions& options);
+
+}  // namespace vkrun

@@ -1,0 +1,122 @@
+// vkrun convert: a scene file into another format. Needs no device.
+
+#include <CLI/CLI.hpp>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/scene/scene_file.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kConvertFooter =
+    R"(
+The extension of OUT chooses the format. OUT is written whole or not at all.
+
+Frames name the axes x, y, z: right or left, up or down, front or back. The table has the usual
+frame of each format.
+
+Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
+
+Examples:
+  vkrun convert scene.ply scene.spz
+  vkrun convert scene.spz scene.ply --sh-degree 0 --overwrite
+)";
+
+struct ConvertOptions {
+    std::string in, out;
+    std::string frame = "auto";
+    std::string in_frame = "auto";
+    int sh_degree = -1;
+    std::uint32_t spz_version = 0;
+    bool overwrite = false;
+    bool json = false;
+};
+
+/// Refuses options that the format of OUT does not support.
+void check_options(const ConvertOptions& options) {
+    std::string extension = std::filesystem::path(options.out).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (options.spz_version != 0 && extension != ".spz")
+        throw Failure(kUsageError, "--spz-version is for .spz, and OUT is '" + options.out + "'");
+    for (const Json& format : scene_formats()) {
+        const int most = format.at("max_sh_degree").get<int>();
+        if (format.at("extension") == extension && options.sh_degree > most)
+            throw Failure(
+                kUsageError,
+                vkrun::format(
+                    "--sh-degree is %d, but '%s' is a %s, which holds SH degree %d at most",
+                    options.sh_degree, options.out.c_str(), extension.c_str(), most));
+    }
+}
+
+int run_convert(const ConvertOptions& options) {
+    check_options(options);
+    auto read = sized<splat_scene_file_desc>();
+    read.frame = frame_of(options.in_frame);
+    auto write = sized<splat_scene_file_desc>();
+    write.frame = frame_of(options.frame);
+    if (options.sh_degree >= 0)
+        write.sh_degree = options.sh_degree == 0 ? SPLAT_SH_CONSTANT : options.sh_degree;
+    write.spz_version = options.spz_version;
+    check_target(options.out, options.overwrite);
+    const SceneFile file = load_scene(options.in, &read);
+    check(splat_scene_save(file.scene.get(), options.out.c_str(), &write));
+    const std::uintmax_t before = std::filesystem::file_size(options.in);
+    const std::uintmax_t after = std::filesystem::file_size(options.out);
+    if (options.json) {
+        Json document = {{"in", options.in},
+                         {"out", options.out},
+                         {"report", file.report},
+                         {"in_bytes", before},
+                         {"out_bytes", after}};
+        print_json(document);
+        return kSuccess;
+    }
+    std::printf("%s: %llu Gaussians, %s -> %s\n", options.out.c_str(),
+                static_cast<unsigned long long>(file.info.count), bytes_text(before).c_str(),
+                bytes_text(after).c_str());
+    for (const Json& name : file.report.at("ignored"))
+        std::fprintf(stderr, "vkrun: warning: '%s' of %s is not kept\n",
+                     name.get<std::string>().c_str(), options.in.c_str());
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app, int& exit_code) {
+    CLI::App* command = add_command(app, "convert", "Write a scene file in another format.",
+                                    scene_formats_text() + kConvertFooter);
+    const auto options = std::make_shared<ConvertOptions>();
+    command->add_option("IN", options->in, "Scene to read")->required()->type_name("");
+    command->add_option("OUT", options->out, "Scene to write: " + scene_extensions(true))
+        ->required()
+        ->type_name("");
+    command
+        ->add_option("--frame", options->frame,
+                     "Axes of OUT; default: the usual ones of the format")
+        ->type_name("FRAME");
+    command
+        ->add_option("--in-frame", options->in_frame,
+                     "Axes of IN; default: the usual ones of the format")
+        ->type_name("FRAME");
+    command->add_option("--sh-degree", options->sh_degree, "Degree of OUT; default: that of IN")
+        ->type_name("N")
+        ->check(CLI::Range(0, 3).description(""));
+    command->add_option("--spz-version", options->spz_version, "3 (the default) or 4")
+        ->type_name("N")
+        ->check(CLI::Range(3, 4).description(""));
+    add_overwrite_flag(*command, options->overwrite, "OUT");
+    add_json_flag(*command, options->json);
+    command->callback([options, &exit_code] { exit_code = run_convert(*options); });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,395 @@
+// vkrun render: images of a scene, from the cameras of a file or from an orbit.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/progress.h"
+#include "vkrun/cli/stopwatch.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/scene/camera_file.h"
+#include "vkrun/scene/scene_file.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kRenderFooter =
+    R"(Images are named after those of the camera file, or numbered: NAME.png, and with --outputs also
+NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32 numbers. In a .png, 0 to 1 become 0
+to 255; depths (expected, along z) are divided by the largest of the image; normals, in the axes of
+the camera, are mapped from -1..1 to 0..1.
+
+Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
+usage, 3 no device, 4 the scene or the cameras cannot be read.
+
+Examples:
+  vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
+  vkrun render scene.ply --orbit 36 --animate orbit.gif --out orbit
+  vkrun render scene.ply --cameras transforms.json --convention gsplat --out renders
+  vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
+)";
+
+constexpr double kElevation = 11;  ///< degrees
+
+struct RenderOptions {
+    std::string scene, cameras, out;
+    std::uint32_t orbit = 0;
+    std::optional<double> elevation;  ///< degrees
+    std::optional<double> distance;   ///< scene units
+    std::optional<float> near_plane;  ///< scene units
+    std::optional<float> far_plane;   ///< scene units
+    std::string size;
+    bool ignore_distortion = false;
+    std::string format = "png";
+    std::string convention = "3dgs";
+    bool antialiased = false;
+    std::vector<float> background = {0, 0, 0};
+    std::vector<std::string> outputs = {"rgb"};
+    bool animate = false;
+    std::string animation;  ///< file; empty: animation.png in `out`
+    bool overwrite = false;
+    std::string device = "best";
+    bool json = false;
+};
+
+/// One kind of image that is written.
+struct OutputKind {
+    const char* name;
+    const char* suffix;
+    splat_output output;
+    std::uint32_t channels;
+    std::uint32_t flag;
+};
+
+constexpr OutputKind kKinds[] = {
+    {"rgb", "", SPLAT_OUTPUT_RGB, 3, 0},
+    {"alpha", "_alpha", SPLAT_OUTPUT_ALPHA, 1, 0},
+    {"depth", "_depth", SPLAT_OUTPUT_EXPECTED_DEPTH, 1, SPLAT_RASTERIZER_DEPTH},
+    {"normal", "_normal", SPLAT_OUTPUT_NORMALS, 3, SPLAT_RASTERIZER_NORMALS},
+};
+
+std::vector<OutputKind> kinds_of(const RenderOptions& options) {
+    std::vector<OutputKind> kinds;
+    for (const OutputKind& kind : kKinds)
+        if (std::find(options.outputs.begin(), options.outputs.end(), kind.name) !=
+            options.outputs.end())
+            kinds.push_back(kind);
+    return kinds;
+}
+
+struct View {
+    std::string name;
+    splat_camera camera;
+};
+
+std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
+    auto desc = sized<splat_orbit_desc>();
+    const ImageSize size = image_size(options.size);
+    desc.width = size.width;
+    desc.height = size.height;
+    desc.elevation = options.elevation.value_or(kElevation) * std::numbers::pi / 180;
+    desc.distance = options.distance.value_or(0);
+    std::vector<splat_camera> cameras(options.orbit);
+    check(splat_camera_orbit(scene, &desc, options.orbit, cameras.data()));
+    std::vector<View> views;
+    for (const splat_camera& camera : cameras)
+        views.push_back({format("%03zu", views.size()), camera});
+    return views;
+}
+
+/// Views named after the images, without folder and extension; all are numbered if two names are equal.
+std::vector<View> file_views(const RenderOptions& options) {
+    const CameraFile file =
+        load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
+    for (const std::string& warning : file.warnings)
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+    std::set<std::string> seen;
+    std::vector<View> views;
+    for (std::size_t i = 0; i < file.cameras.size(); ++i) {
+        views.push_back({std::filesystem::path(file.names[i]).stem().string(), file.cameras[i]});
+        seen.insert(views.back().name);
+    }
+    if (seen.size() < views.size() || seen.count("") != 0)
+        for (std::size_t i = 0; i < views.size(); ++i)
+            views[i].name = format("%04zu", i) + "_" + views[i].name;
+    return views;
+}
+
+/// Draws views of one scene; a change of size replaces the rasterizer.
+class Renderer {
+  public:
+    Renderer(const RenderOptions& options, const SceneFile& file)
+        : options_(options), file_(file), kinds_(kinds_of(options)) {
+        device_ = open_device(device_desc(options.device));
+    }
+
+    splat_rasterizer_info draw(const splat_camera& camera) {
+        prepare(camera);
+        check(splat_rasterizer_forward_scene(rasterizer_.get(), file_.scene.get(), &camera, 1,
+                                             options_.background.data()));
+        auto info = sized<splat_rasterizer_info>();
+        check(splat_rasterizer_get_info(rasterizer_.get(), &info));
+        return info;
+    }
+
+    std::vector<float> read(const OutputKind& kind) {
+        std::vector<float> values(std::size_t{width_} * height_ * kind.channels);
+        check(splat_rasterizer_read(rasterizer_.get(), kind.output, values.data(),
+                                    values.size() * sizeof(float)));
+        return values;
+    }
+
+    [[nodiscard]] splat_device_info device() const { return info_of(device_.get()); }
+    [[nodiscard]] const std::vector<OutputKind>& kinds() const { return kinds_; }
+
+    /// Make the rasterizer for images of this camera's size.
+    void prepare(const splat_camera& camera) {
+        if (width_ == camera.width && height_ == camera.height) return;
+        if (file_.info.count > UINT32_MAX) throw Failure(kFailed, "too many Gaussians");
+        auto desc = sized<splat_rasterizer_desc>();
+        desc.gaussians = static_cast<std::uint32_t>(file_.info.count);
+        desc.sh_degree = file_.info.sh_degree;
+        desc.width = width_ = camera.width;
+        desc.height = height_ = camera.height;
+        desc.convention =
+            options_.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
+        desc.near_plane = options_.near_plane.value_or(0.0F);
+        desc.far_plane = options_.far_plane.value_or(0.0F);
+        if (options_.antialiased) desc.flags |= SPLAT_RASTERIZER_ANTIALIASED;
+        for (const OutputKind& kind : kinds_) desc.flags |= kind.flag;
+        rasterizer_ = Rasterizer();
+        check(splat_rasterizer_create(device_.get(), &desc, rasterizer_.out()));
+    }
+
+  private:
+    const RenderOptions& options_;
+    const SceneFile& file_;
+    std::vector<OutputKind> kinds_;
+    Device device_;
+    Rasterizer rasterizer_;
+    std::uint32_t width_ = 0;
+    std::uint32_t height_ = 0;
+};
+
+/// Map values to the range from 0 to 1, which a PNG can hold.
+void to_picture(const OutputKind& kind, std::vector<float>& values) {
+    if (kind.output == SPLAT_OUTPUT_NORMALS)
+        for (float& value : values) value = 0.5F + 0.5F * value;
+    if (kind.output != SPLAT_OUTPUT_EXPECTED_DEPTH) return;
+    const float most = *std::max_element(values.begin(), values.end());
+    for (float& value : values) value = most > 0 ? value / most : 0;
+}
+
+std::string path_of(const RenderOptions& options, const std::string& name) {
+    return (std::filesystem::path(options.out) / (name + "." + options.format)).string();
+}
+
+Json render_view(const RenderOptions& options, Renderer& renderer, const View& view,
+                 std::vector<float>& frames) {
+    const Stopwatch watch;
+    const splat_rasterizer_info info = renderer.draw(view.camera);
+    const double ms = watch.ms();
+    Json files = Json::array();
+    for (const OutputKind& kind : renderer.kinds()) {
+        std::vector<float> values = renderer.read(kind);
+        if (options.animate && kind.output == SPLAT_OUTPUT_RGB)
+            frames.insert(frames.end(), values.begin(), values.end());
+        if (options.format == "png") to_picture(kind, values);
+        const std::string path = path_of(options, view.name + kind.suffix);
+        check(splat_image_save(path.c_str(), values.data(), view.camera.width, view.camera.height,
+                               kind.channels));
+        files.push_back(path);
+    }
+    return {{"name", view.name},
+            {"width", view.camera.width},
+            {"height", view.camera.height},
+            {"ms", ms},
+            {"visible", info.visible},
+            {"pairs", info.pairs},
+            {"files", std::move(files)}};
+}
+
+std::string animation_path(const RenderOptions& options) {
+    if (!options.animation.empty()) return options.animation;
+    return (std::filesystem::path(options.out) / "animation.png").string();
+}
+
+/// Checks --near and --far; if one is missing, the library compares the other with its default.
+void check_planes(const RenderOptions& options) {
+    for (const auto& [name, plane] :
+         {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
+        if (plane) check_number(name, static_cast<double>(*plane), 1e-6, 1e30);
+    if (options.near_plane && options.far_plane && *options.far_plane <= *options.near_plane)
+        throw Failure(kUsageError, format("--far is %g, expected more than --near, %g",
+                                          static_cast<double>(*options.far_plane),
+                                          static_cast<double>(*options.near_plane)));
+}
+
+void check_options(const RenderOptions& options) {
+    if ((options.orbit == 0) == options.cameras.empty())
+        throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
+    if (!options.cameras.empty() && (options.elevation || options.distance))
+        throw Failure(kUsageError, std::string(options.elevation ? "--elevation" : "--distance") +
+                                       " is for --orbit; the file of --cameras places its "
+                                       "cameras itself");
+    if (options.ignore_distortion && options.cameras.empty())
+        throw Failure(kUsageError,
+                      "--ignore-distortion is for --cameras; an orbit has no distortion");
+    if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
+    if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
+    check_planes(options);
+    check_background(options.background);
+    if (options.animate &&
+        std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
+        throw Failure(kUsageError, "--animate needs rgb among the --outputs");
+    const std::string kind = std::filesystem::path(animation_path(options)).extension().string();
+    if (kind != ".png" && kind != ".gif")
+        throw Failure(kUsageError, "--animate is '" + options.animation +
+                                       "', expected a file of the extension .png or .gif");
+}
+
+void check_targets(const RenderOptions& options, const std::vector<View>& views) {
+    if (options.animate) check_target(animation_path(options), options.overwrite);
+    for (const View& view : views) {
+        for (const OutputKind& kind : kinds_of(options))
+            check_target(path_of(options, view.name + kind.suffix), options.overwrite);
+        const splat_camera& first = views.front().camera;
+        if (options.animate &&
+            (view.camera.width != first.width || view.camera.height != first.height))
+            throw Failure(kUsageError, "--animate needs cameras of one size");
+    }
+}
+
+int run_render(const RenderOptions& options) {
+    check_options(options);
+    const SceneFile file = load_scene(options.scene);
+    const std::vector<View> views =
+        options.orbit > 0 ? orbit_views(options, file.scene.get()) : file_views(options);
+    if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
+    check_targets(options, views);
+    Renderer renderer(options, file);
+    renderer.prepare(views.front().camera);  // a refusal leaves no folder behind
+    make_folder(options.out);
+    const Stopwatch watch;
+    Json list = Json::array();
+    std::vector<float> frames;
+    {
+        Progress progress("render", views.size());
+        for (const View& view : views) {
+            progress.show(list.size());
+            list.push_back(render_view(options, renderer, view, frames));
+        }
+    }
+    const std::string animation = animation_path(options);
+    if (options.animate) {
+        const splat_camera& camera = views.front().camera;
+        check(splat_image_save_animation(animation.c_str(), frames.data(),
+                                         static_cast<std::uint32_t>(views.size()), camera.width,
+                                         camera.height, 3, 50));
+    }
+    const double seconds = watch.seconds();
+    if (options.json) {
+        Json document = {{"scene", options.scene},
+                         {"gaussians", file.info.count},
+                         {"device", renderer.device().name},
+                         {"convention", options.convention},
+                         {"seconds", seconds},
+                         {"views", std::move(list)}};
+        if (options.animate) document["animation"] = animation;
+        print_json(document);
+    } else {
+        std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s\n", options.out.c_str(),
+                    views.size(), static_cast<unsigned long long>(file.info.count), seconds,
+                    renderer.device().name);
+    }
+    return kSuccess;
+}
+
+void add_options(CLI::App& command, RenderOptions& options) {
+    command.add_option("SCENE", options.scene, "Scene: " + scene_extensions())
+        ->required()
+        ->type_name("");
+    command
+        .add_option("--cameras", options.cameras,
+                    "Cameras: a transforms.json, or the folder of a\nCOLMAP model")
+        ->type_name("FILE");
+    command.add_option("--orbit", options.orbit, "N cameras on a circle around the scene")
+        ->type_name("N")
+        ->check(CLI::Range(1, 10000).description(""));
+    command
+        .add_option("--elevation", options.elevation, "Degrees of the orbit above the horizon; 11")
+        ->type_name("DEG");
+    command
+        .add_option("--distance", options.distance,
+                    "Radius of the orbit, in scene units; else the\nscene fills the image")
+        ->type_name("X");
+    command.add_option("--out", options.out, "Folder for the images, made if it is missing")
+        ->required()
+        ->type_name("DIR");
+    command
+        .add_option(
+            "--size", options.size,
+            "Size of the images of an orbit (512x512), or of a\ncamera file that does not give it")
+        ->type_name("WxH");
+    command.add_flag("--ignore-distortion", options.ignore_distortion,
+                     "Ignore the distortion of lenses");
+    command
+        .add_option("--near", options.near_plane,
+                    "Skip what is nearer, in scene units; 0.2, with\ngsplat 0.01")
+        ->type_name("X");
+    command.add_option("--far", options.far_plane, "Skip what is farther; 1e10")->type_name("X");
+    command.add_option("--format", options.format, "png (the default) or npy")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"png", "npy"}).description(""));
+    command.add_option("--convention", options.convention, "3dgs (the default) or gsplat")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
+    command.add_flag("--antialiased", options.antialiased, "Compensate opacities for the dilation");
+    command.add_option("--background", options.background, "Colour, each 0 to 1; 0,0,0")
+        ->type_name("R,G,B")
+        ->delimiter(',')
+        ->expected(3);
+    command
+        .add_option("--outputs", options.outputs, "Any of rgb (the default), alpha, depth, normal")
+        ->type_name("NAME[,NAME]")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"rgb", "alpha", "depth", "normal"}).description(""));
+    command
+        .add_option_function<std::string>(
+            "--animate",
+            [&options](const std::string& path) {
+                options.animate = true;
+                options.animation = path;
+            },
+            "Also write an animation of all views: FILE.png or\nFILE.gif; default: "
+            "DIR/animation.png")
+        ->expected(0, 1)
+        ->default_str("")
+        ->type_name("[FILE]");
+    command.add_flag("--overwrite", options.overwrite, "Replace images that exist");
+    add_device_option(command, options.device);
+    add_json_flag(command, options.json);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& exit_code) {
+    CLI::App* command = add_command(app, "render", "Render images of a scene.", kRenderFooter);
+    const auto options = std::make_shared<RenderOptions>();
+    add_options(*command, *options);
+    command->callback([options, &exit_code] { exit_code = run_render(*options); });
+}
+
+}  // namespace vkrun
