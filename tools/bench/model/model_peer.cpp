@@ -32,8 +32,10 @@ std::vector<std::string> network_arguments(const Json& config, std::uint32_t obj
     const auto text = [](const Json& section, const char* key) { return section.at(key).dump(); };
     const auto list = [&](const char* key) {
         std::string values;
-        for (const Json& value : model.at(key))
-            values += (values.empty() ? "" : ",") + value.dump();
+        for (const Json& value : model.at(key)) {
+            if (!values.empty()) values += ',';
+            values += value.dump();
+        }
         return values;
     };
     refuse(config.at("cam_embd").at("embedding") != "none", "with an embedding");

@@ -87,7 +87,10 @@ CaseTensor constant(CaseTensor tensor) {
 
 std::string dims_text(const Dims& dims) {
     std::string text;
-    for (const std::size_t size : dims) text += (text.empty() ? "[" : ",") + std::to_string(size);
+    for (const std::size_t size : dims) {
+        text += text.empty() ? '[' : ',';
+        text += std::to_string(size);
+    }
     return text + "]";
 }
 
