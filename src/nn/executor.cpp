@@ -149,7 +149,7 @@ Status Executor::keep_prepared(ExecutorPlan& plan) {
 }
 
 Status Executor::forward() {
-    ran_ = false;
+    ran_ = ran_ && separate_;  // otherwise a pass that fails spoils what the one before left
     const std::uint64_t revision = parameters_.revision();
     if (plan_ != nullptr && ran_revision_ == revision) {
         const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
