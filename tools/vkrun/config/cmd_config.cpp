@@ -177,10 +177,17 @@ Json value_in(const Json& config, const std::string& key) {
     return *at;
 }
 
+/// The configuration without the changes of --set; null if it is wrong without them.
+Json unchanged_config(const ConfigOptions& options) try {
+    return merged_config(options.prefix, {});
+} catch (const Failure&) {
+    return nullptr;
+}
+
 /// Each key with its value, and where that comes from.
 Json show_values(const ConfigOptions& options, const Json& rows) {
-    const Json file = merged_config(options.prefix, {});
     const Json merged = merged_config(options.prefix, options.changes);
+    const Json file = unchanged_config(options);
     Json shown = Json::array();
     for (const Json& row : rows) {
         const std::string key = text_of(row, "key");
@@ -194,7 +201,7 @@ Json show_values(const ConfigOptions& options, const Json& rows) {
         else if (named)
             source = "set";
         else if (value != row.at("default"))
-            source = value == value_in(file, key) ? "file" : "set";
+            source = file.is_null() || value == value_in(file, key) ? "file" : "set";
         shown.push_back({{"key", key}, {"value", value}, {"source", source}});
     }
     return shown;
@@ -203,7 +210,8 @@ Json show_values(const ConfigOptions& options, const Json& rows) {
 /// The row of `word`, or null where it names a configuration. Throws a usage Failure for what looks like a
 /// key and is none.
 Json row_of(const std::string& word, const Json& rows) {
-    if (word.empty() || std::filesystem::exists(word)) return nullptr;
+    std::error_code ignored;
+    if (word.empty() || std::filesystem::exists(word, ignored)) return nullptr;
     bool key_like = false;
     for (const Json& row : rows) {
         const std::string key = text_of(row, "key");
