@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "model/adam_steps.h"
 #include "model/adapters.h"
-#include "model/training.h"
 #include "model/weights.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
@@ -358,8 +358,8 @@ void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c
     const nn::Parameter& first = *wide->parameters().find(name);
     const bool trained = c.learns == Learns::kAll || c.learns == Learns::kBesideAdapters;
     EXPECT_EQ(first.grad.block != nullptr, trained);
-    Training training(context(), *wide);
-    training.steps(20, inputs.view());
+    AdamSteps adam(context(), *wide);
+    adam.run(20, inputs.view());
     if (testing::Test::HasFatalFailure()) return;
     const std::vector<float> columns = column_sizes(first_weight(*wide, first), first.shape);
     ASSERT_EQ(columns.size(), 3 + c.variant.planes().size());

@@ -106,9 +106,10 @@ model::LoraConfig adapters(const Golden& golden, const std::string& name,
     return lora;
 }
 
-/// 1 of a matrix.
-std::uint32_t kernel_of(const Golden& golden, const std::string& name) {
-    return golden.dim(name + ".p.weight", 2);
+/// 1 of a matrix. `layer`: of a case of several layers, "q_proj.".
+std::uint32_t kernel_of(const Golden& golden, const std::string& name,
+                        const std::string& layer = "") {
+    return golden.dim(name + ".p." + layer + "weight", 2);
 }
 
 /// Adapters as a second branch beside the frozen weight. A linear layer is a 1x1 convolution of rows of
@@ -283,14 +284,14 @@ TEST_P(GoldenNetLayers, CrossAttention) {
                               ValueId residual = kNoValue) {
             const ValueId weight =
                 parameter(name + ".weight", {channels, channels, kernel, kernel});
-            const ValueId bias = parameter(name + ".bias", {channels});
-            return graph.op("conv2d", {x, weight, bias, residual});
+            return graph.op("conv2d", {x, weight, parameter(name + ".bias", {channels}), residual});
         };
         const ValueId asked = norm(kv);
-        const ValueId attended = graph.op(
-            "attention",
-            {conv("q_proj", norm(q), 1), conv("k_proj", asked, 1), conv("v_proj", asked, 1)});
-        const ValueId y = conv("out_proj", attended, golden.dim("xatt.p.out_proj.weight", 2), q);
+        const std::uint32_t kernel = kernel_of(golden, "xatt", "kv_proj.");
+        const ValueId attended =
+            graph.op("attention", {conv("q_proj", norm(q), kernel_of(golden, "xatt", "q_proj.")),
+                                   conv("k_proj", asked, kernel), conv("v_proj", asked, kernel)});
+        const ValueId y = conv("out_proj", attended, kernel_of(golden, "xatt", "out_proj."), q);
         ASSERT_OK(graph.status());
         auto run = GraphRun::create(context(), graph, y, {q, kv});
         ASSERT_OK(run.status());

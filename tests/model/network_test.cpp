@@ -6,11 +6,11 @@
 #include <cmath>
 #include <map>
 
+#include "model/adam_steps.h"
 #include "model/adapters.h"
 #include "model/graph_reference.h"
 #include "model/small_predictor.h"
 #include "model/song_unet.h"
-#include "model/training.h"
 #include "ops/op_harness.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
@@ -428,8 +428,8 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     const auto before = weights();
     EXPECT_EQ(before.size(), 9U * 2)
         << "norm, q, k, v, out of bottleneck and decoder, except the keys' bias";
-    Training training(context(), *predictor);
-    training.steps(5, inputs.view());
+    AdamSteps adam(context(), *predictor);
+    adam.run(5, inputs.view());
     if (testing::Test::HasFatalFailure()) return;
     for (const auto& [name, values] : weights()) {
         std::vector<double> moved;
