@@ -763,7 +763,7 @@ typedef struct splat_rasterizer_desc {
     uint32_t width;              /* W, pixels */
     uint32_t height;             /* H, pixels */
     uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
-    uint32_t switch_off;         /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
+    uint32_t disabled_skips;     /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
     float near_plane;            /* scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */
     float far_plane;             /* scene units; 0 = 1e10 */

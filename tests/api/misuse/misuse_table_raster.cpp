@@ -126,7 +126,7 @@ void MisuseTable::rasterizer_rows() {
     spoilt("too many", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.gaussians = UINT32_MAX; });
     spoilt("too many views", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.views = UINT32_MAX; });
     spoilt("a degree too high", kArgument, [](Desc& d) { d.sh_degree = 4; });
-    spoilt("unknown skips", kArgument, [](Desc& d) { d.switch_off = 64; });
+    spoilt("unknown skips", kArgument, [](Desc& d) { d.disabled_skips = 64; });
     spoilt("no convention", kArgument, [](Desc& d) { d.convention = 3; });
     spoilt("no convention", kArgument, [](Desc& d) { d.convention = -1; });
     spoilt("a near plane behind", kArgument, [](Desc& d) { d.near_plane = -1; });

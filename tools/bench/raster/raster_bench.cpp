@@ -36,7 +36,7 @@ class Side {
         desc.height = from.cameras[0].height;
         desc.sh_degree = std::min(info.sh_degree, most_degree);
         desc.convention = from.convention;
-        desc.switch_off = disabled_skips;
+        desc.disabled_skips = disabled_skips;
         check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
         if (!backward) return;
         const auto n = static_cast<std::int64_t>(info.count);
