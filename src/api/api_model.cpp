@@ -150,7 +150,8 @@ std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, st
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
     SPLAT_TRY(expect_ran(object));
     if (index >= object.objects)
-        return error(Code::kInvalidArgument, "object is %u, and the model predicts %u", index,
+        return error(Code::kInvalidArgument,
+                     "object is %u, expected less than %u, the objects of the model", index,
                      object.objects);
     const auto outputs = object.predictor->outputs();
     std::vector<float> means, opacities, scales, rotations, sh;

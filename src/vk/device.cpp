@@ -362,7 +362,7 @@ Status Device::check(VkResult result, const char* call) {
                          result_name(result));
         case VK_ERROR_DEVICE_LOST:
             return error(Code::kDeviceLost,
-                         "%s: device %u (%s) was lost; destroy it and create it anew", call,
+                         "%s: device %u (%s) was lost; destroy it and create it again", call,
                          info_.index, info_.name.c_str());
         case VK_ERROR_FEATURE_NOT_PRESENT:
         case VK_ERROR_EXTENSION_NOT_PRESENT:
@@ -378,7 +378,7 @@ Status Device::check(VkResult result, const char* call) {
 Status Device::alive() const {
     if (!lost_.load(std::memory_order_relaxed)) return {};
     return error(Code::kDeviceLost,
-                 "device %u (%s) was lost in an earlier call; destroy it and create it anew",
+                 "device %u (%s) was lost in an earlier call; destroy it and create it again",
                  info_.index, info_.name.c_str());
 }
 

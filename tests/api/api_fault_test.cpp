@@ -164,11 +164,11 @@ TEST_F(ApiFault, LossIsStickyAndANewDeviceWorks) {
         Objects all;
         for (int i = 0; i < calls_before; ++i) ASSERT_DONE(splat_op_forward(all.op));
         fault::arm("vk.queue_submit", 1, 1);
-        EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+        EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it again");
         EXPECT_EQ(fault::disarm(), 1U);
         for (int i = 0; i < 2; ++i) {
             float values[4] = {9, 9, 9, 9};
-            EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+            EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it again");
             EXPECT_REFUSED(splat_tensor_read(all.x, values, 16, nullptr), kLost, "lost");
             EXPECT_REFUSED(splat_tensor_write(all.x, values, 16, nullptr), kLost, "lost");
             EXPECT_EQ(values[0], 9.0F);

@@ -61,7 +61,7 @@ TEST_F(ApiModel, PredictsAScene) {
     ASSERT_DONE(splat_scene_read(scene, "means", scene_means.data(), means.size() * sizeof(float)));
     EXPECT_EQ(scene_means, means);
     EXPECT_REFUSED(splat_model_scene(model, 1, scene.out()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "object is 1, and the model predicts 1");
+                   "object is 1, expected less than 1, the objects of the model");
 }
 
 TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {

@@ -100,7 +100,7 @@ TEST(TrainConfigRules, ReplacesValues) {
     EXPECT_EQ(c.value().batch_size, 2U);
     const std::string wrong[] = {"opt.base_lr"};
     EXPECT_ERROR(config::with_values(config.value(), wrong).status(), Code::kInvalidArgument,
-                 "'opt.base_lr' is no key=value");
+                 "'opt.base_lr' is not of the form key=value");
 }
 
 /// Published configurations name no files; evaluations read them all the same.

@@ -120,8 +120,8 @@ TEST(Config, RefusesWhatItDoesNotRead) {
                             Code code = Code::kInvalidArgument) {
         EXPECT_ERROR(read_config(text, "c.yaml").status(), code, part);
     };
-    refused("a: 1\nb: 2\na: 3\n", "the key 'a' is there twice (line 3)");
-    refused("a:\n  b: 1\n  b: 2\n", "'a.b' is there twice");
+    refused("a: 1\nb: 2\na: 3\n", "the key 'a' appears twice (line 3)");
+    refused("a:\n  b: 1\n  b: 2\n", "'a.b' appears twice");
     refused("a: &x 1\nb: 2\n", "line 1: anchors", Code::kUnsupported);
     refused("a: *x\n", "aliases", Code::kUnsupported);
     refused("a: !!python/object:os.system x\n", "tags", Code::kUnsupported);
@@ -136,7 +136,7 @@ TEST(Config, RefusesWhatItDoesNotRead) {
     refused("a: \xff\xfe\n", "not valid YAML");
     refused("a: 1\tb: 2: 3\n", "not valid YAML");
     refused(std::string(kMaxConfigBytes + 1, '#'), "expected at most");
-    refused(R"({"a": 1, "a": 2})", "'a' is there twice");
+    refused(R"({"a": 1, "a": 2})", "'a' appears twice");
     refused("{\"a\": [1, 2}", "not valid JSON");
     std::string many;
     for (std::size_t i = 0; i <= kMaxConfigEntries; ++i) many += "k" + std::to_string(i) + ": 1\n";

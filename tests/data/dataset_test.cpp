@@ -278,9 +278,9 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
             "background");
     const auto dataset = opened(good);
     EXPECT_ERROR(read(*dataset, 1, {0}).status, Code::kInvalidArgument,
-                 "object is 1, and there are 1");
+                 "object is 1, expected less than 1");
     EXPECT_ERROR(read(*dataset, 0, {0, 2}).status, Code::kInvalidArgument,
-                 "view 2 of object 0 ('a')");
+                 "view is 2, but object 0 ('a') has");
     EXPECT_OK(dataset->read(0, {}, {}));
 }
 

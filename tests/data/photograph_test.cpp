@@ -145,7 +145,7 @@ TEST_F(PhotographRules, RefusesAndNamesTheFile) {
     std::fill(black.samples.begin(), black.samples.end(), std::uint16_t{0});
     desc.mask = save("black.png", black);
     EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
-                 "the mask holds nothing above a half");
+                 "the mask has no pixel above one half");
     desc.foreground = 0;
     EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "foreground is 0");
 }
