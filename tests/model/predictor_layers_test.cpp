@@ -50,7 +50,7 @@ TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     model::LoadReport report;
     EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
                  name +
-                     "'; networks of earlier versions attended to tokens in the encoder, too: "
+                     "'; networks of earlier versions also attended to tokens in the encoder: "
                      "graft the file to leave that out");
     model::LoadOptions graft;
     graft.graft = true;
