@@ -118,7 +118,7 @@ struct TemporaryFolder {
     }
 };
 
-/// Removes what killed processes left of this object: ".<name>.<process>-<number>.tmp".
+/// Removes folders of this object that killed processes left: ".<name>.<process>-<number>.tmp".
 void remove_stale(const fs::path& folder, const std::string& name) {
     std::error_code code;
     const std::string prefix = "." + name + ".";
