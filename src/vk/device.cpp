@@ -46,8 +46,8 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
         const VkMemoryPropertyFlags both =
             VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
         const VkMemoryType& type = memory.memoryTypes[i];
-        // A resizable BAR is host-visible too, but slow to read: only a device without local memory
-        // is unified.
+        // A resizable BAR is also host-visible, but slow to read: only a device without local
+        // memory is unified.
         if ((type.propertyFlags & both) == both && info.kind != DeviceKind::kDiscrete)
             info.features.unified_memory = true;
     }
