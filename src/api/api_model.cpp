@@ -318,7 +318,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
             if (std::string_view(name) != known) continue;
             SPLAT_ASSIGN(const std::vector<float> gradient,
                          object.predictor->input_gradient(input));
-            if (!object.went_back)
+            if (!object.has_input_gradients)
                 return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
             SPLAT_TRY(check_bytes(gradient.size() * sizeof(float)));
             std::copy(gradient.begin(), gradient.end(), values);
@@ -389,7 +389,7 @@ splat_result splat_model_backward(splat_model model, const float* const gradient
                           : object.context->write(views[i], gradients[i], bytes));
         }
         const Status done = object.predictor->backward();
-        if (done.code() != Code::kInvalidState) object.went_back = done.ok();
+        if (done.code() != Code::kInvalidState) object.has_input_gradients = done.ok();
         return done;
     });
 }

@@ -117,7 +117,7 @@ struct ModelObject : OfDevice {
     OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
     model::LoadReport load;                                        ///< of the latest load
     bool ran = false;
-    bool went_back = false;  ///< input gradients are valid
+    bool has_input_gradients = false;  ///< input gradients are valid
 };
 
 /// The object behind splat_module.

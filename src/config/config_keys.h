@@ -30,7 +30,7 @@ enum class KeyType : int {
     kAny,  ///< the value is not read
 };
 
-/// Who reads and writes a key.
+/// How a key is read and written.
 enum class Part : int {
     kNetwork,
     kAdapters,  ///< of the network, only where opt.lora_finetune is true
