@@ -155,7 +155,7 @@ TEST(Config, SaysWhatKindItExpects) {
     EXPECT_ERROR(config.get<bool>("c", false).status(), Code::kInvalidArgument, "'c' is a map");
     EXPECT_ERROR(config.get<std::int64_t>("c.d", 0).status(), Code::kInvalidArgument,
                  "'c.d' is a number, expected a whole number");
-    EXPECT_ERROR(config.get_list<double>("a", {}).status(), Code::kInvalidArgument, "no list");
+    EXPECT_ERROR(config.get_list<double>("a", {}).status(), Code::kInvalidArgument, "not a list");
     EXPECT_ERROR(config.get_list<std::string>("b", {}).status(), Code::kInvalidArgument,
                  "the list 'b' holds a whole number, expected a text");
 }
