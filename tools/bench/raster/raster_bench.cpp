@@ -1,4 +1,4 @@
-// How the rasterizer is timed: two devices, each view by one and the other in turn.
+// Times the rasterizer: two devices draw each view alternately.
 
 #include "bench/raster/raster_bench.h"
 
@@ -18,7 +18,7 @@
 namespace vkrun::bench {
 namespace {
 
-/// Timing repeats calls, so that the skip of unchanged ones is off.
+/// Timing repeats calls, so the skip of unchanged ones is off.
 constexpr std::uint32_t kDrawAlways = SPLAT_SKIP_UNCHANGED;
 
 /// One rasterizer with the tensors of its gradients.
