@@ -1,4 +1,4 @@
-// Data sets through the C API; none of it needs a device.
+// Data sets through the C API. Needs no device.
 #include <nlohmann/json.hpp>
 #include <thread>
 

@@ -1,5 +1,5 @@
-// The driver fails at each place where it can, once or permanently. Devices are lost, and waits end
-// too early.
+// The driver fails at each place where it can, once or permanently; devices are lost; waits time
+// out.
 #include <unistd.h>
 
 #include <cstdio>
@@ -330,7 +330,7 @@ TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
     auto memory = sized<splat_memory_info>();
     EXPECT_DONE(splat_device_get_memory(all.device, &memory));
     EXPECT_EQ(memory.live_bytes, 0U);
-    EXPECT_EQ(memory.used_bytes, 0U) << "what was kept aside for the device was never given back";
+    EXPECT_EQ(memory.used_bytes, 0U) << "memory that was kept for the device was never returned";
 }
 
 }  // namespace
