@@ -80,7 +80,7 @@ TEST(Config, JsonAndYamlAgree) {
         R"({"a": {"b": 1, "c": [1.5, 2], "d": [{"e": null}, true]}, "f": "text", "g": []})";
     const std::string yaml =
         "a:\n  b: 1\n  c: [1.5, 2]\n  d:\n  - e: ~\n  - true\nf: text\ng: []\n";
-    // JSON is nearly a part of YAML, so all three readers see the same.
+    // Nearly all JSON is YAML, so all three readings agree.
     for (const auto& read : {read_config(json, "x"), read_config(yaml, "x"),
                              read_yaml_config(json, "x"), read_json_config(json, "x")}) {
         ASSERT_OK(read.status());
@@ -180,7 +180,8 @@ TEST(Config, NamesTheNearestKey) {
     EXPECT_EQ(nearest_name("x", {"completely"}), "");
 }
 
-/// What cannot hold keys is no section, and a map without known keys is none of them.
+/// A value that cannot hold keys is not a section, and a map without known keys is not a known
+/// section.
 TEST(Config, RefusesSectionsWithoutKeys) {
     const auto status = [](const char* text) {
         const auto config = read_yaml_config(text, "c.yaml");

@@ -109,9 +109,9 @@ Findings check_src_file(const TextFile& file, const Table& table) {
 
 Findings check_tools_file(const TextFile& file) {
     Findings findings;
-    static const std::set<std::string> layers = {"core",      "config", "scene", "io",     "data",
-                                                 "synthetic", "vk",     "ops",   "raster", "nn",
-                                                 "model",     "train",  "eval",  "api",    "params"};
+    static const std::set<std::string> layers = {
+        "core",   "config", "scene", "io",    "data", "synthetic", "vk",    "ops",
+        "raster", "nn",     "model", "train", "eval", "api",       "params"};
     for (const Include& include : includes_of(file)) {
         const std::string first = include.path.substr(0, include.path.find('/'));
         if (include.path.find("..") != std::string::npos)
@@ -194,7 +194,7 @@ Findings check_sample(const std::string& path, const std::string& text) {
 
 TEST(Layering, RepositoryFollowsTheTable) {
     const Table table = parse_table(repository_file("src/README.md").text);
-    ASSERT_GE(table.size(), 5U) << "the table of src/README.md was not found";
+    ASSERT_GE(table.size(), 5U) << "found no table in src/README.md";
     EXPECT_EQ(table.at("core").size(), 1U) << "core depends on nothing";
     expect_none(check_layering(repository(), table));
 }
@@ -242,9 +242,9 @@ TEST(Layering, RuleAcceptsWhatTheTableAllows) {
                              "#include \"core/status.h\"\n#include \"vk/a.h\"\n#include <volk.h>\n"
                              "#include \"params/a_params.h\"\n#include <vector>\n"));
     expect_none(check_sample("src/eval/a.cpp", "#include \"vk/timers.h\"\n"));
-    expect_none(
-        check_sample("tools/vkrun/a.cpp",
-                     "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
+    expect_none(check_sample(
+        "tools/vkrun/a.cpp",
+        "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
 }
 
 TEST(Layering, RuleFindsForbiddenIncludes) {
