@@ -36,8 +36,8 @@ Layers::BlockShape block_shape(const Golden& golden, const std::string& name) {
             golden.has(name + ".p.qkv.weight")};
 }
 
-/// `cfg` says what the tensors say, and that the block normalises in the network's groups: a file with
-/// others is refused here, not compared.
+/// `cfg` agrees with the tensors, and the block normalises in the groups of the network. Any other
+/// file fails here and is not compared.
 void expect_config(const Golden& golden, const std::string& name, const Layers::BlockShape& shape) {
     const std::string emb = name + ".emb";
     const std::vector<std::int64_t> expected = {shape.in,
@@ -111,8 +111,8 @@ std::uint32_t kernel_of(const Golden& golden, const std::string& name) {
     return golden.dim(name + ".p.weight", 2);
 }
 
-/// Adapters as a second branch beside the frozen weight. A linear layer is a 1x1 convolution of rows of
-/// one pixel: matrices of the file are kernels of one tap here, with the same numbers.
+/// Adapters as a second branch next to the frozen weight. A linear layer is a 1x1 convolution of
+/// rows of one pixel, so matrices of the file are kernels of one tap here, with the same numbers.
 TEST_P(GoldenNetLayers, Adapters) {
     each_golden("lora", [&](const Golden& golden) {
         const std::vector<std::string> names = golden.cases("p.lora_A");
@@ -180,7 +180,7 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
 }
 
 /// Cases of the file that resample and then convolve: with the box (`c…`), which the network uses, or
-/// with other filters (`f<taps>…`), which the operators know.
+/// with other filters (`f<taps>…`), which only the operators support.
 std::vector<std::string> resampling_cases(const Golden& golden, char kind) {
     std::vector<std::string> names;
     for (const std::string& name : golden.cases("p.weight"))
@@ -255,7 +255,7 @@ TEST_P(GoldenNetLayers, FilteredConvolutions) {
 }
 
 /// Attention between two images as the published code defines it and never uses it: one norm for both,
-/// keys and values by turns in the channels of one convolution.
+/// keys and values alternate in the channels of one convolution.
 TEST_P(GoldenNetLayers, CrossAttention) {
     each_golden("norm", [&](const Golden& golden) {
         golden.expect_cases(golden.cases("kv"), {"xatt"});

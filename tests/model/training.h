@@ -9,8 +9,8 @@
 
 namespace splat::test {
 
-/// Adam on all blocks of a predictor's parameters, towards outputs of zero: the gradient of half the sum
-/// of squares is the outputs themselves.
+/// Adam on all blocks of a predictor's parameters, towards outputs of zero. The gradient of half
+/// the sum of their squares is the outputs themselves.
 class Training {
   public:
     Training(vk::Context& context, model::Predictor& predictor)
