@@ -800,7 +800,7 @@ function(DataIsMade)
   expect("${err}" "holds data made with other values")
   vkrun(2 data synth ${TEMP}/data --class boats)
   vkrun(2 data synth ${TEMP}/data --objects 0)
-  expect("${err}" "no objects are wanted")
+  expect("${err}" "--objects, --val and --test are all 0")
 endfunction()
 
 # The smallest possible network and data set, and a run of six steps.

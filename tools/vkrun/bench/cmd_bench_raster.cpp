@@ -133,9 +133,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         ->default_str("0,0,0")
         ->delimiter(',')
         ->expected(3);
-    raster->add_option("--device", options->device, "Device to use, as for 'vkrun bench ops'")
-        ->type_name("DEVICE")
-        ->capture_default_str();
+    add_device_option(*raster, options->device);
     raster->add_option("--seconds", options->seconds, "Time for each comparison")
         ->type_name("S")
         ->capture_default_str()
