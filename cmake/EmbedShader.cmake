@@ -1,6 +1,6 @@
 # cmake -DSPV=<in> -DNAME=<module> -DOUT=<out.cpp> -P EmbedShader.cmake
 #
-# A SPIR-V file as a C++ array.
+# Writes a SPIR-V file as a C++ array.
 file(READ ${SPV} bytes HEX)
 file(SHA256 ${SPV} hash)
 string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${bytes}")

@@ -16,7 +16,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/include/splat.h DESTINATION ${CMAKE_INSTALL_
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
-# The prefix is found from the place of the file, so an installed folder can be moved.
+# The prefix follows from the location of the file, so an installed folder can be moved.
 file(RELATIVE_PATH SPLAT_PC_PREFIX /${SPLAT_PC_DIR} /)
 string(REGEX REPLACE "/$" "" SPLAT_PC_PREFIX "${SPLAT_PC_PREFIX}")
 configure_file(${PROJECT_SOURCE_DIR}/cmake/splat.pc.in ${PROJECT_BINARY_DIR}/splat.pc @ONLY)
@@ -36,7 +36,7 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  # What `vkrun predict` takes without --weights: tools/vkrun/predict/prediction.cpp looks here.
+  # The default weights of `vkrun predict`; tools/vkrun/predict/prediction.cpp looks for them here.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
           DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
 endif()

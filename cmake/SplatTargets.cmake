@@ -3,7 +3,7 @@
 # Warnings; sanitizers and coverage as the options say.
 function(splat_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
-  # Warnings are errors, except in a release build with a newer compiler than the project is tried with.
+  # Warnings are errors, except in a release build with a compiler newer than the tested ones.
   # gcc 12 warns of its own standard library at -O3; those three stay warnings.
   set(strict $<OR:$<NOT:$<CONFIG:Release>>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,15>>)
   target_compile_options(${target} PRIVATE $<${strict}:-Werror -Wno-error=array-bounds
@@ -21,9 +21,8 @@ endfunction()
 
 # splat_layer(<name> SOURCES <file>... USES <layer>...)
 #
-# One static library per folder of src/. A layer's headers are reached through a folder that holds
-# nothing but a link to them, so that `#include "vk/device.h"` does not compile in a layer that does
-# not use vk.
+# One static library per folder of src/. The headers of a layer are included through a folder that holds
+# only a link to them, so `#include "vk/device.h"` does not compile in a layer that does not use vk.
 function(splat_layer name)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   set(view ${CMAKE_BINARY_DIR}/layers/${name})

@@ -15,7 +15,7 @@
  *               needed receives the size in bytes of the whole text with its NUL; with a smaller
  *               capacity the text is cut and the result is SPLAT_INCOMPLETE.
  *   Threads     every function is thread-safe; calls on one device are serialised by the library.
- *               It compiles shaders on up to four threads of its own, which call no code of the caller.
+ *               It compiles shaders on up to four threads of its own, which never call the caller's code.
  *   Silence     the library never prints; see splat_log_set_callback.
  *
  * Only <stddef.h> and <stdint.h> are needed; the header compiles as C99 and later and as C++11 and
@@ -49,10 +49,10 @@ extern "C" {
 #define SPLAT_VERSION \
     SPLAT_MAKE_VERSION(SPLAT_VERSION_MAJOR, SPLAT_VERSION_MINOR, SPLAT_VERSION_PATCH)
 
-/* Version of the library that is loaded, packed as by SPLAT_MAKE_VERSION. */
+/* Version of the loaded library, packed as by SPLAT_MAKE_VERSION. */
 SPLAT_API uint32_t splat_version(void);
 
-/* The same as text, "major.minor.patch". Lives as long as the library. */
+/* The version as text, "major.minor.patch". Lives as long as the library. */
 SPLAT_API const char* splat_version_string(void);
 
 /* JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
@@ -77,7 +77,7 @@ enum {
     /* device allocation failed, or the device's memory budget is used up */
     SPLAT_ERROR_OUT_OF_DEVICE_MEMORY = -8,
     SPLAT_ERROR_TIMEOUT = -9, /* the device did not finish in time; it may still be working */
-    /* sticky: every later call on the device returns it; destroy and create anew */
+    /* sticky: every later call on the device returns it; destroy it and create it again */
     SPLAT_ERROR_DEVICE_LOST = -10,
     /* a defect in the library or the driver; please report the message */
     SPLAT_ERROR_INTERNAL = -11
@@ -95,7 +95,7 @@ SPLAT_API const char* splat_result_sentence(splat_result code);
  * this thread. Never NULL. */
 SPLAT_API const char* splat_last_error_message(void);
 
-/* Copy of the same text.
+/* Copy the text of the last error.
  * buffer    out, capacity bytes, may be NULL when capacity is 0
  * needed    out, bytes with the NUL, may be NULL
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. Never changes the text. */
@@ -133,8 +133,8 @@ enum {
 };
 
 /* Which shaders a device runs. The plain ones are the specification; the others compute the same
- * within the operator's stated error, faster on their kind of device. The environment variable
- * SPLAT_KERNELS=plain|cpu|gpu overrides the choice. */
+ * within the operator's stated error and are faster on their kind of device. The environment
+ * variable SPLAT_KERNELS=plain|cpu|gpu overrides the choice. */
 typedef int32_t splat_kernels;
 enum {
     SPLAT_KERNELS_AUTO = 0,
@@ -173,7 +173,7 @@ typedef struct splat_device_info {
     uint32_t reserved;
     char name[256];
     char driver[256]; /* name and version, in the driver's words */
-    char reason[256]; /* why the device is not usable; empty when it is */
+    char reason[256]; /* why the device is not usable; empty if it is */
 } splat_device_info;
 
 /* Count the Vulkan devices of this machine, usable or not.
@@ -238,7 +238,7 @@ SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_device_destroy(splat_device device);
 
-/* Describe an open device. `kernels` is what it runs, not what AUTO would be.
+/* Describe an open device. `kernels` is what it runs, not what AUTO would choose.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
 SPLAT_API splat_result splat_device_get_info(splat_device device, splat_device_info* info);
 
@@ -258,8 +258,8 @@ SPLAT_API splat_result splat_device_get_memory(splat_device device, splat_memory
 /* Report the time of every kind of dispatch since creation or the last reset, on a device with
  * SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
  * "min_ms", "median_ms", "bytes", "flops"}]}; bytes and flops are means over the dispatches, as the
- * operator counts them. The table is the same for people: longest first, with rates over the total
- * time.
+ * operator counts them. The table shows the same in columns, longest first, with rates over the
+ * total time.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE */
 SPLAT_API splat_result splat_device_profile_json(splat_device device, char* buffer, size_t capacity,
@@ -296,7 +296,7 @@ SPLAT_API splat_result splat_tensor_create(splat_device device, const splat_tens
                                            splat_tensor* tensor);
 
 /* Create a tensor and fill it as splat_tensor_write does.
- * Returns what these two return. */
+ * Returns what splat_tensor_create and splat_tensor_write return. */
 SPLAT_API splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
                                               const void* data, size_t bytes,
                                               const int64_t* strides, splat_tensor* tensor);
@@ -522,7 +522,7 @@ SPLAT_API splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                                const splat_scene_file_desc* desc,
                                                splat_scene* scene);
 
-/* What reading the scene's file found. JSON: {"format", "version", "count", "sh_degree",
+/* Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
  * "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
@@ -564,9 +564,9 @@ typedef struct splat_similarity {
     double scale;          /* > 0 */
 } splat_similarity;
 
-/* Move, turn and scale a scene, its spherical harmonics too.
+/* Move, turn and scale a scene, including its spherical harmonics.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is as it was. */
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged. */
 SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity);
 
 /* Keep the Gaussians whose mean lies in a box.
@@ -579,7 +579,7 @@ enum {
     SPLAT_FILTER_SORT = 1u << 1    /* order the remaining ones along a Morton curve */
 };
 
-/* Keep the Gaussians of at least this opacity, in their order.
+/* Keep the Gaussians of opacity >= min_opacity, in their order.
  * flags        SPLAT_FILTER_ bits
  * min_opacity  0 to 1
  * Returns as splat_scene_transform. */
@@ -677,8 +677,8 @@ typedef struct splat_orbit_desc {
  * desc      may be NULL for defaults
  * cameras   out, `count` of them
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that make no valid camera, or a scene
- *                                     without extent and no distance */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
+ *                                     without extent if distance is 0 */
 SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                           uint32_t count, splat_camera* cameras);
 
@@ -698,7 +698,7 @@ typedef struct splat_camera_file_desc {
 /* Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
  * desc      may be NULL for defaults
  * cameras   out, `capacity` of them; may be NULL when capacity is 0
- * count     out, cameras of the file; may be NULL
+ * count     out, number of cameras in the file; may be NULL
  * Returns SPLAT_OK, SPLAT_INCOMPLETE (the first `capacity` are written), or
  *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read or is damaged, an invalid camera
  *   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
@@ -730,7 +730,7 @@ enum {
     SPLAT_RASTERIZER_ANTIALIASED = 1u << 1,   /* opacity compensates for the dilation */
     SPLAT_RASTERIZER_DEPTH = 1u << 2,         /* outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */
     SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
-    /* gradients from the depth, by the pose (SPLAT_CONVENTION_GSPLAT), by means2d; imply BACKWARD */
+    /* gradients from the depth; of the pose (SPLAT_CONVENTION_GSPLAT); of means2d; imply BACKWARD */
     SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,
     SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,
     SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6,
@@ -739,15 +739,15 @@ enum {
     SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
 };
 
-/* Work that is skipped because it does not change the image. What a convention culls (see
- * SPLAT_OUTPUT_MEANS2D) is always culled. */
+/* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
+ * SPLAT_OUTPUT_MEANS2D) are always culled. */
 enum {
     SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* the region where alpha < 1/255 */
     SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
     SPLAT_SKIP_CULL = 1u << 2, /* sorting Gaussians that reach no tile: too faint, too small */
     /* blending where every pixel has stopped; not in plain kernels */
     SPLAT_SKIP_EARLY_OUT = 1u << 3,
-    /* drawing when scene, cameras and background are as before; never for tensors, which may have
+    /* drawing if scene, cameras and background are unchanged; never for tensors, which may have
      * been written */
     SPLAT_SKIP_UNCHANGED = 1u << 4,
     /* Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs */
@@ -758,12 +758,12 @@ typedef struct splat_rasterizer_desc {
     uint32_t struct_size;
     uint32_t flags;              /* SPLAT_RASTERIZER_ bits */
     const void* next;            /* NULL */
-    uint32_t gaussians;          /* N, 0 and more */
+    uint32_t gaussians;          /* N, >= 0 */
     uint32_t views;              /* V; 0 = 1 */
     uint32_t width;              /* W, pixels */
     uint32_t height;             /* H, pixels */
     uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
-    uint32_t switch_off;         /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
+    uint32_t disabled_skips;     /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
     float near_plane;            /* scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */
     float far_plane;             /* scene units; 0 = 1e10 */
@@ -878,7 +878,7 @@ typedef struct splat_gradients_desc {
     splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
 } splat_gradients_desc;
 
-/* Compute gradients at the inputs of the last forward call, of which the rasterizer keeps a copy.
+/* Compute gradients at the inputs of the last forward call. The rasterizer keeps a copy of them.
  * Gradients of a scene are with respect to its activated attributes.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
@@ -894,7 +894,7 @@ typedef struct splat_rasterizer_info {
     uint32_t struct_size;
     uint32_t passes;  /* groups of tile rows that the last forward call drew one by one */
     uint64_t visible; /* (Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that
-                           * the convention keeps); of several passes the maximum */
+                           * the convention keeps); the maximum over passes */
     uint64_t pairs;   /* (tile, Gaussian, view) triples */
     uint64_t longest; /* Gaussians in the fullest tile */
     uint64_t tiles;   /* of all views */
@@ -917,10 +917,10 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 /* ---- Weights --------------------------------------------------------------------------------- */
 
 /* Named tensors of a file of network weights; needs no device. float32 values of a .safetensors file of 1 MiB or
- * more are not copied: the file stays open and mapped. The file may be removed or replaced by a new one of its
- * name, but must not be written in place, as cp does. Functions that use values, also those of folded weights,
- * refuse a file whose size or time has changed (SPLAT_ERROR_INVALID_ARGUMENT). A write racing with the call may
- * be read. A file that is truncated during a call, or lost with its disk, ends the process (SIGBUS). */
+ * more are not copied: the file stays open and mapped. The file may be removed or replaced by a new file of the
+ * same name, but must not be written in place, as cp does. Functions that use values, including those of folded
+ * weights, refuse a file whose size or time has changed (SPLAT_ERROR_INVALID_ARGUMENT). A write racing with the
+ * call may be read. A file that is truncated during a call, or lost with its disk, ends the process (SIGBUS). */
 typedef struct splat_weights_s* splat_weights;
 
 enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */
@@ -937,7 +937,7 @@ typedef struct splat_weights_info {
 /* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by its
  * contents. Values that are not finite are kept.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, or a file that cannot be read or is damaged),
- *   SPLAT_ERROR_UNSUPPORTED (a pickle with more than weights, another number type),
+ *   SPLAT_ERROR_UNSUPPORTED (a pickle that holds more than weights, another number type),
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
 SPLAT_API splat_result splat_weights_load(const char* path, splat_weights* weights);
 
@@ -963,11 +963,10 @@ SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer,
 
 enum { SPLAT_FOLD_OUT = 1u << 0 }; /* undo: take folded adapters out of weights */
 
-/* Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), with SPLAT_FOLD_OUT
- * minus, in float64, rounded once. The result has no adapters and no lora_alpha and lora_rank in its
- * metadata; other tensors are unchanged. A network of the result predicts the same as one with separate
- * adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out again restores a weight
- * up to two roundings.
+/* Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with SPLAT_FOLD_OUT,
+ * in float64, rounded once. The result has no adapters, and no lora_alpha or lora_rank in its metadata; other
+ * tensors are unchanged. A network of the result predicts the same as one with separate adapters, up to float32
+ * rounding (1e-6 of "raw"), in less time. Folding out again restores a weight up to two roundings.
  * adapters  "<layer>.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and shapes,
  *           see splat_model_export; other tensors are ignored; NULL: those among `weights`
  * alpha     finite; opt.lora_alpha of the training
@@ -1011,9 +1010,9 @@ typedef struct splat_model_desc {
     const char*
         config; /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
     uint32_t
-        objects; /* of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, it
-                         * runs in equal slices. A backward pass then runs all slices but the last forward
-                         * again, and dropout differs from that of an undivided batch */
+        objects; /* of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
+                         * batch runs in equal slices. A backward pass then repeats the forward pass of all
+                         * slices except the last, and dropout differs from that of an undivided batch */
     int32_t precision; /* SPLAT_PRECISION_* */
 } splat_model_desc;
 
@@ -1039,10 +1038,10 @@ enum {
 };
 
 /* Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens that
- * it lacks keep their values. With GRAFT each channel goes to the one of the same meaning, and the
- * outputs stay those of the file's network until the new channels are trained. Tensors that the model
- * lacks are ignored, such as the attention to tokens in encoders of earlier versions. flags:
- * SPLAT_LOAD_*
+ * the file lacks keep their values. With GRAFT each channel goes to the one of the same meaning,
+ * and the outputs stay those of the file's network until the new channels are trained. Tensors that
+ * the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
+ * flags: SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
  *   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that the
  *   model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model
@@ -1130,9 +1129,10 @@ SPLAT_API splat_result splat_model_destroy(splat_model model);
 /* One operator or one block of the network with its parameters: the parts of models, for building other
  * networks. The caller synchronises calls on one module.
  *
- * Ports and parameters go by name. For an operator of splat_op_list, row-major inputs with gradients
- * (weight, bias, gamma, beta) are parameters, the other inputs are inputs. All need their shapes; optional
- * ones may be omitted. "residual_block" is the block of Song et al.'s U-Net as Splatter Image uses it:
+ * Ports and parameters are named. For an operator of splat_op_list, row-major inputs with gradients
+ * (weight, bias, gamma, beta) are parameters, the other inputs are inputs. `ports` gives the shapes of all of
+ * them; optional ones may be omitted. "residual_block" is the block of Song et al.'s U-Net as Splatter Image uses
+ * it:
  *   inputs      x [N,C,H,W]; embedding [N,E] adds FiLM; tokens [N,D,T,1] add attention to them;
  *               random_counter [4] if dropout acts (the bits of seed, seed >> 32, step and 0)
  *   output      y
@@ -1167,8 +1167,8 @@ typedef struct splat_module_desc {
 SPLAT_API splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
                                            splat_module* module);
 
-/* Initialise the parameters. A block starts as in the published code. Of an operator gamma is 1, other
- * vectors are 0, the rest has Glorot's uniform distribution. Returns SPLAT_OK and errors of the device. */
+/* Initialise the parameters. A block starts as in the published code. In an operator gamma is 1, other vectors are
+ * 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK and errors of the device. */
 SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
 
 /* JSON: {"type", "inputs": [{"name", "shape"}], "outputs": [...], "parameters": [{"name", "shape",
@@ -1189,11 +1189,11 @@ SPLAT_API splat_result splat_module_write(splat_module module, const char* name,
 SPLAT_API splat_result splat_module_read(splat_module module, const char* name, float* values,
                                          size_t bytes);
 
-/* Compute the outputs. Then, once after each forward, add to the gradients of parameters and overwrite
- * those of inputs.
+/* Forward computes the outputs. Backward, called once after each forward, adds to the gradients of parameters and
+ * overwrites those of inputs.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (backward without
- *   SPLAT_MODULE_GRADIENTS or a forward pass of its own, or after inputs or parameters were written; no
- *   gradient is changed then), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_MODULE_GRADIENTS, without a new forward pass, or after inputs or parameters were written; gradients are
+ *   then unchanged), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
  *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_module_forward(splat_module module);
 SPLAT_API splat_result splat_module_backward(splat_module module);
@@ -1205,8 +1205,8 @@ SPLAT_API splat_result splat_module_destroy(splat_module module);
 /* ---- Training -------------------------------------------------------------------------------- */
 
 /* JSON array of all keys of a configuration, in the order of their sections: {"key", "type" ("integer",
- * "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", or "any"
- * where no value is looked at), "range" (in words; the words of a choice; empty: any value of the type),
+ * "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", or "any" if the
+ * value is not read), "range" (as text; the words of a choice; empty: any value of the type),
  * "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors; "ours"),
  * "effect" (false: accepted, but without effect), "about" (one sentence)}.
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
@@ -1326,7 +1326,7 @@ typedef struct splat_lpips_desc {
         weights; /* of torchvision's vgg16 and of the lpips package, one file or two; read
                                      before the call returns */
     uint32_t weight_count;
-    uint32_t side; /* pixels, both ways; at least 16 */
+    uint32_t side; /* pixels, both ways; >= 16 */
 } splat_lpips_desc;
 
 /* Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from
@@ -1367,7 +1367,7 @@ typedef struct splat_dataset_desc {
         format;        /* "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
     const char* split; /* "train", "val", "test"; NULL: train */
     uint32_t resolution;  /* of the returned images, which are square; 0: as stored */
-    uint32_t limit;       /* use only so many objects, the first in order; 0: all */
+    uint32_t limit;       /* use only this many objects, the first in order; 0: all */
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
     float background[3];  /* behind transparent pixels, 0 to 1 */
     uint32_t reserved;
@@ -1486,7 +1486,7 @@ SPLAT_API splat_result splat_image_save(const char* path, const float* values, u
 
 /* Write `frames` images, consecutive in `values`, as an animation that repeats for ever, by the
  * extension of the path: .png (animated PNG) or .gif (252 colours, dithered; no alpha).
- * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, at least 20
+ * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
  * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif. */
 SPLAT_API splat_result splat_image_save_animation(const char* path, const float* values,
                                                   uint32_t frames, uint32_t width, uint32_t height,

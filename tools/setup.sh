@@ -1,5 +1,5 @@
 # shellcheck shell=sh disable=SC2034  # the packages are used by the scripts that source this
-# Sourced by tools/test and tools/demo: what they share.
+# Sourced by tools/test and tools/demo.
 #
 #   packages_build, packages_test   packages of Debian 12 for a build, and for the tests
 #   packages_interop                and for the tests against other programs
@@ -11,10 +11,10 @@
 # Needed to configure, build and run.
 packages_build="build-essential cmake ninja-build pkg-config
     libvulkan-dev libvulkan1 libvulkan-volk-dev glslang-tools spirv-tools
-    libglm-dev nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
+    nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
-# Needed by the tests besides; clang is the second compiler that checks include/splat.h.
+# Also needed by the tests; clang is the second compiler that checks include/splat.h.
 packages_test="libgtest-dev vulkan-validationlayers clang"
 
 # Needed by the tests against PyTorch and splat-transform, which are not among the quick ones. A node that does not
@@ -85,7 +85,7 @@ ensure_packages() {
     else
         fail "cannot install packages: not root, and there is no sudo"
     fi
-    # Refresh the package list; without a network the present one may suffice.
+    # Refresh the package list; without a network the existing one may suffice.
     $as_root DEBIAN_FRONTEND=noninteractive apt-get -q update || echo "apt-get update failed; continuing"
     # shellcheck disable=SC2086  # a list of words
     $as_root DEBIAN_FRONTEND=noninteractive \

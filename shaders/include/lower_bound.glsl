@@ -3,7 +3,7 @@
 #ifndef SPLAT_LOWER_BOUND_GLSL
 #define SPLAT_LOWER_BOUND_GLSL
 
-// Number of pairs, of the first `count`, with a tile below `key`.
+// Number of pairs among the first `count` with a tile below `key`.
 uint lower_bound(uint key, uint count) {
     uint low = 0;
     while (count > 0) {

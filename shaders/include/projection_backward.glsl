@@ -17,7 +17,7 @@ struct ImageGradient {
 struct GaussianGradient {
     vec3 mean;
     vec3 scale;
-    mat3 rq;        // by the rotation matrix; column k, row r
+    mat3 rq;        // of the rotation matrix; column k, row r
     float opacity;
 };
 
@@ -26,7 +26,7 @@ struct PoseGradient {
     vec3 translation;
 };
 
-// Gradient by the rows v1 and v2 of A: dL/dA = -2 Q Gq (Q A), Q the conic and Gq = (g_A, g_B / 2;
+// Gradient of the rows v1 and v2 of A: dL/dA = -2 Q Gq (Q A), Q the conic and Gq = (g_A, g_B / 2;
 // g_B / 2, g_C). The rows of Q A, with n = v1 x v2, are free of the cancellation of needles:
 //   y1 = (kDilation v1 + v2 x n) / det,  y2 = (kDilation v2 + n x v1) / det
 struct RowsGradient {
@@ -79,7 +79,7 @@ void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float o
     const float iz = 1.0 / p.m.z;
     const vec2 f = view.intrinsics.xy * iz;
     const vec2 inside = p.t * iz;
-    // r1 = f (w0 - inside w2): gradient by f, which falls as 1 / z, and by inside = x / z unless clamped.
+    // r1 = f (w0 - inside w2): gradient of f, which falls as 1 / z, and of inside = x / z unless clamped.
     const vec2 by_w2 = vec2(dot(grad_r1, w2), dot(grad_r2, w2));
     const vec2 by_f = vec2(dot(grad_r1, p.r1), dot(grad_r2, p.r2)) / f;
     const vec2 by_inside = mix(-f * by_w2, vec2(0), p.clamped);
@@ -91,14 +91,14 @@ void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float o
 
     out_gaussian.mean = grad_m * view.rotation;
     out_pose.translation = grad_m;
-    mat3 rows;  // rows[r] = gradient by row r of the rotation
+    mat3 rows;  // rows[r] = gradient of row r of the rotation
     rows[0] = grad_m.x * mean + f.x * grad_r1;
     rows[1] = grad_m.y * mean + f.y * grad_r2;
     rows[2] = grad_m.z * mean - f.x * inside.x * grad_r1 - f.y * inside.y * grad_r2;
     out_pose.rotation = transpose(rows);
 }
 
-// Gradient by the quaternion w, x, y, z of the matrix of quaternion_matrix().
+// Gradient of the quaternion w, x, y, z, through the matrix of quaternion_matrix().
 vec4 quaternion_backward(vec4 q, mat3 g) {
     const float w = q.x, x = q.y, y = q.z, z = q.w;
     const float g00 = g[0][0], g11 = g[1][1], g22 = g[2][2];

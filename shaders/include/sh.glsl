@@ -30,7 +30,7 @@ void sh_basis(uint degree, vec3 d, inout float basis[16]) {
     basis[15] = kSh36 * x * (xx - 3 * yy);
 }
 
-// Gradient of sum_k weight[k] basis[k] by d, with the components of d independent.
+// Gradient of sum_k weight[k] basis[k] with respect to d, with the components of d independent.
 vec3 sh_direction_gradient(uint degree, vec3 d, float weight[16]) {
     const float x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
     vec3 g = vec3(0);

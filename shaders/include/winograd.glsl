@@ -3,8 +3,8 @@
 // Each function applies one of the matrices to a column in place: B^T maps m + 2 values to m + 2, A^T returns
 // the first m, A (its transpose) takes the first m, the transpose of G returns 3; G is given row by row.
 // Points of F(2x2): 0, 1, -1, infinity; of F(4x4): 0, p, -p, q, -q, infinity with p = 5/8 and q = 3/2, whose powers are
-// exact in float32. Of pairs between 1/2 and 2 they have about the least error, half that of 1 and 2 (a fifth at the
-// worst element).
+// exact in float32. Among pairs between 1/2 and 2 they have about the least error, half that of 1 and 2 (a fifth
+// at the worst element).
 // Arrays always have rows of kRow, so that the same code serves both tiles.
 
 #ifndef SPLAT_WINOGRAD_GLSL

@@ -3,8 +3,8 @@
 // One invocation computes one tile of 4 channels. Workgroups: tiles, quads of channels.
 // Bindings: product [kSize^2][ceil(K/8)][stride] pairs of quads, bias [K] (read as quads), residual and y
 // quads [K/4][N*H*W].
-// Specialisation: workgroup size, kTile, kResidual: there is a residual (lavapipe would load it under a
-// condition, too), kExact: tiles cover the image exactly and come in eights, see ST8_ALL.
+// Specialisation: workgroup size, kTile, kResidual: there is a residual (lavapipe would load it even under a
+// condition), kExact: tiles cover the image exactly and come in eights, see ST8_ALL.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require

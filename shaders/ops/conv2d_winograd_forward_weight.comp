@@ -4,7 +4,7 @@
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
 // One invocation transforms kPackedQuads quads of input channels for one output channel.
 // Bindings: weight row-major (read as quads), transformed [kSize^2][ceil(K/8)][2*ceil(C/8)][8] vec4.
-// Specialisation: workgroup size, kTile, kPackedQuads: a CPU takes in longer runs of each place sooner,
+// Specialisation: workgroup size, kTile, kPackedQuads: longer runs of each place are faster on a CPU,
 // kWhole: the taps of a quad of input channels are nine quads of the weight.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,5 +1,5 @@
 #version 460
-// grad_x = gamma * grad_y, for only a shift grad_x = grad_y. One invocation computes one quad.
+// grad_x = gamma * grad_y, or grad_x = grad_y for a shift alone. One invocation computes one quad.
 // Bindings: modulation quads, grad_y quads, grad_x quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"

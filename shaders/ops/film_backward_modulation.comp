@@ -1,6 +1,6 @@
 #version 460
 // grad_beta[n][c] = sum_p grad_y, grad_gamma[n][c] = sum_p grad_y * x, in the layout of the
-// modulation: [n, 2c] gamma then beta, or [n, c] only beta.
+// modulation: [n, 2c] gamma then beta, or [n, c] beta alone.
 // One workgroup computes one quad of channels of one image.
 // Bindings: x quads, grad_y quads, grad_modulation quads (written by component).
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
 #version 460
-// y = gamma * x + beta per image and channel; modulation [n, 2c] is gamma, then beta; [n, c] is
-// only a shift: y = x + beta. One invocation computes one quad.
+// y = gamma * x + beta per image and channel; modulation [n, 2c] is gamma, then beta; [n, c] is a
+// shift alone: y = x + beta. One invocation computes one quad.
 // Bindings: x quads, modulation quads, y quads.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"

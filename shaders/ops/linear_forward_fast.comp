@@ -7,8 +7,8 @@
 // or more. Workgroups: output features (next to each other in time, so that the rows stay in the cache), rows (y, z).
 // Bindings: x quads [in/4][rows], weight from linear_pack_weight.comp, bias [out] (read as quads),
 // residual and y quads [out/4][rows].
-// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kResidual: there is a residual
-// (lavapipe would load it under a condition, too), kDepth: quads of k per turn of the loop, 1 or 2.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kResidual: there is a residual (lavapipe
+// would load it even under a condition), kDepth: quads of k per turn of the loop, 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require

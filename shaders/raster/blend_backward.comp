@@ -1,6 +1,6 @@
 #version 460
-// Gradient of blend_forward.comp by the splats: one record per (tile, Gaussian). Each goes to its pair's
-// slot, so that a Gaussian's records are contiguous.
+// Gradient of blend_forward.comp with respect to the splats: one record per (tile, Gaussian). Each goes to its
+// pair's slot, so that a Gaussian's records are contiguous.
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
 // Record: sums over the tile's pixels, q = mean - pixel centre:

@@ -4,8 +4,8 @@
 // those that can reach the block to all lanes in turn. A lane sums its pixels, a butterfly sums the lanes, and
 // the entry's lane sums the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
-// blend_backward.comp; kEarlyOut: walk no entries that no pixel reached; kSkipBlocks: blend none that cannot
-// reach a block; kStraightThrough: the gradient passes the limit of alpha, as params.straight_through says there.
+// blend_backward.comp; kEarlyOut: skip entries that no pixel reached; kSkipBlocks: skip entries that cannot reach
+// a block; kStraightThrough: the gradient passes the limit of alpha, as params.straight_through says there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require

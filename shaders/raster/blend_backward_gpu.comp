@@ -1,8 +1,8 @@
 #version 460
 // As blend_backward.comp for GPUs: it sums each subgroup, then the subgroups in order, with one barrier
 // per list entry. The walk begins at the last entry that any pixel blended.
-// Work per workgroup and invocation, bindings and specialisation as there; kEarlyOut: walk no
-// entries that no pixel reached. Subgroups of at least 8.
+// Work per workgroup and invocation, bindings and specialisation as there; kEarlyOut: skip entries
+// that no pixel reached. Subgroups of at least 8.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require

@@ -5,8 +5,7 @@
 // workgroup of one subgroup of at least 8.
 // One workgroup computes 8 columns by kRows rows of a tile, which spread_tile.glsl chooses. In x there are
 // 16 * 16 / (8 * kRows) workgroups per tile of a row, in y the rows of tiles, in z the views.
-// Bindings and specialisation as blend_forward.comp; kSkipBlocks: blend no entries that cannot reach the
-// block.
+// Bindings and specialisation as blend_forward.comp; kSkipBlocks: skip entries that cannot reach the block.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require

@@ -45,7 +45,7 @@ vec4 grad_q;
 float grad_opacity;
 float grad_sh[48];
 
-// Gradient by the mean through the viewing direction. Adds to grad_sh.
+// Gradient with respect to the mean through the viewing direction. Adds to grad_sh.
 vec3 color_backward(uint index, vec3 mean, vec3 position, vec3 color, vec3 g) {
     if ((kFlags & kFlagDirectColors) != 0) {
         grad_sh[0] += g.x;

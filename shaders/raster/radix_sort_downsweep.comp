@@ -3,7 +3,7 @@
 // lanes, and those of its digit before it in its own lane. Chunks as in radix_sort_upsweep.comp.
 // The first pass leaves out keys 0xFFFFFFFF and writes the number of remaining entries to `kept`.
 // Bindings: inputs, entries, input_count, kept, table, totals, seconds; entries_out, seconds_out; range.
-// Specialisation: kBits: most of a digit, kSecond: each entry has a second value, kRanged: digits by the
+// Specialisation: kBits: most bits of a digit, kSecond: each entry has a second value, kRanged: digits by the
 // range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

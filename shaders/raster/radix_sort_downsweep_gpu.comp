@@ -2,7 +2,8 @@
 // As radix_sort_downsweep.comp for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
 // rank within a step is the number of entries of its digit before it: in its subgroup, found with one
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in earlier subgroups.
-// Bindings (but range) and specialisation kBits, kSecond as there. Any subgroup size; a workgroup of whole subgroups.
+// Bindings (without range) and specialisation kBits, kSecond as there. Any subgroup size; a workgroup of whole
+// subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require

@@ -5,7 +5,7 @@
 // table [lanes][bins].
 // Bindings: inputs, entries [capacity] uvec2 (key, value; read 2 at a time; inputs in the first pass),
 // input_count, kept; table; range of radix_sort_range.comp.
-// Specialisation: kBits: most of a digit, kRanged: digits by the range of the keys.
+// Specialisation: kBits: most bits of a digit, kRanged: digits by the range of the keys.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"

@@ -4,7 +4,7 @@
 // not packed go to a list, in any order, for tile_bin_emit_large.comp.
 // Bindings: order uvec2 (depth, item), begins [sorted], slot_begins [V*N], sorted, pair_count,
 // footprints; pairs uvec2 (tile, item), slots [pairs] record of the backward pass, large [sorted] entries
-// of the order, stats. Specialisation: kSlots: slots are wanted.
+// of the order, stats. Specialisation: kSlots: write slots.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"

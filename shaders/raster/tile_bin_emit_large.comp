@@ -4,7 +4,7 @@
 // each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
 // 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots.
-// Specialisation: kSlots: slots are wanted, kFlags.
+// Specialisation: kSlots: write slots, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"

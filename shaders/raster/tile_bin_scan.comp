@@ -4,7 +4,7 @@
 // none is made, and the host reads their number. One workgroup of one invocation.
 // Bindings: sums [lanes] in place, sorted (entries of the depth order), stats
 // (include/params/tile_bin_params.h), pairs (their number, for the sort).
-// Specialisation: kByIndex: nothing but the sums.
+// Specialisation: kByIndex: only the sums.
 #extension GL_GOOGLE_include_directive : require
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"

@@ -73,11 +73,7 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
         SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::require(out, "out"));
-        if (out->struct_size < sizeof(splat_dataset_views))
-            return error(Code::kInvalidArgument,
-                         "splat_dataset_views.struct_size is %u, expected "
-                         "sizeof(splat_dataset_views) = %zu",
-                         out->struct_size, sizeof(splat_dataset_views));
+        SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
         return found->dataset->read(
             object, {views, count},
             {out->images, out->depths, out->normals, out->masks, out->view_to_world,

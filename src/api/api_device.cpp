@@ -111,7 +111,8 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
         SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
         SPLAT_ASSIGN(const auto devices, vk::describe_devices(*instance));
         if (index >= devices.size())
-            return error(Code::kInvalidArgument, "index is %u, but there are %zu devices", index,
+            return error(Code::kInvalidArgument,
+                         "index is %u, expected less than %zu, the number of devices", index,
                          devices.size());
         api::give(info_of(devices[index]), info);
         return {};
@@ -140,7 +141,8 @@ splat_result splat_device_destroy(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
         if (object == nullptr) return {};
-        // Not left to the last child: a finaliser of another language may never run.
+        // Save now: the last child may never be destroyed, as finalisers of other languages may
+        // not run.
         const std::lock_guard lock(object->context->mutex);
         object->context->pipelines().save();
         return {};

@@ -30,14 +30,20 @@ splat_result guarded(Body&& body) noexcept {
 /// Errors: kInvalidArgument, naming `argument`.
 Status require(const void* pointer, const char* argument);
 
+/// Errors: kInvalidArgument if a caller's struct ends before the members of its first version.
+template <class Struct>
+Status check_size(const Struct& given, const char* type, std::size_t first_version_size) {
+    if (given.struct_size >= first_version_size) return {};
+    return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu", type,
+                 given.struct_size, type, sizeof(Struct));
+}
+
 /// Check the members that every *_desc starts with. Flags outside `known_flags` are refused.
 template <class Desc>
 Status check_desc(const Desc* desc, const char* type, std::size_t first_version_size,
                   std::uint32_t known_flags) {
     if (desc == nullptr) return error(Code::kInvalidArgument, "desc is NULL, expected a %s", type);
-    if (desc->struct_size < first_version_size)
-        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
-                     type, desc->struct_size, type, sizeof(Desc));
+    SPLAT_TRY(check_size(*desc, type, first_version_size));
     if ((desc->flags & ~known_flags) != 0)
         return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
                      desc->flags & ~known_flags);
@@ -52,9 +58,7 @@ template <class Input>
 Status take_input(const Input* given, const char* argument, const char* type,
                   std::size_t first_version_size, Input& taken) {
     SPLAT_TRY(require(given, argument));
-    if (given->struct_size < first_version_size)
-        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
-                     type, given->struct_size, type, sizeof(Input));
+    SPLAT_TRY(check_size(*given, type, first_version_size));
     const std::size_t size = given->struct_size;
     __builtin_memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
     return {};
@@ -64,10 +68,7 @@ Status take_input(const Input* given, const char* argument, const char* type,
 template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
     if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
-    if (info->struct_size < first_version_size)
-        return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu",
-                     type, info->struct_size, type, sizeof(Info));
-    return {};
+    return check_size(*info, type, first_version_size);
 }
 
 /// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays.

@@ -150,7 +150,8 @@ std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, st
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
     SPLAT_TRY(expect_ran(object));
     if (index >= object.objects)
-        return error(Code::kInvalidArgument, "object is %u, and the model predicts %u", index,
+        return error(Code::kInvalidArgument,
+                     "object is %u, expected less than %u, the objects of the model", index,
                      object.objects);
     const auto outputs = object.predictor->outputs();
     std::vector<float> means, opacities, scales, rotations, sh;
@@ -317,7 +318,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
             if (std::string_view(name) != known) continue;
             SPLAT_ASSIGN(const std::vector<float> gradient,
                          object.predictor->input_gradient(input));
-            if (!object.went_back)
+            if (!object.has_input_gradients)
                 return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
             SPLAT_TRY(check_bytes(gradient.size() * sizeof(float)));
             std::copy(gradient.begin(), gradient.end(), values);
@@ -388,7 +389,7 @@ splat_result splat_model_backward(splat_model model, const float* const gradient
                           : object.context->write(views[i], gradients[i], bytes));
         }
         const Status done = object.predictor->backward();
-        if (done.code() != Code::kInvalidState) object.went_back = done.ok();
+        if (done.code() != Code::kInvalidState) object.has_input_gradients = done.ok();
         return done;
     });
 }

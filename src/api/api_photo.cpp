@@ -50,11 +50,7 @@ splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views*
         SPLAT_TRY(
             api::check_desc(desc, "splat_photo_desc", sizeof(splat_photo_desc), SPLAT_PHOTO_WHOLE));
         SPLAT_TRY(api::require(out, "out"));
-        if (out->struct_size < sizeof(splat_dataset_views))
-            return error(Code::kInvalidArgument,
-                         "splat_dataset_views.struct_size is %u, expected "
-                         "sizeof(splat_dataset_views) = %zu",
-                         out->struct_size, sizeof(splat_dataset_views));
+        SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
         SPLAT_ASSIGN(const data::PhotographDesc from, photograph_desc(*desc));
         SPLAT_ASSIGN(const data::Photograph photo, data::read_photograph(from));
         give_plane(photo.image, out->images);

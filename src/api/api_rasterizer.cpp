@@ -30,17 +30,17 @@ Status check_flags(const splat_rasterizer_desc& desc) {
                      "splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
                      desc.sh_degree);
     constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
-    if ((desc.switch_off & ~kSkips) != 0)
+    if ((desc.disabled_skips & ~kSkips) != 0)
         return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.switch_off has unknown bits %#x",
-                     desc.switch_off & ~kSkips);
+                     "splat_rasterizer_desc.disabled_skips has unknown bits %#x",
+                     desc.disabled_skips & ~kSkips);
     return {};
 }
 
 Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
     SPLAT_TRY(check_flags(from));
     const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
-    const auto skips = [&](std::uint32_t bit) { return (from.switch_off & bit) == 0; };
+    const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
     raster::RasterDesc desc;
     desc.gaussians = from.gaussians;
     desc.views = from.views == 0 ? 1 : from.views;

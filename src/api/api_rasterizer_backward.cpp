@@ -61,7 +61,7 @@ bool present(const vk::BufferView& view) {
     return view.buffer != VK_NULL_HANDLE;
 }
 
-/// Copy the gradients by the outputs into the kernels' layout.
+/// Copy the gradients with respect to the outputs into the kernels' layout.
 Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     const std::uint64_t pixels = object.rasterizer->desc().pixels();
     const vk::BufferView& image = object.grad_image.range();
@@ -81,7 +81,7 @@ Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
     return object.context->run(list);
 }
 
-/// Copy the gradients by the inputs out of the kernels' layout.
+/// Copy the gradients with respect to the inputs out of the kernels' layout.
 Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, bool accumulate) {
     const raster::RasterDesc& desc = object.rasterizer->desc();
     const raster::Workspace& space = object.rasterizer->workspace();

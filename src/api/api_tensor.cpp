@@ -67,8 +67,8 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
-    // From host-visible memory one copy, which cannot fail half-way; staged reads go to a copy
-    // first.
+    // Host-visible memory needs one copy, which cannot fail half-way; a staged read fills another
+    // buffer first.
     if (layout.contiguous && vk::Memory::host(tensor.view) != nullptr)
         return context.read(tensor.view, data, tensor.bytes());
     std::vector<std::byte> contiguous(tensor.bytes());

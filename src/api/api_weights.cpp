@@ -31,7 +31,8 @@ Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t in
     SPLAT_ASSIGN(object, api::Weights::find(weights, "weights"));
     const io::NamedTensors& tensors = object->file.tensors;
     if (index < tensors.size()) return &tensors[index];
-    return error(Code::kInvalidArgument, "index is %u, and there are %zu tensors", index,
+    return error(Code::kInvalidArgument,
+                 "index is %u, expected less than %zu, the number of tensors", index,
                  tensors.size());
 }
 

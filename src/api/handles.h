@@ -43,10 +43,10 @@ class OnDevice : public Part {
     vk::Context& context_;
 };
 
-/// What stands behind splat_device.
+/// The object behind splat_device.
 using DeviceObject = OfDevice;
 
-/// What stands behind splat_tensor: row-major elements on the device.
+/// The object behind splat_tensor: row-major elements on the device.
 struct TensorObject : OfDevice {
     using OfDevice::OfDevice;
     std::string name;
@@ -59,7 +59,7 @@ struct TensorObject : OfDevice {
     [[nodiscard]] std::uint64_t bytes() const { return view.shape.elements() * 4; }
 };
 
-/// What stands behind splat_op.
+/// The object behind splat_op.
 struct OpObject : OfDevice {
     using OfDevice::OfDevice;
     std::vector<std::shared_ptr<TensorObject>> tensors;  ///< destroyed after `op`
@@ -72,18 +72,18 @@ struct SceneCopy : OfDevice {
     using OfDevice::OfDevice;
     std::uint32_t sh_degree = 0;
     OnDevice<raster::PackedBuffers> buffers{*this};
-    raster::PackedGaussians packed;  ///< the buffers; no other copy of the process has its version
+    raster::PackedGaussians packed;  ///< the buffers; no other copy in the process has its version
 };
 
-/// What stands behind splat_scene. Its mutex is locked before that of a context, never after.
+/// The object behind splat_scene. Its mutex is locked before that of a context, never after.
 struct SceneObject {
     std::mutex mutex;
     scene::Gaussians gaussians;
     std::string report = "{}";                       ///< JSON
-    std::vector<std::shared_ptr<SceneCopy>> copies;  ///< of the Gaussians as they are
+    std::vector<std::shared_ptr<SceneCopy>> copies;  ///< of the current Gaussians
 };
 
-/// What stands behind splat_rasterizer.
+/// The object behind splat_rasterizer.
 struct RasterizerObject : OfDevice {
     using OfDevice::OfDevice;
     std::shared_ptr<SceneCopy> scene;  ///< the one that recorded command lists may name
@@ -95,32 +95,32 @@ struct RasterizerObject : OfDevice {
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
 };
 
-/// What stands behind splat_weights. Never changes.
+/// The object behind splat_weights. Never changes.
 struct WeightsObject {
     io::WeightsFile file;
     std::string report;  ///< JSON
 };
 
-/// What stands behind splat_dataset. Thread-safe.
+/// The object behind splat_dataset. Thread-safe.
 struct DatasetObject {
     std::unique_ptr<data::Dataset> dataset;
     std::string report;  ///< JSON
 };
 
-/// What splat_weights_report gives; `format` says where the weights come from.
+/// The text of splat_weights_report; `format` says where the weights come from.
 std::string weights_report(const io::WeightsFile& file, const char* format);
 
-/// What stands behind splat_model.
+/// The object behind splat_model.
 struct ModelObject : OfDevice {
     using OfDevice::OfDevice;
     std::uint32_t objects = 1;                                     ///< of a batch
     OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
     model::LoadReport load;                                        ///< of the latest load
     bool ran = false;
-    bool went_back = false;  ///< input gradients are valid
+    bool has_input_gradients = false;  ///< input gradients are valid
 };
 
-/// What stands behind splat_module.
+/// The object behind splat_module.
 struct ModuleObject : OfDevice {
     using OfDevice::OfDevice;
     OnDevice<std::unique_ptr<model::Module>> module{*this};
@@ -129,13 +129,13 @@ struct ModuleObject : OfDevice {
 /// SPLAT_PRECISION_* of a desc's `field`. Errors: kInvalidArgument.
 Result<model::Precision> precision_of(std::int32_t precision, const char* field);
 
-/// What stands behind splat_trainer.
+/// The object behind splat_trainer.
 struct TrainerObject : OfDevice {
     using OfDevice::OfDevice;
     OnDevice<std::shared_ptr<train::Trainer>> trainer{*this};
 };
 
-/// What stands behind splat_lpips.
+/// The object behind splat_lpips.
 struct LpipsObject : OfDevice {
     using OfDevice::OfDevice;
     std::uint32_t side = 0;

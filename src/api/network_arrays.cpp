@@ -3,7 +3,7 @@
 namespace splat::api {
 namespace {
 
-/// `use` names the setting for which the array is needed, or not used.
+/// `use` names the setting that needs the array, or has no use for it.
 Status check_array(const char* type, const char* name, const float* values, std::uint32_t wanted,
                    const std::string& use) {
     if ((values != nullptr) == (wanted > 0)) return {};

@@ -15,7 +15,7 @@ struct NetworkArrays {
 };
 
 /// Errors  kInvalidArgument if an array that the configuration needs is NULL, or one that it does
-///         not use is given; kShape if the channels or the objects differ from the expected
+///         not use is given; kShape if the channels or the objects are not as expected
 Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& config,
                             std::uint32_t objects);
 

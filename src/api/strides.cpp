@@ -58,7 +58,7 @@ Result<HostLayout> host_layout(const Shape& shape, const std::int64_t* strides, 
         if (shape[axis] > 1 && layout.strides[axis] != step) layout.contiguous = false;
         step *= shape[axis];
     }
-    std::uint64_t last = 0;  // element of the greatest place
+    std::uint64_t last = 0;  // place of the farthest element
     for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) {
         if (layout.strides[axis] < 0)
             return error(Code::kInvalidArgument, "strides[%u] is %lld, expected at least 0", axis,

@@ -6,7 +6,7 @@
 namespace splat::config {
 namespace {
 
-/// What published files have for other programs.
+/// Sections of published files that are for other programs.
 constexpr const char* kForeignSections[] = {"hydra", "wandb", "defaults"};
 
 /// "opt" of "opt.ema.beta", and the rest.
@@ -19,7 +19,7 @@ std::string member_of(const Key& key) {
     return key.name + section_of(key).size() + 1;
 }
 
-/// The keys of a part, those left aside that a rule reads.
+/// The keys of a part, except those that a rule reads.
 Status read_part(const Config& config, Part part, Settings& settings) {
     for (const Key& key : all_keys())
         if (key.field.part == part && key.field.read != nullptr)
@@ -33,8 +33,8 @@ bool is_given(const Config& config, const char* key) {
            (entry->list || !std::holds_alternative<std::monostate>(entry->values[0]));
 }
 
-/// Settings that the published code infers from the category, after the keys that say the same are read. Its
-/// merged files have the field of view of the default configuration there, which it never looks at.
+/// Settings that the published code infers from the category. Call it after the keys of these settings are
+/// read. Merged files of that code hold the field of view of the default configuration, which it ignores.
 Status take_category(const Config& config, PredictorConfig& c) {
     SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", ""));
     if (!is_co3d_category(category)) return {};
@@ -59,8 +59,8 @@ Status refuse_text(const Config& config, const char* key, const std::string& val
                  value.c_str(), expected);
 }
 
-/// The published code asserts that an embedding enters by FiLM, and has no layer that would take one that
-/// is not made of sines and cosines, unless it is the caller's own.
+/// The published code asserts that an embedding enters by FiLM. It has no layer for embeddings that are not
+/// made of sines and cosines, except the caller's own.
 Status check_embedding(const Config& config, const PredictorConfig& c) {
     const auto is_null = [&](const char* key) {
         return config.find(key) != nullptr && !is_given(config, key);
@@ -85,7 +85,7 @@ Status check_embedding(const Config& config, const PredictorConfig& c) {
     return {};
 }
 
-/// One of the two networks; the published code would build both, or none.
+/// Require one of the two networks; the published code would build both or neither.
 Status read_offset(const Config& config, PredictorConfig& c) {
     constexpr const char* kWith = "model.network_with_offset";
     constexpr const char* kWithout = "model.network_without_offset";
@@ -141,7 +141,7 @@ Status check_training(const TrainConfig& c, const char* what) {
     return {};
 }
 
-/// Keys of adapters are written only where there are some, opt.freeze where it or they say something.
+/// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
 bool is_written(const Key& key, const PredictorConfig& network) {
     if (key.field.write == nullptr) return false;
     const bool adapters = network.lora.rank > 0;
@@ -197,7 +197,7 @@ Result<Config> with_values(const Config& config, std::span<const std::string> te
     for (const std::string& text : texts) {
         const std::size_t sign = text.find('=');
         if (sign == std::string::npos || sign == 0)
-            return error(Code::kInvalidArgument, "'%s' is no key=value", text.c_str());
+            return error(Code::kInvalidArgument, "'%s' is not of the form key=value", text.c_str());
         // A document of one line; the key's dots are part of its name, as in Config.
         SPLAT_ASSIGN(const Config line,
                      read_yaml_config(text.substr(0, sign) + ": " + text.substr(sign + 1),

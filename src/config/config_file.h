@@ -6,8 +6,8 @@
 
 namespace splat::config {
 
-/// Errors: kInvalidArgument, with the nearest name, for a section or a key that nobody knows. Sections that
-/// published files have for other programs (hydra, wandb) are left alone.
+/// Errors: kInvalidArgument, with the nearest name, for an unknown section or key. Sections that published files
+/// have for other programs (hydra, wandb) are ignored.
 Status check_names(const Config& config);
 
 /// The network of a configuration as the published ones are written (Hydra's merged config.yaml). The
@@ -24,7 +24,7 @@ Result<PredictorConfig> predictor_config(const Config& config);
 /// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
-/// CO3D: each view has focal lengths of its own, and depths are relative to the distance of the origin.
+/// CO3D: each view has its own focal lengths, and depths are relative to the distance of the origin.
 bool is_co3d_category(const std::string& category);
 
 /// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",

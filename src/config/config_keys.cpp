@@ -40,12 +40,12 @@ constexpr Values words(const char* list) {
     return {.words = list};
 }
 
-/// A key of published files that means nothing here.
+/// A key of published files that has no effect here.
 constexpr Key unused(const char* name, const char* about) {
     return {name, {}, kAll, kPublished, about, nullptr, false};
 }
 
-/// A word that is checked, and kept nowhere.
+/// A word that is checked but not stored.
 constexpr Field kOnlyChecked{KeyType::kChoice, Part::kNetwork,
                              [](const Config& config, const Key& key, Settings&) {
                                  int place = 0;
@@ -88,7 +88,7 @@ constexpr Key kDataKeys[] = {
      kPublished,
      "Pixels of an image's side; a multiple of 2^(levels of model.channel_mult - 1)."},
     {"data.fov", kNetwork<&P::fov_degrees>, below(0, 180), kPublished,
-     "Field of view in degrees; 0: each view has focal lengths of its own, as in CO3D."},
+     "Field of view in degrees; 0: each view has its own focal lengths, as in CO3D."},
     {"data.znear", kNetwork<&P::znear>, kAll, kPublished,
      "Depth of the nearest Gaussians, in scene units."},
     {"data.zfar", kNetwork<&P::zfar>, kAll, kPublished,
@@ -108,10 +108,10 @@ constexpr Key kDataKeys[] = {
      kPublished, "The caller's vectors take the place of the embedding of poses."},
     {"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."},
     {"data.format", kTraining<&T::format>, kAll, kOurs,
-     "Format of the data set; empty: found out from its files."},
+     "Format of the data set; empty: detected from its files."},
     {"data.category", kTraining<&T::category>, kAll, kPublished,
      "Name of the data set; hydrants and teddybears choose the geometry and losses of CO3D."},
-    {"data.subset", kSubset, kAll, kPublished, "The first so many objects; 0 or less: all."},
+    {"data.subset", kSubset, kAll, kPublished, "Objects used, the first in order; 0 or less: all."},
     {"data.white_background", kTraining<&T::white_background>, kAll, kPublished,
      "Images and renders have a white background instead of a black one."},
     {"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,
@@ -150,7 +150,7 @@ constexpr Key kModelKeys[] = {
      kNetwork<&P::attention_resolutions>,
      {1, 1e6},
      kPublished,
-     "Levels with attention, by the pixels of their side."},
+     "Levels with attention, given by the pixels of their side."},
     {"model.cross_view_attention", kNetwork<&P::cross_view_attention>, kAll, kPublished,
      "Attention reaches over all input images of an object."},
     {"model.dropout", kNetwork<&P::dropout>, below(0, 1), kOurs,
@@ -169,21 +169,21 @@ constexpr Key kModelKeys[] = {
     {"model.inverted_y", kNetwork<&P::inverted_y>, kAll, kPublished,
      "The y axis of rays points down in the image, else up."},
     {"model.depth_scale", kNetwork<&P::init_depth, &HeadInit::scale>, kAll, kPublished,
-     "Gain of the first weights of depths."},
+     "Gain of the initial weights of depths."},
     {"model.depth_bias", kNetwork<&P::init_depth, &HeadInit::bias>, kAll, kPublished,
-     "First bias of depths."},
+     "Initial bias of depths."},
     {"model.xyz_scale", kNetwork<&P::init_offset, &HeadInit::scale>, kAll, kPublished,
-     "Gain of the first weights of offsets."},
+     "Gain of the initial weights of offsets."},
     {"model.xyz_bias", kNetwork<&P::init_offset, &HeadInit::bias>, kAll, kPublished,
-     "First bias of offsets."},
+     "Initial bias of offsets."},
     {"model.opacity_scale", kNetwork<&P::init_opacity, &HeadInit::scale>, kAll, kPublished,
-     "Gain of the first weights of opacities."},
+     "Gain of the initial weights of opacities."},
     {"model.opacity_bias", kNetwork<&P::init_opacity, &HeadInit::bias>, kAll, kPublished,
-     "First bias of opacities, before the sigmoid."},
+     "Initial bias of opacities, before the sigmoid."},
     {"model.scale_scale", kNetwork<&P::init_scale, &HeadInit::scale>, kAll, kPublished,
-     "Gain of the first weights of scales."},
+     "Gain of the initial weights of scales."},
     {"model.scale_bias", kNetwork<&P::init_scale, &HeadInit::bias>, above(0), kPublished,
-     "First scale of Gaussians, in scene units."},
+     "Initial scale of Gaussians, in scene units."},
     {"model.token_dim", kNetwork<&P::token_dim>, kCount, kOurs,
      "Features of the tokens that the decoder attends to; 0: no tokens."},
     {"model.tokens", kNetwork<&P::tokens>, kCount, kOurs,
@@ -204,7 +204,7 @@ constexpr Key kAdapterKeys[] = {
     {"opt.lora_finetune", by_rule(Part::kAdapters, [](const P& c) { return c.lora.rank > 0; }),
      kAll, kPublished, "Train low-rank adapters instead of the parameters.", "false"},
     {"opt.lora_rank", kAdapters<&LoraConfig::rank>, kCount, kPublished,
-     "Rank of the adapters, 1 or more; the published code takes 4 whatever this says."},
+     "Rank of the adapters, 1 or more; the published code always takes 4."},
     {"opt.lora_alpha", kAdapters<&LoraConfig::alpha>, kAll, kPublished,
      "The branch of an adapter is scaled by alpha / rank."},
     {"opt.lora_dropout", kAdapters<&LoraConfig::dropout>, below(0, 1), kPublished,
@@ -213,7 +213,7 @@ constexpr Key kAdapterKeys[] = {
     {"opt.lora_targets", kAdapters<&LoraConfig::targets>, kAll, kOurs,
      "Parts of names of the layers that get an adapter."},
     {"opt.train_with_adapters", kAdapters<&LoraConfig::trained>, kAll, kOurs,
-     "Parts of names of parameters that are trained beside the adapters."},
+     "Parts of names of parameters that are trained besides the adapters."},
 };
 
 constexpr Key kOptimiserKeys[] = {
@@ -251,18 +251,18 @@ constexpr Key kOptimiserKeys[] = {
      "Weight of 1 - SSIM; at most 1 together with opt.lambda_lpips."},
     {"opt.lambda_lpips", kTraining<&T::lpips_weight>, kFraction, kPublished, "Weight of LPIPS."},
     {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
-     "Updates before LPIPS takes part."},
+     "Updates before LPIPS is part of the loss."},
     {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
      "Files of weights of VGG16 and of LPIPS."},
     {"opt.scale_terms", kTraining<&T::scale_terms>, kAll, kOurs,
      "Hold scales between 1e-5 and 20; true for CO3D unless given."},
     {"opt.ema.use", kTraining<&T::ema>, kAll, kPublished, "Keep averaged weights, and store them."},
     {"opt.ema.beta", kTraining<&T::ema_most>, kFraction, kPublished,
-     "Most that the average keeps of itself in an update."},
+     "Upper limit of the average's decay."},
     {"opt.ema.update_every", kTraining<&T::ema_every>, kSteps, kPublished,
-     "The average is updated after so many updates of the parameters, at least 1."},
+     "Updates of the parameters per update of the average, at least 1."},
     {"opt.ema.update_after_step", kTraining<&T::ema_after>, kSteps, kPublished,
-     "Updates in which the average is a copy."},
+     "First updates, in which the average is a copy."},
     unused("opt.pretrained_ckpt", "Folder of weights to start from; see vkrun train --init."),
     unused("opt.pretrained_hf", "Start from weights of a hub; see vkrun train --init."),
     unused("opt.epochs", "Passes over the data set; see opt.iterations."),
@@ -272,21 +272,20 @@ constexpr Key kOptimiserKeys[] = {
 
 constexpr Key kRunKeys[] = {
     {"logging.ckpt_iterations", kTraining<&T::checkpoint_every>, kSteps, kPublished,
-     "Updates from one saved state to the next."},
+     "Updates between saved states."},
     {"logging.val_log", kTraining<&T::validate_every>, kSteps, kPublished,
-     "Updates from one validation to the next; 0: only at the end."},
+     "Updates between validations; 0: only at the end."},
     {"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
-     "Updates from one line of metrics to the next."},
+     "Updates between lines of metrics."},
     {"logging.render_log", kTraining<&T::render_every>, kSteps, kPublished,
-     "Updates from one picture of renders to the next; they are drawn at each validation.", nullptr,
-     false},
+     "Updates between pictures of renders, which are drawn at each validation.", nullptr, false},
     {"logging.val_objects", kTraining<&T::validation_objects>, kCount, kOurs,
      "Objects of a validation; 0: all."},
     {"logging.val_views", kTraining<&T::validation_views>, kCount, kOurs,
      "Views per object of a validation, spread over all of them; 0: all."},
-    unused("logging.loop_log", "Updates from one video to the next."),
+    unused("logging.loop_log", "Updates between videos."),
     {"general.random_seed", kTraining<&T::seed>, kSteps, kPublished,
-     "Seed of first weights, of dropout, and of the choice of objects and views."},
+     "Seed of the initial weights, of dropout, and of the choice of objects and views."},
     {"general.precision", kTraining<&T::precision>, words("strict, balanced, fast"), kOurs,
      "Which kernels convolutions may use: the most exact ones, or faster ones."},
     unused("general.device", "Number of a GPU; see vkrun train --device."),
@@ -304,7 +303,7 @@ constexpr auto join(const Key (&... sections)[Counts]) {
     return all;
 }
 
-/// Constant, so that it takes no memory that might be missing.
+/// Constant, so that it needs no allocation, which could fail.
 constexpr auto kKeys =
     join(kDataKeys, kEmbeddingKeys, kModelKeys, kAdapterKeys, kOptimiserKeys, kRunKeys);
 

@@ -12,7 +12,7 @@
 
 namespace splat::config {
 
-/// All that a configuration describes.
+/// Everything that a configuration describes.
 struct Settings {
     PredictorConfig network;
     TrainConfig training;
@@ -27,10 +27,10 @@ enum class KeyType : int {
     kIntegers,
     kNumbers,
     kTexts,
-    kAny,  ///< the value is never looked at
+    kAny,  ///< the value is not read
 };
 
-/// Who reads and writes a key.
+/// How a key is read and written.
 enum class Part : int {
     kNetwork,
     kAdapters,  ///< of the network, only where opt.lora_finetune is true
@@ -43,7 +43,7 @@ enum class Origin : int {
     kOurs,
 };
 
-/// The values that a key takes; of a list, each of its elements.
+/// The values that a key takes; for a list, those of each element.
 struct Values {
     double least = -std::numeric_limits<double>::infinity();
     double most = std::numeric_limits<double>::infinity();
@@ -55,7 +55,7 @@ struct Values {
 struct Key;
 
 /// Where the value of a key is kept. Without `read`, config_file.cpp reads it by a rule that takes several
-/// keys; without `write`, it is in no configuration that is written.
+/// keys; without `write`, it is not written.
 struct Field {
     KeyType type = KeyType::kAny;
     Part part = Part::kNone;
@@ -63,7 +63,7 @@ struct Field {
     ConfigEntry (*write)(const Key& key, const Settings& settings) = nullptr;
 };
 
-/// One key of a configuration, and all that is known of it.
+/// One key of a configuration.
 struct Key {
     const char* name;  ///< "opt.base_lr"
     Field field;
@@ -77,16 +77,16 @@ struct Key {
 /// Every key, in the order in which a configuration is written.
 std::span<const Key> all_keys();
 
-/// NULL for a name that no key has.
+/// NULL for an unknown name.
 const Key* find_key(std::string_view name);
 
-/// A key of the table; another name is a mistake of ours.
+/// A key of the table; any other name is a defect of the library.
 const Key& key_of(std::string_view name);
 
 /// "1 to 4096", "0 to below 1", "l2, l1"; empty where every value of the type is taken.
 std::string range_text(const Key& key);
 
-/// The default as JSON; "null" of a key without effect that has none.
+/// The default as JSON; "null" for a key without effect that has none.
 std::string default_text(const Key& key);
 
 /// "integer", "list of numbers"

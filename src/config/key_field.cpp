@@ -132,7 +132,8 @@ ConfigEntry write_field(const Key& /*key*/, std::uint64_t value) {
     return one(static_cast<std::int64_t>(value));
 }
 
-/// Nine digits give every float back. A whole number stays one: as a double it would be "1e+08".
+/// Nine digits restore every float. A whole number is written as an integer: as a double it would
+/// be "1e+08".
 ConfigEntry write_field(const Key& /*key*/, float value) {
     const std::string text = format("%.9g", static_cast<double>(value));
     if (text.find_first_not_of("-0123456789") == std::string::npos)

@@ -10,7 +10,7 @@ namespace splat::config {
 /// Errors: kInvalidArgument for a value beyond the range of the key, `what` naming the configuration.
 Status check_range(const std::string& what, const Key& key, double value);
 
-/// The value of a key; the field keeps what it holds where the key is missing or null.
+/// The value of a key; the field is unchanged if the key is missing or null.
 /// Errors: kInvalidArgument, naming file and key, for a value of another kind or beyond the range.
 Status read_field(const Config& config, const Key& key, std::uint32_t& field);
 Status read_field(const Config& config, const Key& key, std::uint64_t& field);

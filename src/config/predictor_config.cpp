@@ -5,7 +5,7 @@
 namespace splat::config {
 namespace {
 
-/// 3x3 convolutions of so many channels are the most that the kernels are tested with.
+/// The kernels are tested with 3x3 convolutions of at most this many channels.
 constexpr std::uint32_t kMaxChannels = 4096;
 
 Status refuse_value(const char* key, double value, const char* expected) {

@@ -32,8 +32,9 @@ struct LoraConfig {
     /// blocks that do not resample, and the attention's two. Others that may be named: the first
     /// convolution, and the linear layers of an embedding, "affine" and "map_layer".
     std::vector<std::string> targets = {"conv0", "conv1", "qkv", "proj"};
-    /// What is trained beside the adapters: parameters whose name contains one of these, such as
-    /// "128x128_conv." for the first convolution, whose new channels have no influence otherwise.
+    /// Parameters that are trained besides the adapters: their names contain one of these, such
+    /// as "128x128_conv." for the first convolution, whose new channels have no influence
+    /// otherwise.
     std::vector<std::string> trained;
 };
 
@@ -82,7 +83,7 @@ struct PredictorConfig {
     HeadInit init_scale{0.001F, 0.02F};  ///< bias: the scale itself, in scene units
 
     LoraConfig lora;
-    /// What is never trained and gets no gradient: parameters whose name contains one of these.
+    /// Parameters whose name contains one of these are never trained and get no gradient.
     std::vector<std::string> frozen;
 
     /// Channels that the network sees: RGB, depth, normal, mask.
@@ -97,7 +98,7 @@ struct PredictorConfig {
     /// Length of the vector that modulates blocks; 0 = none.
     [[nodiscard]] std::uint32_t embedding_length() const;
 
-    /// What the names of all parameters start with, as in the published code.
+    /// Prefix of the names of all parameters, as in the published code.
     [[nodiscard]] const char* network_name() const {
         return offset ? "network_with_offset" : "network_wo_offset";
     }

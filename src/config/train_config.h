@@ -6,7 +6,7 @@
 
 namespace splat::config {
 
-/// How the learning rate goes on after its warm-up.
+/// The learning rate after its warm-up.
 enum class Schedule : int {
     kConstant,
     kCosine,  ///< half a cosine down to zero at the last step
@@ -15,13 +15,13 @@ enum class Schedule : int {
 
 enum class PixelLoss : int { kL2, kL1 };
 
-/// What a training does; the defaults are those of the published cars model. Lengths are scene units,
+/// Settings of a training; the defaults are those of the published cars model. Lengths are scene units,
 /// steps are updates of the parameters. config_keys.cpp says which key is which field.
 struct TrainConfig {
     std::uint64_t iterations = 800'000;
     std::uint32_t batch_size = 8;   ///< objects per step
-    std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size. More than
-        ///< one binding takes costs forward passes, see model/object_slices.h
+    std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size. More than fit
+        ///< one binding run in slices, with extra forward passes: model/object_slices.h
     bool recompute = false;     ///< less memory, more time: nn::ExecutorDesc
     std::uint32_t targets = 4;  ///< images rendered per object
     std::uint64_t seed = 0;

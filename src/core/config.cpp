@@ -86,7 +86,7 @@ Status Config::add(ConfigEntry entry) {
         return error(Code::kInvalidArgument, "%s: more than %zu keys", what_.c_str(),
                      kMaxConfigEntries);
     if (!places_.emplace(entry.key, entries_.size()).second)
-        return error(Code::kInvalidArgument, "%s: the key '%s' is there twice", what_.c_str(),
+        return error(Code::kInvalidArgument, "%s: the key '%s' appears twice", what_.c_str(),
                      entry.key.c_str());
     entries_.push_back(std::move(entry));
     return {};
@@ -95,7 +95,7 @@ Status Config::add(ConfigEntry entry) {
 Status Config::append(const std::string& key, ConfigScalar value) {
     const auto place = places_.find(key);
     if (place == places_.end() || !entries_[place->second].list)
-        return error(Code::kInvalidArgument, "%s: '%s' is no list", what_.c_str(), key.c_str());
+        return error(Code::kInvalidArgument, "%s: '%s' is not a list", what_.c_str(), key.c_str());
     entries_[place->second].values.push_back(std::move(value));
     return {};
 }
@@ -134,7 +134,7 @@ Result<std::vector<T>> Config::get_list(const std::string& key, std::vector<T> o
     if (entry == nullptr) return otherwise;
     if (!entry->list) {
         if (!entry->map && entry->values[0].index() == 0) return otherwise;
-        return error(Code::kInvalidArgument, "%s: '%s' is no list", what_.c_str(), key.c_str());
+        return error(Code::kInvalidArgument, "%s: '%s' is not a list", what_.c_str(), key.c_str());
     }
     std::vector<T> values;
     for (const ConfigScalar& scalar : entry->values) {
@@ -218,7 +218,7 @@ void write_scalar(JsonWriter& json, const ConfigScalar& value) {
     } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
         json.value(*whole);
     } else if (const auto* real = std::get_if<double>(&value)) {
-        // 17 digits give every double back; the shortest text that does is easier to read.
+        // 17 digits restore every double; the shortest text that does is easier to read.
         int digits = 6;
         while (digits < 17 && std::strtod(format("%.*g", digits, *real).c_str(), nullptr) != *real)
             ++digits;

@@ -21,8 +21,8 @@ struct ConfigEntry {
     bool map = false;   ///< of the file; no value, its members follow with longer keys
 };
 
-/// A configuration as a flat table in the order of its file. A map or list inside a list goes by its
-/// index: "defaults.0.dataset".
+/// A configuration as a flat table in the order of its file. A map or list inside a list is named by its index:
+/// "defaults.0.dataset".
 class Config {
   public:
     /// `what` names the file in messages.
@@ -53,7 +53,7 @@ class Config {
                                                   std::vector<T> otherwise) const;
 
     /// Errors: kInvalidArgument for a key of one of these sections ("opt" has "opt.base_lr") that is not in
-    /// `known`, with the known one that is nearest, and for a section that is a list or a value but null.
+    /// `known`, naming the nearest known one, and for a section that is a list or a value other than null.
     [[nodiscard]] Status refuse_unknown(const std::vector<std::string>& known,
                                         const std::vector<std::string>& sections) const;
 
@@ -82,7 +82,7 @@ Result<Config> read_yaml_config(std::string_view text, const std::string& what);
 /// A JSON object. Errors: as visit_json(), and for a duplicate key.
 Result<Config> read_json_config(std::string_view text, const std::string& what);
 
-/// Either: JSON if the first letter is a brace.
+/// Either format: JSON if the first letter is a brace.
 Result<Config> read_config(std::string_view text, const std::string& what);
 
 /// The value of one entry as JSON; numbers with the fewest digits, at least six, that read back equal.
@@ -92,7 +92,8 @@ std::string config_value_text(const ConfigEntry& entry);
 /// of maps become maps with indices as names.
 std::string config_json(const Config& config);
 
-/// Number of insertions, deletions and replacements of a letter that lead from a to b.
+/// Edit distance: the fewest insertions, deletions and replacements of a letter that turn a
+/// into b.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// The nearest of the words; empty if none is within a third of its letters.

@@ -39,7 +39,7 @@ bool is_digits(std::string_view text) {
 }
 
 /// A number, or nothing: "12", "-1.5", ".5", "1e-5", ".inf". Other spellings of YAML (octal,
-/// hexadecimal, sexagesimal) stay texts, because they are more often meant so.
+/// hexadecimal, sexagesimal) stay texts, because they are usually meant as text.
 std::optional<ConfigScalar> number_of(std::string_view text) {
     std::string_view size = text;
     const bool negative = size.starts_with('-');
@@ -101,7 +101,7 @@ class YamlReader {
     }
 
   private:
-    /// A map or list that is open, and in a map the key whose value comes next.
+    /// An open map or list, and for a map the key whose value comes next.
     struct Level {
         std::string prefix;
         bool list = false;

@@ -15,7 +15,7 @@ namespace splat {
 ///     json.begin_object().member("name", name).key("dims").list(dims).end();
 ///     return json.text();  // {"name": "x", "dims": [1, 2]}
 ///
-/// An unbalanced text, or a member without a key, is a mistake of ours (SPLAT_ASSERT).
+/// An unbalanced text, or a member without a key, is a defect of the library (SPLAT_ASSERT).
 class JsonWriter {
   public:
     /// kSpaced writes `{"a": 1, "b": 2}`, kCompact `{"a":1,"b":2}`.

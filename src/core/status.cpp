@@ -32,7 +32,7 @@ constexpr CodeRow kCodes[] = {
     {Code::kUnsupported, "SPLAT_ERROR_UNSUPPORTED",
      "The request exceeds a limit or needs a feature that this device or build lacks."},
     {Code::kNoDevice, "SPLAT_ERROR_NO_DEVICE",
-     "No Vulkan loader, driver or fitting device was found; run `vkrun doctor`."},
+     "No Vulkan loader, driver or suitable device was found; run `vkrun doctor`."},
     {Code::kOutOfHostMemory, "SPLAT_ERROR_OUT_OF_HOST_MEMORY",
      "Host memory ran out; free some and repeat the call."},
     {Code::kOutOfDeviceMemory, "SPLAT_ERROR_OUT_OF_DEVICE_MEMORY",
@@ -41,7 +41,7 @@ constexpr CodeRow kCodes[] = {
      "The device did not finish in time; wait and repeat, or raise timeout_ns or "
      "SPLAT_TIMEOUT_SCALE."},
     {Code::kDeviceLost, "SPLAT_ERROR_DEVICE_LOST",
-     "The device was lost; destroy it with all its objects and create it anew."},
+     "The device was lost; destroy it with all its objects and create it again."},
     {Code::kInternal, "SPLAT_ERROR_INTERNAL",
      "A defect in the library or the driver; please report the message."},
 };

@@ -26,7 +26,7 @@ enum class Code : std::int32_t {
     kInternal = -11,
 };
 
-/// The constant's name and its sentence; the one table of both is in status.cpp.
+/// The constant's name and its sentence; the only table of both is in status.cpp.
 const char* code_name(Code code);
 const char* code_sentence(Code code);
 

@@ -179,12 +179,13 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
                      const ViewArrays& out) {
     const DatasetIndex& all = index();
     if (object >= all.names.size())
-        return error(Code::kInvalidArgument, "object is %u, and there are %zu", object,
+        return error(Code::kInvalidArgument,
+                     "object is %u, expected less than %zu, the number of objects", object,
                      all.names.size());
     for (const std::uint32_t view : views)
         if (view >= all.views_of[object])
-            return error(Code::kInvalidArgument, "view %u of object %u ('%s'), which has %u", view,
-                         object, all.names[object].c_str(), all.views_of[object]);
+            return error(Code::kInvalidArgument, "view is %u, but object %u ('%s') has %u views",
+                         view, object, all.names[object].c_str(), all.views_of[object]);
     SPLAT_TRY(read_cameras(object, views, out));
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));

@@ -9,7 +9,7 @@
 namespace splat::data {
 namespace {
 
-/// Sentences of one kind that are listed; the rest is counted.
+/// Most sentences of one kind that are listed; the others are counted.
 constexpr std::size_t kListed = 10;
 
 /// FNV-1a of 64 bits.
@@ -118,7 +118,9 @@ class Checker {
 Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
     const std::size_t objects = dataset.index().names.size();
     if (object >= objects)
-        return error(Code::kInvalidArgument, "object is %u, and there are %zu", object, objects);
+        return error(Code::kInvalidArgument,
+                     "object is %u, expected less than %zu, the number of objects", object,
+                     objects);
     return Checker(dataset, object).run();
 }
 

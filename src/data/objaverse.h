@@ -6,9 +6,9 @@
 
 namespace splat::data {
 
-/// Renders as Zero123's of Objaverse: {path}/{object}/*.png with *.npy of the same name, world-to-camera
-/// [3,4] with OpenGL axes; focal length 140 pixels of 128. The first 99 of 100 objects are for training,
-/// the others for validation and tests.
+/// Renders of Objaverse in Zero123's layout: {path}/{object}/*.png with *.npy of the same name,
+/// world-to-camera [3,4] with OpenGL axes; focal length 140 pixels of 128. The first 99 of 100 objects are for
+/// training, the others for validation and tests.
 bool is_objaverse(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc);
 

@@ -103,7 +103,7 @@ Result<std::vector<std::uint8_t>> object_mask(const PhotographDesc& desc, const 
         std::fill(mask.begin(), mask.end(), std::uint8_t{255});
         from = "nothing";
     } else if (count == 0) {
-        return error(Code::kInvalidArgument, "'%s': the mask holds nothing above a half",
+        return error(Code::kInvalidArgument, "'%s': the mask has no pixel above one half",
                      desc.mask.c_str());
     }
     return mask;

@@ -78,7 +78,7 @@ Status scale_to_distance(double distance, std::span<Mat4> camera_to_world) {
     const double now = scene::length({first[3], first[7], first[11]});
     if (!(now > 0) || !std::isfinite(now))
         return error(Code::kInvalidArgument,
-                     "the first camera is in the origin: the scene has no scale");
+                     "the first camera is at the origin, so the scene has no scale");
     for (Mat4& pose : camera_to_world)
         for (const std::size_t i : {3U, 7U, 11U}) pose[i] *= distance / now;
     return {};

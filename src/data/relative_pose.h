@@ -25,8 +25,8 @@ struct RelativeView {
 ///                   latter it keeps its precision near 180 degrees, without changes of sign
 Result<std::vector<RelativeView>> relative_views(std::span<const scene::Mat4> camera_to_world);
 
-/// Scale the world so that the first camera is at this distance from the origin. Errors: kInvalidArgument
-/// if that camera is in the origin.
+/// Scale the world so that the first camera is at this distance from the origin. Errors: kInvalidArgument if that
+/// camera is at the origin.
 Status scale_to_distance(double distance, std::span<scene::Mat4> camera_to_world);
 
 /// Quaternion w, x, y, z with w >= 0 of a rotation matrix.

@@ -9,7 +9,8 @@ struct AnimationOptions {
     std::uint32_t repeats = 0;        ///< times it plays; 0: for ever
 };
 
-/// Errors: kInvalidArgument for no frame, frames that differ in size, 16 bits, or a time.
+/// Errors: kInvalidArgument for no frame, frames that differ in size, 16 bits, or a time out of
+/// range.
 Status check_frames(const std::vector<Image>& frames, const AnimationOptions& options);
 
 /// An animated PNG of frames of the same size and channels, 8 bits. Programs without support for

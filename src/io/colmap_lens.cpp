@@ -40,8 +40,8 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
         return error(Code::kInvalidArgument,
-                     "COLMAP: image '%s' names camera %llu, which is not there", pose.name.c_str(),
-                     static_cast<unsigned long long>(pose.camera));
+                     "COLMAP: image '%s' names camera %llu, which does not exist",
+                     pose.name.c_str(), static_cast<unsigned long long>(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
         return error(Code::kUnsupported, "COLMAP: more than %llu images",
                      static_cast<unsigned long long>(options.max_cameras));

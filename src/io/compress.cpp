@@ -143,7 +143,7 @@ Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& wh
 }
 
 std::uint32_t crc32_of(Bytes bytes, std::uint32_t before) {
-    if (bytes.empty()) return before;  // zlib takes no bytes for the start
+    if (bytes.empty()) return before;  // zlib would return the initial CRC
     return static_cast<std::uint32_t>(
         crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
@@ -153,7 +153,7 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
     const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
     if (promised == ZSTD_CONTENTSIZE_ERROR ||
         (promised != ZSTD_CONTENTSIZE_UNKNOWN && promised != bytes))
-        return error(Code::kInvalidArgument, "%s: no zstd frame of %llu bytes", what.c_str(),
+        return error(Code::kInvalidArgument, "%s: not a zstd frame of %llu bytes", what.c_str(),
                      static_cast<unsigned long long>(bytes));
     Buffer out(bytes);
     const std::size_t got = ZSTD_decompress(out.data(), out.size(), packed.data(), packed.size());

@@ -18,8 +18,8 @@ bool is_gzip(Bytes bytes);
 Buffer gunzip_head(Bytes packed, std::size_t count);
 
 /// All of a gzip stream, which must hold `bytes` bytes; `what` names it in messages. Errors:
-/// kInvalidArgument if it is damaged, truncated or of another length, before any allocation if so few
-/// bytes cannot unpack to so many.
+/// kInvalidArgument if it is damaged, truncated or of another length, before any allocation if the packed bytes
+/// are too few.
 Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what);
 
 /// The same for a zstd frame.
@@ -35,7 +35,7 @@ std::uint32_t crc32_of(Bytes bytes, std::uint32_t before = 0);
 Result<Buffer> gzip(Bytes bytes);
 Result<Buffer> zstd(Bytes bytes);
 
-/// A zlib stream, as PNG wants it. Errors: kOutOfHostMemory.
+/// A zlib stream, as PNG requires. Errors: kOutOfHostMemory.
 Result<Buffer> deflate_zlib(Bytes bytes);
 
 }  // namespace splat::io

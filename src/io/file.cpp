@@ -70,7 +70,7 @@ std::string folder_of(const std::string& path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// Flushes the new name with its folder. Some file systems cannot; the file is whole even so.
+/// Flushes the new name with its folder. Some file systems cannot; the file is complete anyway.
 void flush_folder(const std::string& path) {
     const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
@@ -261,7 +261,7 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces) {
         "io.create", EACCES,
         ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
     if (file.get() < 0) {
-        temporary.kept = true;  // another's, or missing
+        temporary.kept = true;  // another writer's file, or none
         return failed("create", temporary.path);
     }
     for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));

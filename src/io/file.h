@@ -30,7 +30,7 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces);
 /// system's reason; a part of the file may remain.
 Status write_new_file(const std::string& path, Bytes bytes);
 
-/// A file mapped into memory. Writes of other processes show, and reading what they truncated ends this
+/// A file mapped into memory. Writes of other processes are visible, and reading what they truncated ends this
 /// process: call unchanged() before each use.
 class MappedFile {
   public:

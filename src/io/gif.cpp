@@ -23,7 +23,7 @@ unsigned bayer(std::size_t x, std::size_t y) {
     return value;
 }
 
-/// The level of a sample: rounded up where what is left exceeds the threshold of the pixel.
+/// The level of a sample: rounded up where the remainder exceeds the threshold of the pixel.
 unsigned level_of(unsigned sample, unsigned levels, unsigned threshold) {
     return (sample * (levels - 1) * 64 + 255 * threshold + 127) / (255 * 64);
 }

@@ -143,7 +143,7 @@ std::size_t row_bytes_of(const Image& image) {
     return std::size_t{image.width} * image.channels * (image.bits / 8);
 }
 
-/// Refuses an image that so few bytes cannot unpack to.
+/// Refuses an image larger than the file's bytes can unpack to.
 Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
     const std::uint64_t samples = std::uint64_t{image.width} * image.height * image.channels;
     if (samples > options.max_samples)

@@ -90,10 +90,11 @@ Result<NpyHeader> read_npy_header(Bytes file) {
     SPLAT_ASSIGN(header.shape, parse_shape(shape));
     const std::size_t end = type.substr(0, 16).find('\'', 1);
     if (!type.starts_with('\'') || end == std::string_view::npos || end < 3)
-        return error(Code::kUnsupported, "npy: dtype %s, expected a plain one as '<f4'",
+        return error(Code::kUnsupported, "npy: dtype %s, expected a plain one such as '<f4'",
                      std::string(type.substr(0, 16)).c_str());
     if (std::string_view("<>|=").find(type[1]) == std::string_view::npos)
-        return error(Code::kUnsupported, "npy: dtype %s has no byte order as '<f4' has",
+        return error(Code::kUnsupported,
+                     "npy: dtype %s has no byte order, expected one as in '<f4'",
                      std::string(type.substr(0, end + 1)).c_str());
     header.dtype = type.substr(2, end - 2);
     header.order = type[1] == '>' ? std::endian::big : std::endian::little;

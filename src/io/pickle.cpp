@@ -437,7 +437,7 @@ class Unpickler {
             if (order == "<" || order == "|") return {};
         }
         return bad(std::string("a state for ") + kind_name(object.kind) +
-                   ", which has none that is known");
+                   ", which has no known state");
     }
 
     Status push_storage() {

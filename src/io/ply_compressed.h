@@ -12,8 +12,8 @@ bool has_packed_chunks(const PlyHeader& header);
 Result<bool> is_compressed_ply(Bytes file);
 
 /// A compressed .ply file as SuperSplat and splat-transform write it: chunks of 256 Gaussians with
-/// the ranges of position, log scale and (if there) colour, one 32-bit word for each attribute of a
-/// Gaussian, and an optional element "sh" with bands in bytes.
+/// the ranges of position, log scale and (if present) colour, one 32-bit word for each attribute of
+/// a Gaussian, and an optional element "sh" with bands in bytes.
 ///
 /// Errors       as read_ply(); kInvalidArgument if there are fewer chunks than the Gaussians need
 /// Precision    of the format: position 1/2046 of the range of the chunk (y: 1/1022), log scale the

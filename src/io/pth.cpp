@@ -292,7 +292,7 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     if (betas == nullptr || betas->items.size() != 2 ||
         pickle[betas->items[0]].kind != Kind::kFloat ||
         pickle[betas->items[1]].kind != Kind::kFloat)
-        return bad_pth("the optimiser has no two 'betas', so it is not Adam's");
+        return bad_pth("the optimiser does not have two 'betas', so it is not Adam");
     group.beta1 = pickle[betas->items[0]].real;
     group.beta2 = pickle[betas->items[1]].real;
     const PickleNode* parameters = pickle.find(dict, "params");

@@ -7,7 +7,7 @@
 
 namespace splat::io {
 
-/// The numbers of a checkpoint beside its weights.
+/// The numbers of a checkpoint besides its weights.
 struct PthScalars {
     std::optional<std::int64_t> iteration;
     std::optional<double> loss;
@@ -27,10 +27,10 @@ struct PthFile {
 ///
 /// Errors       kInvalidArgument if the file is damaged, is not a state dict, or asks for more than the
 ///              limits allow; kUnsupported for the format before 1.6, big-endian files, and pickles
-///              of other things than weights
+///              of anything other than weights
 Result<PthFile> read_pth(const Source& source, const ReadLimits& limits = {});
 
-/// What Adam keeps of one parameter.
+/// Adam's state of one parameter.
 struct AdamMoments {
     std::int64_t parameter = 0;  ///< its index in the optimiser's parameter list
     double step = 0;

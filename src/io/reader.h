@@ -50,7 +50,7 @@ class Reader {
                      static_cast<unsigned long long>(each), left());
     }
 
-    /// Bytes up to a NUL; advances over the NUL too. Errors as take().
+    /// Bytes up to a NUL; also advances over the NUL. Errors as take().
     Result<std::string_view> take_string(const char* field) {
         const std::string_view rest = as_text(bytes_.subspan(position_));
         const std::size_t end = rest.find('\0');

@@ -154,7 +154,7 @@ Result<std::uint64_t> header_size(const Source& source) {
     if (size > kMaxJsonBytes || size > source.size() - kSizeBytes)
         return bad_safetensors(
             format("a header of %llu bytes, expected at most %zu and no more than the file "
-                   "has; it is truncated or no safetensors file",
+                   "has; it is truncated or not a safetensors file",
                    static_cast<unsigned long long>(size), kMaxJsonBytes));
     return size;
 }

@@ -7,7 +7,7 @@
 
 namespace splat::io {
 
-/// Texts that a file carries beside its tensors, in their order.
+/// Texts that a file carries besides its tensors, in their order.
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
 struct SafetensorsFile {
@@ -19,7 +19,7 @@ struct SafetensorsFile {
 ///
 /// Errors       kInvalidArgument if it is damaged: a header beyond kMaxJsonBytes or the file, unknown
 ///              or missing keys, names given twice, offsets that overlap, leave a gap or do not fit
-///              the shape; kUnsupported for other numbers than NumberType has
+///              the shape; kUnsupported for types that NumberType lacks
 /// Source       the format's README, https://github.com/huggingface/safetensors
 Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits& limits = {});
 

@@ -23,7 +23,7 @@ constexpr SceneFormat kFormats[] = {
     {"spz", ".spz", "quantised", "gzip or 'NGSP'", is_spz, read_spz, write_spz, scene::kMaxShDegree,
      kSpzFrame}};
 
-/// Formats that are known by their mark or extension, and not read.
+/// Formats that are known by their mark or extension, but not read.
 struct UnreadFormat {
     const char* name;
     std::string_view mark;

@@ -27,7 +27,7 @@ struct SceneFormat {
 std::span<const SceneFormat> scene_formats();
 
 /// By the first bytes; by the extension of `name` where no format's mark fits.
-/// Errors: kUnsupported for a format that is known and not read, such as .ksplat, .sog and .glb;
+/// Errors: kUnsupported for a format that is known but not read, such as .ksplat, .sog and .glb;
 /// kInvalidArgument for anything else, with the formats that are read.
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name);
 

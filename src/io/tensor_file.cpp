@@ -129,7 +129,7 @@ Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const s
     bool fits = true;
     for (const std::int64_t dim : dims) {
         if (dim < 0)
-            return error(Code::kInvalidArgument, "'%s' has the shape %s; no dimension is below 0",
+            return error(Code::kInvalidArgument, "'%s' has the shape %s, expected dimensions >= 0",
                          what.c_str(), dims_text(dims).c_str());
         const auto product = checked_mul(count, static_cast<std::uint64_t>(dim));
         fits = fits && product && *product <= kMaxElements;

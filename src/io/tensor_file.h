@@ -30,7 +30,7 @@ void to_floats(NumberType type, Bytes bytes, float* values,
 /// The nearest number of type float16, ties to even; beyond 65519 infinity.
 std::uint16_t to_half(float value);
 
-/// The numbers of a tensor, in memory of its own or in a mapped file, which copies share.
+/// The numbers of a tensor, in its own memory or in a mapped file, which copies share.
 class TensorValues {
   public:
     TensorValues() = default;
@@ -59,7 +59,7 @@ class TensorValues {
         return own_;
     }
 
-    /// nullptr for numbers of its own.
+    /// nullptr for numbers in its own memory.
     [[nodiscard]] const MappedFile* file() const { return file_.get(); }
 
     friend bool operator==(const TensorValues& a, const TensorValues& b) {

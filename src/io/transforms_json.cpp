@@ -13,7 +13,7 @@ namespace {
 using scene::Camera;
 using scene::Mat4;
 
-/// A frame, with the file's own keys behind it.
+/// A frame. Keys that it lacks are looked up in the file.
 class Frame {
   public:
     Frame(const JsonTree& file, const JsonTree& frame, std::size_t index)

@@ -19,7 +19,7 @@ constexpr ops::Attribute kBlockAttributes[] = {
     {"views", "integer", "1", "images that attend to each other"},
     {"affine_film", "boolean", "false", "gamma x + beta instead of the published shift"},
     {"dropout", "number", "0", "of activations, in training"},
-    {"lora_rank", "integer", "0", "of adapters, which are trained alone then; 0: none"},
+    {"lora_rank", "integer", "0", "of adapters, which alone are then trained; 0: none"},
     {"lora_alpha", "number", "1", "adapters are scaled by alpha / rank"},
     {"lora_dropout", "number", "0", "of adapters' inputs, in training"},
 };
@@ -126,7 +126,7 @@ Status Module::build_operator() {
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc_.type));
     if (desc_.build.training || desc_.build.precision != Precision::kBalanced)
         return error(Code::kInvalidArgument,
-                     "%s: training and precision are of %s; an operator does what its attributes "
+                     "%s: training and precision apply to %s; an operator does what its attributes "
                      "say",
                      desc_.type.c_str(), kResidualBlock);
     std::vector<std::string> known;

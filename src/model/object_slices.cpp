@@ -92,10 +92,10 @@ Status ObjectSlices::backward() {
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));
         SPLAT_TRY(context_.run(scatter_[part]));
-        const Status went = executor_.backward();
-        if (went.code() != Code::kInvalidState)
+        const Status status = executor_.backward();
+        if (status.code() != Code::kInvalidState)
             ran_ = false;  // refused: the activations are still valid
-        SPLAT_TRY(went);
+        SPLAT_TRY(status);
         for (auto& [id, all] : input_gradients_) {
             const vk::BufferView& from = executor_.gradient(id);
             SPLAT_TRY(

@@ -11,8 +11,8 @@
 namespace splat::model {
 
 /// Runs a batch in parts, through an executor that takes one part of its objects at a time. Inputs and
-/// results are kept for all objects, activations only for one part, so the backward pass runs every part
-/// but the last forward again.
+/// results are kept for all objects, activations only for one part, so the backward pass repeats the forward pass
+/// of every part except the last.
 class ObjectSlices {
   public:
     /// The first dimension of each is that of the objects.

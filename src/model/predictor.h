@@ -85,7 +85,7 @@ class Predictor {
     /// kInvalidState without input_gradient or that input; those of reading.
     [[nodiscard]] Result<std::vector<float>> input_gradient(Input input) const;
 
-    /// Forward passes of a batch; its gradients take as many again minus one.
+    /// Forward passes of a batch; its backward pass repeats all except one.
     [[nodiscard]] std::uint32_t slices() const { return options_.objects / slice_; }
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }

@@ -188,8 +188,8 @@ ValueId SongUnet::token_attention(const std::string& name, ValueId x) {
     const ValueId q = conv(at + ".q_proj", norm(at + ".norm", x, false), c, 1, kXavier);
     const ValueId k = conv(at + ".k_proj", tokens_, c, 1, kXavier);
     const ValueId v = conv(at + ".v_proj", tokens_, c, 1, kXavier);
-    const ValueId answer = graph_.op("attention", {q, k, v});
-    return conv(at + ".out_proj", answer, c, 1, kZero, x);
+    const ValueId attended = graph_.op("attention", {q, k, v});
+    return conv(at + ".out_proj", attended, c, 1, kZero, x);
 }
 
 ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {

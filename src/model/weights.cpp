@@ -29,7 +29,7 @@ bool may_be_fresh(const std::string& name) {
     return false;
 }
 
-/// Earlier networks with tokens attended to them in the encoder, too.
+/// Earlier networks with tokens also attended to them in the encoder.
 bool is_of_earlier_networks(const std::string& name) {
     return name.find(".enc.") != std::string::npos &&
            name.find(".cross_attention.") != std::string::npos;
@@ -74,7 +74,7 @@ Result<std::vector<float>> widened(const NamedTensor& tensor, const Shape& shape
     if (!plausible || !has_all(to, from))
         return error(Code::kShape,
                      "grafting: tensor '%s' has shape %s, expected [%u, %u, %u, %u] or fewer input "
-                     "channels, all of which the new network has, too; name the file's channels",
+                     "channels, all of which the new network also has; name the file's channels",
                      tensor.name.c_str(), io::dims_text(tensor.dims).c_str(), shape[0], shape[1],
                      shape[2], shape[3]);
     const std::vector<std::uint32_t> where = places(from, to);
@@ -192,8 +192,8 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
         return error(Code::kInvalidArgument,
                      "the file has %zu tensors that this network lacks, one is '%s'%s",
                      made.left_out.size(), (earlier ? made.left_out.front() : *unknown).c_str(),
-                     earlier ? "; networks of earlier versions attended to tokens in the encoder, "
-                               "too: graft the file to leave that out"
+                     earlier ? "; networks of earlier versions also attended to tokens in the "
+                               "encoder: graft the file to leave that out"
                              : "");
     }
     SPLAT_TRY(check_rays(predictor, tensors, options, made));

@@ -43,7 +43,7 @@ struct LoadReport {
 ///
 /// Parameters that the file lacks keep their values if they belong to adapters, embeddings or attention to
 /// tokens, which start without effect or are to be trained; others are an error. Without grafting, tensors
-/// that the predictor lacks are an error too, such as the encoder's attention to tokens of earlier
+/// that the predictor lacks are also an error, such as the encoder's attention to tokens of earlier
 /// versions.
 ///
 /// Errors  kShape, naming the tensor, its shapes and what to do; kInvalidArgument for a missing

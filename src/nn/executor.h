@@ -23,7 +23,7 @@ struct ExecutorDesc {
     /// parameters takes that memory, so that a single run neither fills nor waits for it. If the device has
     /// too little, nothing is kept.
     bool keep_prepared = true;
-    /// Limit on kept bytes up to which the backward pass keeps its own prepared form too. The default holds
+    /// Limit on kept bytes up to which the backward pass also keeps its own prepared form. The default holds
     /// what a published network needs forward and most of what it needs backward: a step of adapters then
     /// fits in 2.5 GiB.
     std::uint64_t kept_bytes = std::uint64_t{1280} << 20;
@@ -37,7 +37,7 @@ struct ExecutorDesc {
     /// Overwrite the gradients of row-major inputs in `gradients` instead of adding to them: for graphs in
     /// which one node reads each.
     bool overwrite = false;
-    /// Give every tensor memory of its own. What a pass leaves then stays: backward can run again after
+    /// Give every tensor its own memory. The results of a pass then stay: backward can run again after
     /// the same forward, and saved() can be read.
     bool separate = false;
     const char* label = "activations";  ///< names the memory in errors

@@ -47,10 +47,8 @@ Result<std::unique_ptr<OpInstance>> OpInstance::create(vk::Context& context, con
 Status OpInstance::check_shapes(const Tensors& tensors) const {
     const ops::OpPlan& plan = graph_.nodes()[0].plan;
     const auto check = [this](const char* prefix, const char* name, const Shape& got,
-                              const Shape& expected) -> Status {
-        if (got == expected) return {};
-        return error(Code::kShape, "%s: tensor '%s%s' has shape %s, expected %s", row_.name, prefix,
-                     name, got.text().c_str(), expected.text().c_str());
+                              const Shape& expected) {
+        return ops::expect_shape(row_.name, (std::string(prefix) + name).c_str(), got, expected);
     };
     for (std::size_t i = 0; i < row_.outputs.size(); ++i) {
         SPLAT_TRY(check("", row_.outputs[i].name, tensors.outputs[i].shape, plan.outputs[i]));

@@ -17,7 +17,7 @@ class OpInstance {
             inputs;  ///< row-major; without a buffer where an optional one is absent
         std::vector<vk::BufferView> outputs;
         std::vector<vk::BufferView> grad_outputs;  ///< empty: no backward pass
-        std::vector<vk::BufferView> grad_inputs;   ///< without a buffer where not wanted
+        std::vector<vk::BufferView> grad_inputs;   ///< without a buffer where not computed
         bool accumulate = false;  ///< gradients of row-major inputs are added to what is there
     };
 

@@ -80,7 +80,7 @@ Result<ConcatDesc> concat_desc(const Shape& a, const Shape& b) {
         alike = axis == 1 || a[axis] == b[axis];
     if (!alike)
         return error(Code::kShape,
-                     "concat: tensor 'b' has shape %s, expected that of 'a', %s, but for the "
+                     "concat: tensor 'b' has shape %s, expected that of 'a', %s, except for the "
                      "channels",
                      b.text().c_str(), a.text().c_str());
     return ConcatDesc{of_a.n * of_a.p, a[1], b[1]};

@@ -6,7 +6,7 @@ namespace splat::ops {
 namespace {
 
 constexpr std::uint32_t kSmallestImage = 3;
-/// Up to so many output channels are computed by taps, see conv2d_taps.cpp.
+/// Up to this many output channels are computed by taps, see conv2d_taps.cpp.
 constexpr std::uint32_t kFewChannels = 8;
 /// All levels but the coarsest of a network on images of 128 x 128: 97 % of its multiplications.
 constexpr std::uint32_t kLargePixels = 32 * 32;

@@ -56,7 +56,7 @@ namespace {
 constexpr Port kDropoutInputs[] = {{"x"}, {"counter", Layout::kRowMajor, false, true}};
 constexpr Attribute kDropoutAttributes[] = {
     {"p", "number", "0.1", "probability of dropping an element; 0 <= p < 1"},
-    {"stream", "integer", "0", "sets the calls of one step apart"},
+    {"stream", "integer", "0", "distinguishes the calls of one step"},
 };
 
 Result<DropoutDesc> dropout_desc(const Attributes& attributes, const Shape& x) {

@@ -104,11 +104,11 @@ constexpr Port kGaussianHeadOutputs[] = {{"means", Layout::kRowMajor},
                                          {"sh", Layout::kRowMajor}};
 constexpr Attribute kGaussianHeadAttributes[] = {
     {"views", "integer", "1", "images of one object; divides the images"},
-    {"znear", "number", "0.8", "depth that the network's least value stands for"},
-    {"zfar", "number", "1.8", "depth that its greatest value stands for"},
+    {"znear", "number", "0.8", "depth at the network's least value"},
+    {"zfar", "number", "1.8", "depth at the network's greatest value"},
     {"sh_degree", "integer", "1", "degree of the colours' spherical harmonics, 0 or 1"},
     {"offset", "boolean", "true", "channels 1 to 3 move each point off its ray"},
-    {"isotropic", "boolean", "false", "the first scale is all three"},
+    {"isotropic", "boolean", "false", "the first scale is used for all three"},
     {"activate", "boolean", "true", "sigmoid of the opacities and exp of the scales"},
 };
 

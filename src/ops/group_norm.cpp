@@ -155,7 +155,7 @@ Result<GroupNormDesc> group_norm_desc(const Attributes& attributes, const Shape&
     return desc;
 }
 
-/// Where the workspace goes on behind the sums.
+/// Offset of the workspace behind the sums.
 std::uint64_t sums_end(const vk::Recorder& recorder, const GroupNormDesc& desc) {
     return round_up(group_norm_sums_bytes(desc), recorder.device().limits.offset_alignment);
 }
@@ -182,7 +182,7 @@ Status group_norm_row_forward(vk::Recorder& recorder, const Attributes& attribut
 Status group_norm_row_backward(vk::Recorder& recorder, const Attributes& attributes,
                                const OpViews& v) {
     SPLAT_ASSIGN(const GroupNormDesc desc, group_norm_desc(attributes, v.inputs[0].shape));
-    // A gradient that nobody wants is written behind the sums where the other of its pair is wanted.
+    // If only one gradient of the pair is requested, the other is written behind the sums.
     const std::uint64_t end = sums_end(recorder, desc);
     const vk::BufferView sums = v.workspace.part(0, group_norm_sums_bytes(desc));
     const vk::BufferView& grad_gamma = v.grad_inputs[1];

@@ -13,10 +13,10 @@ namespace {
 using vk::Kernels;
 
 /// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image) would leave it
-/// idle. Its height wastes least on blocks beyond the last: fetching the rows of a tile takes about as long as three
-/// fifths of a block (by its instructions on lavapipe). Only 1, 2 or 4 blocks, because lavapipe compiles each form for
-/// 20 to 50 ms. A single block takes twice the rows, because its fetches serve the fewest products; so does any tile
-/// on a CPU of many registers, where larger code gains a tenth (Zen 5).
+/// idle. The height is chosen to waste the least on blocks beyond the last: fetching the rows of a tile takes
+/// about as long as three fifths of a block (by its instructions on lavapipe). Only 1, 2 or 4 blocks, because
+/// lavapipe compiles each form for 20 to 50 ms. A single block takes twice the rows, because its fetches serve the
+/// fewest products; so does any tile on a CPU of many registers, where larger code gains a tenth (Zen 5).
 struct Tile {
     std::uint32_t columns;
     std::uint32_t blocks;

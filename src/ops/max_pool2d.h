@@ -12,7 +12,7 @@ struct MaxPool2dDesc {
     std::uint32_t width = 2;
 };
 
-/// Errors: kShape for less than 2 rows or columns.
+/// Errors: kShape for fewer than 2 rows or columns.
 Status max_pool2d_check(const MaxPool2dDesc& desc);
 
 /// The maximum of each window of 2x2 pixels, windows side by side:

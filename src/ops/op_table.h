@@ -51,8 +51,8 @@ struct OpPlan {
     std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
     std::uint64_t backward_prepared = 0;  ///< as backward's read them, for gradients of activations
     bool adds = false;                    ///< backward adds OpViews::addend to grad_inputs[0]
-    /// Inputs, one bit each, whose gradient is that of output 0 as it is. Who asks for it can use that
-    /// tensor instead, and ask backward for the others only.
+    /// Inputs, one bit each, whose gradient equals that of output 0. The caller can use that tensor instead, and
+    /// request only the other gradients from backward.
     std::uint32_t passes = 0;
 };
 
@@ -65,7 +65,7 @@ struct OpViews {
     std::vector<vk::BufferView> outputs;
     std::vector<vk::BufferView> saved;
     std::vector<vk::BufferView> grad_outputs;
-    std::vector<vk::BufferView> grad_inputs;  ///< without a buffer where not wanted: costs nothing
+    std::vector<vk::BufferView> grad_inputs;  ///< without a buffer if not needed: costs nothing
     vk::BufferView
         addend;  ///< of grad_inputs[0], where the plan says that backward adds; may be absent
     vk::BufferView workspace;
@@ -91,24 +91,24 @@ struct OpRow {
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
 
-    /// Whether backward reads input i, an activation, when gradients of the inputs marked in `wanted` are
-    /// asked for; nullptr: it may read every one. Others may have the memory of what it does not read.
+    /// Whether backward reads input i, an activation, if gradients of the inputs marked in `wanted` are requested;
+    /// nullptr: it may read every one. An input that it does not read may give its memory to other tensors.
     /// Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
 };
 
-/// What rows share. Ports of operators of one tensor x to y:
+/// Shared by rows. Ports of operators from one tensor x to y:
 inline constexpr Port kInputX[] = {{"x"}};
 inline constexpr Port kOutputY[] = {{"y"}};
 
-/// Whether an optional tensor is there, or a gradient wanted.
+/// Whether an optional tensor is present, or a gradient requested.
 inline bool present(const vk::BufferView& view) {
     return view.block != nullptr;
 }
 
-/// OpRow::backward_reads of the product of the first two inputs: each for the gradient of the other.
+/// OpRow::backward_reads of a product of the first two inputs: reads each for the gradient of the other.
 bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted);
-/// Of a fixed linear map: no activation, the gradient is that of the output, mapped back.
+/// Of a fixed linear map: reads no activation, as the gradient is that of the output, mapped back.
 bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
 
 /// Errors: kShape, naming operator and tensor, unless `got` is `expected`.
@@ -117,13 +117,13 @@ Status expect_shape(const char* op, const char* tensor, const Shape& got, const 
 /// The row's answer; row-major inputs, which are parameters and constants, may always be read.
 bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted);
 
-/// Take the buffers of inputs that backward does not read: who reads them all the same cannot be recorded.
+/// Remove the buffers of inputs that backward does not read, so that recording a read of one fails.
 void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& views);
 
 /// All operators, by name.
 std::span<const OpRow* const> op_table();
 
-/// Errors: kInvalidArgument, listing the names there are.
+/// Errors: kInvalidArgument, listing the known names.
 Result<const OpRow*> find_op(std::string_view name);
 
 /// Check `given` against the row (unknown name, wrong type) and fill in the defaults. Errors:

@@ -65,7 +65,7 @@ namespace {
 
 constexpr Attribute kPositionalEmbeddingAttributes[] = {
     {"dimension", "integer", "10", "values per feature; half of them cosines; even, up to 64"},
-    {"swap_halves", "boolean", "false", "the halves of the result change places"},
+    {"swap_halves", "boolean", "false", "exchange the halves of the result"},
 };
 
 Result<PositionalEmbeddingDesc> positional_desc(const Attributes& attributes, const Shape& x) {

@@ -81,7 +81,7 @@ namespace {
 
 constexpr Port kResample2dInputs[] = {{"x"}, {"filter", Layout::kRowMajor, true, true}};
 constexpr Attribute kResample2dAttributes[] = {
-    {"up", "boolean", "false", "to twice the size; one of up and down"},
+    {"up", "boolean", "false", "to twice the size; set either up or down"},
     {"down", "boolean", "false", "to half the size"},
 };
 

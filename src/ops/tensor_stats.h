@@ -14,7 +14,7 @@ struct TensorStats {
     double mean = 0;  ///< of the finite elements; 0 without any
 };
 
-/// Bytes of `partial` for so many elements.
+/// Bytes of `partial` for this many elements.
 std::uint64_t tensor_stats_partial_bytes(std::uint64_t elements);
 
 /// Measure a tensor: chunks on the device, then tensor_stats_merge on the host.

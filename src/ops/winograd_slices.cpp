@@ -13,8 +13,8 @@ namespace {
 constexpr std::uint64_t kCpuSliceBytes = std::uint64_t{9} << 20;
 constexpr std::uint64_t kGpuSliceBytes = std::uint64_t{96} << 20;
 
-/// From so many tiles on, register tiles are square, which needs the fewest fetches per product; below, they are tall,
-/// which leaves few lanes idle.
+/// From this many tiles on, register tiles are square, which needs the fewest fetches per product; below, they are
+/// tall, which leaves few lanes idle.
 constexpr std::uint32_t kSquareFrom = 64;
 
 struct RegisterTile {

@@ -31,8 +31,8 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
 
 /// Gradient of blend_forward, written as one record per pair.
 ///
-/// grad_image   [V,H,W] quads: by RGB and alpha
-/// grad_depth   [V,H,W] float32: by the accumulated depth; any quad if not desc.grad_depth
+/// grad_image   [V,H,W] quads: of RGB and alpha
+/// grad_depth   [V,H,W] float32: of the accumulated depth; any quad if not desc.grad_depth
 /// Determinism  bit-exact for any thread count; no atomics
 Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                       const BlendViews& views, const vk::BufferView& grad_image,

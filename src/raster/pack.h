@@ -11,7 +11,7 @@
 
 namespace splat::raster {
 
-/// Attributes of Gaussians, or gradients by them, in one row-major float32 array each. A view
+/// Attributes of Gaussians, or their gradients, in one row-major float32 array each. A view
 /// without a buffer is absent.
 struct GaussianAttributes {
     vk::BufferView means;      ///< [N,3]
@@ -30,7 +30,7 @@ struct PackedGaussians {
     std::uint32_t sh_degree = scene::kMaxShDegree;
 };
 
-/// Gradients by a scene, in the layout of PackedGaussians.
+/// Gradients of a scene, in the layout of PackedGaussians.
 struct PackedGradients {
     vk::BufferView gaussians;
     vk::BufferView colors;

@@ -37,7 +37,7 @@ struct RecordViews {
     vk::BufferView begins;   ///< [V*N] uint32: an item's first record, slot_begins of tile_bin
 };
 
-/// Gradients by the projected Gaussians and by the cameras.
+/// Gradients with respect to the projected Gaussians and the cameras.
 struct ProjectionGradients {
     vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
     vk::BufferView pose_partial;  ///< pose_partial_bytes
@@ -46,7 +46,7 @@ struct ProjectionGradients {
 
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc);
 
-/// Sum the records into gradients by the Gaussians, their colours and the cameras. With
+/// Sum the records into gradients of the Gaussians, their colours and the cameras. With
 /// `accumulate`, add them to the values already there.
 ///
 /// Errors       the recorder's

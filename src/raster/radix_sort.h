@@ -29,7 +29,7 @@ struct RadixSortViews {
     vk::BufferView kept;                    ///< uint32, out: entries not left out
 };
 
-/// Device memory of a sort beside its entries. Sorts that run one after the other may share it.
+/// Device memory of a sort besides its entries. Sorts that run one after the other may share it.
 struct RadixSortWorkspace {
     vk::Buffer table;      ///< one counter per lane and value of a digit
     vk::Buffer places;     ///< where the entries of each counter go; kernels for CPUs only

@@ -45,8 +45,8 @@ struct RasterDesc {
     bool backward = false;           ///< keep the data of the backward pass
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth
-    bool grad_pose = false;          ///< gradient by the cameras
-    bool export_gradients = false;   ///< gradients by the projected Gaussians, for densification
+    bool grad_pose = false;          ///< gradient of the cameras
+    bool export_gradients = false;   ///< gradients of the projected Gaussians, for densification
     Skips skips;
 
     /// vec4 per Gaussian of the packed colours: coefficients [(degree + 1)^2, 3] or one RGB.

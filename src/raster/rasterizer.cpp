@@ -8,7 +8,7 @@
 namespace splat::raster {
 namespace {
 
-/// Pairs per item at first. What a scene needs is known after its first frame.
+/// Pairs per item at first. The number that a scene needs is known after its first frame.
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 

@@ -17,7 +17,7 @@ struct RasterStats {
     std::uint64_t tiles = 0;
     std::uint64_t bytes = 0;   ///< device memory of the workspace
     std::uint32_t passes = 1;  ///< groups of tile rows
-    std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 and more: the pair arrays had to grow
+    std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 or more: the pair arrays had to grow
 };
 
 /// Runs the stages of 3D Gaussian splatting and owns their memory. Forward: project, sort by depth,
@@ -40,7 +40,7 @@ class Rasterizer {
     /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
     /// gradients.
     ///
-    /// grad_image   [V,H,W] quads: by RGB and alpha
+    /// grad_image   [V,H,W] quads: of RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const PackedGradients& gradients);

@@ -13,10 +13,11 @@ struct Box {
 };
 
 /// The Gaussians whose mean is in the box, in their order; means that are not finite are outside.
-/// Errors: kInvalidArgument for a box whose low corner is not below the high one, or arrays.
+/// Errors: kInvalidArgument for a box whose low corner is not below the high one, or as
+/// check_arrays().
 Result<Gaussians> crop(const Gaussians& gaussians, const Box& box);
 
-/// The Gaussians of at least this opacity (0 to 1), in their order; a logit of NaN is below every opacity.
+/// The Gaussians whose opacity is >= this one (0 to 1), in their order; a logit of NaN is below every opacity.
 /// Errors: kInvalidArgument.
 Result<Gaussians> filter_by_opacity(const Gaussians& gaussians, double least);
 

@@ -20,8 +20,8 @@ std::array<double, kMaxShCoefficients> sh_basis(const Vec3& direction);
 /// the camera to the Gaussian.
 std::array<double, 3> sh_color(const Gaussians& gaussians, std::size_t i, const Vec3& direction);
 
-/// Transforms coefficients with a scene that an orthogonal matrix m (rotation or mirror) turns: the colour
-/// seen along m d afterwards is the one seen along d before. Bands do not mix.
+/// Transforms coefficients with a scene to which an orthogonal matrix m (rotation or mirror) is applied: the
+/// colour seen along m d afterwards is the one seen along d before. Bands do not mix.
 ///
 /// Precision    1e-14 relative to the largest coefficient of the band
 /// Source       the functions are orthonormal, so entry (j, k) is the integral of Y_j(m d) Y_k(d)

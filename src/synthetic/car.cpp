@@ -12,7 +12,7 @@ constexpr double kProud = 0.004;  ///< how far trim stands out
 
 enum class Style { kSedan, kHatchback, kEstate, kVan, kPickup };
 
-/// Measures in units of the length; x forward, y left, z up, the ground at z = 0.
+/// Dimensions in units of the length; x forward, y left, z up, the ground at z = 0.
 struct CarPlan {
     Style style = Style::kSedan;
     double width = 0, height = 0, wheel = 0, clearance = 0, belt = 0;

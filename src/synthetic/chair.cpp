@@ -7,7 +7,7 @@
 namespace splat::synthetic {
 namespace {
 
-/// Measures in units of about the height; x to where the sitter looks, y left, z up, ground at z = 0.
+/// Dimensions in units of about the height; x forward as the sitter looks, y left, z up, ground at z = 0.
 struct ChairPlan {
     double width = 0, depth = 0, seat = 0, thick = 0, top = 0, lean = 0, leg = 0;
     Vec3 frame{}, cushion{};

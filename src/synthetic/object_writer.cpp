@@ -92,7 +92,8 @@ Result<Place> place_of(const WriterDesc& desc, std::uint32_t index) {
         if (object < count) return Place{split, object};
         object -= count;
     }
-    return error(Code::kInvalidArgument, "index is %u, and there are %u + %u + %u objects", index,
+    return error(Code::kInvalidArgument,
+                 "index is %u, expected less than %u + %u + %u, the objects", index,
                  desc.train_objects, desc.val_objects, desc.test_objects);
 }
 
@@ -118,7 +119,7 @@ struct TemporaryFolder {
     }
 };
 
-/// Removes what killed processes left of this object: ".<name>.<process>-<number>.tmp".
+/// Removes folders of this object that killed processes left: ".<name>.<process>-<number>.tmp".
 void remove_stale(const fs::path& folder, const std::string& name) {
     std::error_code code;
     const std::string prefix = "." + name + ".";

@@ -31,7 +31,8 @@ class Context {
     [[nodiscard]] Pipelines& pipelines() { return *pipelines_; }
     [[nodiscard]] Profile* profile() { return profile_enabled_ ? &profile_ : nullptr; }
 
-    /// Do the part of run() that may take memory, for several lists of which all or none must run.
+    /// Do the part of run() that may take memory, for several lists that must all run or not at
+    /// all.
     Status make_ready(CommandList& list) { return queue_->make_ready(list); }
 
     /// Run a recorded list and add its times to the profile.

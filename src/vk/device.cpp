@@ -46,8 +46,8 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
         const VkMemoryPropertyFlags both =
             VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
         const VkMemoryType& type = memory.memoryTypes[i];
-        // A resizable BAR is host-visible too, but slow to read: only a device without local memory
-        // is unified.
+        // A resizable BAR is also host-visible, but slow to read: only a device without local
+        // memory is unified.
         if ((type.propertyFlags & both) == both && info.kind != DeviceKind::kDiscrete)
             info.features.unified_memory = true;
     }
@@ -80,7 +80,7 @@ bool host_has_large_code_cache() {
 
 /// False on Intel CPUs with AVX-512, see shaders/include/store.glsl. AMD CPUs are 1.45 times as fast with packed
 /// stores (Zen 5).
-bool host_likes_packed_stores() {
+bool host_prefers_packed_stores() {
 #if defined(__GNUC__) && defined(__x86_64__)
     return __builtin_cpu_is("intel") == 0 || __builtin_cpu_supports("avx512f") == 0;
 #else
@@ -149,7 +149,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     info.features.int64 = features.features.shaderInt64 == VK_TRUE;
     info.features.many_registers = info.kind == DeviceKind::kCpu && host_has_many_registers();
     info.features.large_code_cache = info.kind == DeviceKind::kCpu && host_has_large_code_cache();
-    info.features.packed_stores = host_likes_packed_stores();
+    info.features.packed_stores = host_prefers_packed_stores();
 
     VkPhysicalDeviceMemoryProperties memory{};
     instance.get_memory_properties(physical, &memory);
@@ -176,7 +176,7 @@ std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid) {
     return text;
 }
 
-std::string wish_text(const DeviceDesc& desc) {
+std::string selection_text(const DeviceDesc& desc) {
     switch (desc.select) {
         case DeviceSelect::kByIndex:
             return format("with index %u", desc.index);
@@ -217,7 +217,7 @@ Result<std::uint32_t> select_device(const DeviceDesc& desc, const std::vector<De
         list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
                        device_kind_name(info.kind),
                        info.usable() ? "" : ", not usable: ", info.reason.c_str());
-    return error(Code::kNoDevice, "no Vulkan device %s; found: %s", wish_text(desc).c_str(),
+    return error(Code::kNoDevice, "no Vulkan device %s; found: %s", selection_text(desc).c_str(),
                  list.empty()
                      ? "none (on Debian `apt-get install mesa-vulkan-drivers` gives a software one)"
                      : list.c_str());
@@ -362,7 +362,7 @@ Status Device::check(VkResult result, const char* call) {
                          result_name(result));
         case VK_ERROR_DEVICE_LOST:
             return error(Code::kDeviceLost,
-                         "%s: device %u (%s) was lost; destroy it and create it anew", call,
+                         "%s: device %u (%s) was lost; destroy it and create it again", call,
                          info_.index, info_.name.c_str());
         case VK_ERROR_FEATURE_NOT_PRESENT:
         case VK_ERROR_EXTENSION_NOT_PRESENT:
@@ -378,7 +378,7 @@ Status Device::check(VkResult result, const char* call) {
 Status Device::alive() const {
     if (!lost_.load(std::memory_order_relaxed)) return {};
     return error(Code::kDeviceLost,
-                 "device %u (%s) was lost in an earlier call; destroy it and create it anew",
+                 "device %u (%s) was lost in an earlier call; destroy it and create it again",
                  info_.index, info_.name.c_str());
 }
 

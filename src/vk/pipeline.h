@@ -26,7 +26,7 @@ struct Pipeline {
 /// never an error.
 class Pipelines {
   public:
-    /// `cache_folder` "" = no file. threads  as PipelineCompiler's
+    /// `cache_folder` "" = no file. `threads` as in PipelineCompiler.
     Pipelines(Device& device, const std::string& cache_folder, unsigned threads);
     ~Pipelines();
     Pipelines(const Pipelines&) = delete;

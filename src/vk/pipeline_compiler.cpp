@@ -18,8 +18,8 @@ Living& living() {
     return *all;
 }
 
-/// Ends their threads before the driver's static objects go, whose constructors ran before, and before this
-/// library is unloaded.
+/// Ends their threads before the driver's static objects, which were constructed earlier, are destroyed, and
+/// before this library is unloaded.
 struct AtExit {
     ~AtExit() {
         const std::lock_guard lock(living().mutex);

@@ -33,8 +33,8 @@ struct CompileJob {
 /// caller meanwhile continues recording: the network's large kernels take lavapipe 20 to 50 ms each.
 class PipelineCompiler {
   public:
-    /// `cache` may be null, and must outlive it. threads  the maximum; with 0, wait() does all
-    /// the work
+    /// `cache` may be null, and must outlive it. At most `threads` threads; with 0, wait() does all
+    /// the work.
     PipelineCompiler(Device& device, VkPipelineCache cache, unsigned threads);
     /// Drops jobs that have not started.
     ~PipelineCompiler();

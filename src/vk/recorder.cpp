@@ -68,7 +68,7 @@ Status check_declarations(const Command& command, bool may_alias) {
         if (binding.writes != writes(use) || binding.reads != (use != Use::kWrite))
             return error(
                 Code::kInternal,
-                "%s: binding %zu of shader %s is declared otherwise there (reads %d, writes %d)",
+                "%s: binding %zu of shader %s is declared differently there (reads %d, writes %d)",
                 command.op.c_str(), i, command.shader, binding.reads, binding.writes);
     }
     for (std::size_t i = 0; i < command.accesses.size(); ++i)

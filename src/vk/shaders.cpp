@@ -30,9 +30,11 @@ const ShaderModule* find_shader(std::string_view name) {
 }
 
 ShaderVariants shader_variants(std::string_view stem) {
-    static const std::unordered_map<std::string_view, ShaderVariants> table = variants_by_stem();
-    const auto found = table.find(stem);
-    return found != table.end() ? found->second : ShaderVariants{};
+    // Never destroyed: threads may record while the process exits.
+    static const auto* const table =
+        new std::unordered_map<std::string_view, ShaderVariants>(variants_by_stem());
+    const auto found = table->find(stem);
+    return found != table->end() ? found->second : ShaderVariants{};
 }
 
 }  // namespace splat::vk

@@ -28,7 +28,7 @@ struct ShaderBinding {
     bool operator==(const ShaderBinding&) const = default;
 };
 
-/// What a compute shader asks of its host, read from its SPIR-V.
+/// What a compute shader requires of its host, read from its SPIR-V.
 struct ShaderInterface {
     std::vector<ShaderBinding> bindings;  ///< ascending and without gaps
     std::uint32_t push_bytes = 0;

@@ -20,7 +20,7 @@ class Profile {
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes",
     /// "flops"}]}, longest first; bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
-    /// The same for people, with rates over the total time.
+    /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;
 
   private:

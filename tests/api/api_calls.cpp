@@ -30,7 +30,7 @@ class Log : public testing::Environment {
     void SetUp() override { listen_to_log(); }
     void TearDown() override {
         shared_slot().destroy();
-        EXPECT_EQ(validation_messages(), 0U) << "the validation layer spoke; see above";
+        EXPECT_EQ(validation_messages(), 0U) << "the validation layer reported messages; see above";
         EXPECT_EQ(splat_log_set_callback(nullptr, nullptr, 0), SPLAT_OK);
     }
 };

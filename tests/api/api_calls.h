@@ -10,7 +10,7 @@
 
 #include "splat.h"
 
-/// Shared by all tests of the C API. Nothing here uses more of the library than its header.
+/// Shared by all tests of the C API. Uses only the header of the library.
 namespace splat::test {
 
 /// Expects SPLAT_OK; a failure shows the code and its text.
@@ -23,7 +23,7 @@ testing::AssertionResult refused(splat_result got, splat_result expected, const 
 #define ASSERT_DONE(call) ASSERT_TRUE(::splat::test::succeeded(call))
 #define EXPECT_REFUSED(call, code, part) EXPECT_TRUE(::splat::test::refused(call, code, part))
 
-/// A zeroed struct that knows its size.
+/// A zeroed struct with its size set.
 template <class Struct>
 Struct sized() {
     Struct made;
@@ -49,7 +49,7 @@ class Owned {
     operator Handle() const { return handle_; }
     [[nodiscard]] Handle get() const { return handle_; }
 
-    /// Where a create function puts a handle.
+    /// For a create function to store its handle in.
     Handle* out() {
         destroy();
         return &handle_;
@@ -101,7 +101,7 @@ std::vector<float> download(splat_tensor tensor);
 /// "v"}.
 Weights make_weights();
 
-/// A file of one tensor, "w" [300,1000], that is used in place.
+/// A file with one tensor, "w" [300,1000], whose data are used in the file.
 std::vector<float> write_large_weights(const std::string& path);
 
 /// A folder of procedural cars of 8 x 8 pixels, two to train on with 3 views and one to test on
@@ -111,7 +111,7 @@ splat_synthetic_desc synthetic_desc(const char* path);
 splat_dataset_desc dataset_desc();
 Dataset make_dataset();
 
-/// A model of 16 x 16 pixels, two levels and attention at 8, and how it is asked for.
+/// A model of 16 x 16 pixels, two levels and attention at 8: its configuration and description.
 inline constexpr const char* kSmallModel =
     "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n"
     "data:\n"
@@ -119,7 +119,7 @@ inline constexpr const char* kSmallModel =
 splat_model_desc model_desc();
 Model make_model(const Device& device);
 
-/// silu of "x" [1,4], and how it is asked for; the port lives as long as the program.
+/// silu of "x" [1,4], and its description; the port lives as long as the program.
 splat_module_desc module_desc();
 Module make_module(const Device& device);
 
@@ -154,7 +154,7 @@ struct OpRequest {
 
 Op make_op(splat_device device, const OpRequest& request);
 
-/// An output filled with a pattern, to show that a failed call left it alone.
+/// An output filled with a pattern, which a failed call must leave unchanged.
 template <class Value>
 class Output {
   public:
@@ -191,7 +191,7 @@ std::string whole_text(Call&& call) {
     std::string text(needed, '\xA5');
     EXPECT_EQ(call(text.data(), text.size(), &needed), SPLAT_OK);
     EXPECT_EQ(needed, text.size());
-    EXPECT_EQ(text.find('\0'), text.size() - 1) << "NUL at the end and only there";
+    EXPECT_EQ(text.find('\0'), text.size() - 1) << "one NUL, at the end";
     text.pop_back();
     return text;
 }

@@ -1,4 +1,4 @@
-// Data sets through the C API; none of it needs a device.
+// Data sets through the C API. Needs no device.
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -118,7 +118,7 @@ TEST(ApiDataset, NamesWhatIsMissing) {
     const std::uint32_t view = 3;
     auto out = sized<splat_dataset_views>();
     EXPECT_REFUSED(splat_dataset_read(good, 0, &view, 1, &out), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "view 3 of object 0 ('000000_car'), which has 3");
+                   "view is 3, but object 0 ('000000_car') has 3 views");
     EXPECT_DONE(splat_dataset_destroy(nullptr));
 }
 

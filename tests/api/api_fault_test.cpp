@@ -1,5 +1,5 @@
-// The driver fails at each place where it can, once or permanently. Devices are lost, and waits end
-// too early.
+// The driver fails at each place where it can, once or permanently; devices are lost; waits time
+// out.
 #include <unistd.h>
 
 #include <cstdio>
@@ -164,11 +164,11 @@ TEST_F(ApiFault, LossIsStickyAndANewDeviceWorks) {
         Objects all;
         for (int i = 0; i < calls_before; ++i) ASSERT_DONE(splat_op_forward(all.op));
         fault::arm("vk.queue_submit", 1, 1);
-        EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+        EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it again");
         EXPECT_EQ(fault::disarm(), 1U);
         for (int i = 0; i < 2; ++i) {
             float values[4] = {9, 9, 9, 9};
-            EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it anew");
+            EXPECT_REFUSED(splat_op_forward(all.op), kLost, "create it again");
             EXPECT_REFUSED(splat_tensor_read(all.x, values, 16, nullptr), kLost, "lost");
             EXPECT_REFUSED(splat_tensor_write(all.x, values, 16, nullptr), kLost, "lost");
             EXPECT_EQ(values[0], 9.0F);
@@ -330,7 +330,7 @@ TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
     auto memory = sized<splat_memory_info>();
     EXPECT_DONE(splat_device_get_memory(all.device, &memory));
     EXPECT_EQ(memory.live_bytes, 0U);
-    EXPECT_EQ(memory.used_bytes, 0U) << "what was kept aside for the device was never given back";
+    EXPECT_EQ(memory.used_bytes, 0U) << "memory that was kept for the device was never returned";
 }
 
 }  // namespace

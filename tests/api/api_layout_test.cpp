@@ -257,7 +257,7 @@ const Layout kRasterizerDesc = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_desc, width, 24, 4),
     SPLAT_FIELD(splat_rasterizer_desc, height, 28, 4),
     SPLAT_FIELD(splat_rasterizer_desc, sh_degree, 32, 4),
-    SPLAT_FIELD(splat_rasterizer_desc, switch_off, 36, 4),
+    SPLAT_FIELD(splat_rasterizer_desc, disabled_skips, 36, 4),
     SPLAT_FIELD(splat_rasterizer_desc, convention, 40, 4),
     SPLAT_FIELD(splat_rasterizer_desc, near_plane, 44, 4),
     SPLAT_FIELD(splat_rasterizer_desc, far_plane, 48, 4),

@@ -93,7 +93,7 @@ TEST(ApiMisuse, IsRefusedWithACodeAndASentence) {
     std::printf("%zu wrong calls\n", table.rows().size());
 }
 
-TEST(ApiMisuse, LeavesTheObjectsAsTheyWere) {
+TEST(ApiMisuse, LeavesTheObjectsUnchanged) {
     const Tensor tensor = upload(shared_device(), {2}, {1, 2});
     EXPECT_EQ(splat_device_destroy(reinterpret_cast<splat_device>(tensor.get())),
               SPLAT_ERROR_INVALID_HANDLE);

@@ -61,7 +61,7 @@ TEST_F(ApiModel, PredictsAScene) {
     ASSERT_DONE(splat_scene_read(scene, "means", scene_means.data(), means.size() * sizeof(float)));
     EXPECT_EQ(scene_means, means);
     EXPECT_REFUSED(splat_model_scene(model, 1, scene.out()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "object is 1, and the model predicts 1");
+                   "object is 1, expected less than 1, the objects of the model");
 }
 
 TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {
@@ -177,8 +177,8 @@ TEST_F(ApiModel, AdaptersGoRoundAlone) {
     EXPECT_REFUSED(splat_model_load(first, adapters, 0), SPLAT_ERROR_INVALID_ARGUMENT,
                    "the file has no tensor");
 
-    // The network beside its adapters (without dropout, unlike the trainer's), and three ways of
-    // folding.
+    // The network with separate adapters (without dropout, unlike the trainer's), and three ways of
+    // folding them.
     Weights state, exported, folded, folded_alone, unfolded;
     ASSERT_DONE(splat_model_store(first, state.out()));
     ASSERT_DONE(splat_model_load(second, state, 0));
@@ -201,9 +201,9 @@ TEST_F(ApiModel, AdaptersGoRoundAlone) {
             most = std::max(most, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
         return most;
     };
-    const std::vector<float> beside = predict(second);
+    const std::vector<float> separate = predict(second);
     const std::vector<float> merged = predict_with(exported);
-    EXPECT_LE(worst(beside, merged), 1e-6) << "float32 sums in another order, see splat.h";
+    EXPECT_LE(worst(separate, merged), 1e-6) << "float32 sums in another order, see splat.h";
     EXPECT_EQ(predict_with(folded), merged);
     EXPECT_EQ(predict_with(folded_alone), merged);
     EXPECT_GT(worst(predict_with(unfolded), merged), 1e-5) << "without adapters";
@@ -391,7 +391,7 @@ TEST_F(ApiModel, TakesTheArraysOfItsConfiguration) {
           "tokens is given, expected NULL: the configuration has model.token_dim 0");
 }
 
-/// A refused call does not change what the last pass keeps for its backward pass.
+/// A refused call leaves what the last pass keeps for its backward pass.
 TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     splat_model_desc desc = model_desc();
     desc.flags = SPLAT_MODEL_GRADIENTS;
@@ -425,10 +425,10 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
                    "'quaternions' holds nan at 2");
     EXPECT_EQ(read(model, "raw", 24 * kGaussians), raw);
 
-    // Nor do refused gradients, whichever of the five.
-    std::vector<float> spoilt = ones;
-    spoilt[5] = INFINITY;
-    const float* const wrong[5] = {ones.data(), ones.data(), nullptr, spoilt.data(), nullptr};
+    // Neither do refused gradients, whichever of the five.
+    std::vector<float> not_finite = ones;
+    not_finite[5] = INFINITY;
+    const float* const wrong[5] = {ones.data(), ones.data(), nullptr, not_finite.data(), nullptr};
     EXPECT_REFUSED(splat_model_backward(model, wrong), SPLAT_ERROR_INVALID_ARGUMENT,
                    "gradients[3], of 'rotations', holds inf at 5");
     EXPECT_EQ(backward(), expected);
@@ -450,7 +450,7 @@ TEST_F(ApiModel, ScenesOfExtremesAreFinite) {
     const std::vector<float> opacities = read(model, "opacities", kGaussians);
     EXPECT_EQ(opacities, std::vector<float>(kGaussians, 1.0F));
     const std::vector<float> scales = read(model, "scales", 3 * kGaussians);
-    EXPECT_GT(std::count(scales.begin(), scales.end(), 0.0F), 0) << "the case that is meant";
+    EXPECT_GT(std::count(scales.begin(), scales.end(), 0.0F), 0) << "the case under test";
     Scene scene;
     ASSERT_DONE(splat_model_scene(model, 0, scene.out()));
     auto info = sized<splat_scene_info>();

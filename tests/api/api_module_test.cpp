@@ -215,7 +215,7 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
             SPLAT_ERROR_SHAPE_MISMATCH, "expected [N,D,T,1]");
     refused({"silu", "", {x}, SPLAT_MODULE_GRADIENTS}, kArgument,
             "gradients need SPLAT_MODULE_INPUT_GRADIENTS");
-    refused({"silu", "", {x}, SPLAT_MODULE_TRAINING}, kArgument, "are of residual_block");
+    refused({"silu", "", {x}, SPLAT_MODULE_TRAINING}, kArgument, "apply to residual_block");
     refused({"linear", "", {tensor_desc({3, 2}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
             "tensor 'weight' is absent");
     refused({"silu", "", {x}, SPLAT_MODULE_INPUT_GRADIENTS}, kArgument,

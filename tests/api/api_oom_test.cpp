@@ -36,7 +36,7 @@ class Recovers : public Watcher {
     bool told = false;
 };
 
-/// Memory stays away: everything is destroyed without any.
+/// Memory does not come back: everything is destroyed without it.
 class StaysAway : public Watcher {
   public:
     bool retry(const char* call, splat_result result) override {
@@ -151,8 +151,8 @@ class ApiOom : public testing::Test {
         }
         EXPECT_TRUE(undisturbed() == good_);
         std::printf(
-            "%llu allocations per run, %llu of them failed in turn (once, and from there "
-            "on): %llu injected in all\n",
+            "%llu allocations per run, %llu of them failed, one after the other (once, and "
+            "from there on): %llu injected in all\n",
             static_cast<unsigned long long>(count_), static_cast<unsigned long long>(runs),
             static_cast<unsigned long long>(injected_ + runs));
     }

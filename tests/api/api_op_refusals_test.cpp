@@ -4,7 +4,7 @@
 namespace splat::test {
 namespace {
 
-/// A valid linear and a valid group_norm. Each test spoils one thing.
+/// A valid linear and a valid group_norm. Each test makes one thing invalid.
 class ApiOpRefuses : public testing::Test {
   protected:
     void expect(const OpRequest& request, splat_result code, const std::string& part) {
@@ -19,7 +19,8 @@ class ApiOpRefuses : public testing::Test {
         EXPECT_REFUSED(splat_op_create(shared_device(), &desc, op.out()), code, part);
         EXPECT_TRUE(op.untouched());
         EXPECT_DONE(splat_device_get_memory(shared_device(), &after));
-        EXPECT_EQ(after.live_bytes, before.live_bytes) << "nothing stays of a refused operator";
+        EXPECT_EQ(after.live_bytes, before.live_bytes)
+            << "a refused operator leaves nothing behind";
     }
 
     [[nodiscard]] OpRequest linear() const {

@@ -206,7 +206,7 @@ TEST(ApiRaster, SkipsDoNotChangeTheImage) {
     std::vector<float> first;
     for (const std::uint32_t off : {0U, 1U, 2U, 4U, 8U, 16U, 32U, 63U}) {
         splat_rasterizer_desc desc = rasterizer_desc(120, 50, 40);
-        desc.switch_off = off;
+        desc.disabled_skips = off;
         const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
         for (int pass = 0; pass < 2; ++pass) {
             EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr));

@@ -1,4 +1,4 @@
-// Scenes through the C API; most of it needs no device.
+// Scenes through the C API. Most tests need no device.
 #include <bit>
 #include <cmath>
 #include <cstdio>
@@ -176,7 +176,7 @@ TEST(ApiScene, FilesComeBack) {
 
 TEST(ApiScene, AFormatThatIsSaidChoosesTheReader) {
     SampleScene sample(4);
-    // The first float of a .splat file is a position: here its bytes are the mark of gzip.
+    // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
     sample.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
     const auto as_splat = file_desc(SPLAT_SCENE_SPLAT);
     const std::vector<char> file = saved(sample.create(), as_splat);

@@ -1,4 +1,4 @@
-// Files of weights through the C API; none of it needs a device.
+// Files of weights through the C API. Needs no device.
 #include <unistd.h>
 
 #include <filesystem>

@@ -30,7 +30,7 @@ TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
     EXPECT_ERROR(read_network("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
 }
 
-/// Configurations for which the published code builds no network, or which it refuses.
+/// Configurations that the published code refuses, or for which it builds no network.
 TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
     const auto status = [](const char* embedding) {
         return read_network(std::string("cam_embd: {dimension: 4, ") + embedding + "}\n").status();
@@ -76,8 +76,8 @@ TEST(PredictorConfigFile, TakesOneOfTwoHeads) {
                      Code::kInvalidArgument, std::string("are both ") + both);
 }
 
-/// Without a rank there are no adapters: all parameters would be trained.
-TEST(PredictorConfigFile, RefusesAdaptersOfNoRank) {
+/// Adapters of rank 0 would not exist, and all parameters would be trained.
+TEST(PredictorConfigFile, RefusesAdaptersOfRankZero) {
     EXPECT_ERROR(read_network("opt: {lora_finetune: true, lora_rank: 0}\n").status(),
                  Code::kInvalidArgument, "'opt.lora_rank' is 0, expected 1 or more");
     EXPECT_OK(read_network("opt: {lora_finetune: false, lora_rank: 0}\n").status());

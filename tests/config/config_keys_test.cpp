@@ -19,7 +19,7 @@ using config::Settings;
 
 constexpr const char* kAdapted = "opt: {lora_finetune: true}";
 
-/// A configuration in which one value is replaced, or none.
+/// A configuration, with one value replaced on request.
 Result<Settings> read_settings(const std::string& yaml, const std::string& change = "") {
     SPLAT_ASSIGN(Config config, read_yaml_config(yaml, "test.yaml"));
     if (!change.empty()) {
@@ -55,7 +55,7 @@ TEST(ConfigKeys, HaveAllThatTheTableShows) {
     EXPECT_EQ(config::find_key("opt"), nullptr);
 }
 
-/// Sections, and maps inside of them, are not torn apart.
+/// The rows of a section, and of a map in it, stand together.
 TEST(ConfigKeys, StandBySection) {
     std::set<std::string> done;
     std::string before;
@@ -69,7 +69,7 @@ TEST(ConfigKeys, StandBySection) {
     }
 }
 
-/// To say a default changes nothing.
+/// A configuration that states a default is the same as one without it.
 TEST(ConfigKeys, DefaultsAreThoseOfTheStructs) {
     for (const Key& key : config::all_keys()) {
         if (config::default_text(key) == "null") continue;

@@ -1,5 +1,5 @@
-// Configurations with the keys and values that the files of Splatter Image and of its fork with priors have,
-// as Hydra merges them.
+// Configurations with the keys and values of the files of Splatter Image and of its fork with
+// priors, as Hydra merges them.
 #include <gtest/gtest.h>
 
 #include "config/config_file.h"
@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kCarsFov = 51.98948897809546;
 
-/// What every data set's file is laid over. `fov`: the original's default has it, the fork's has none.
+/// The defaults under the file of each data set. `fov`: the default of the original has it, that of
+/// the fork does not.
 std::string defaults(bool fov) {
     return std::string(
                "general: {device: 0, random_seed: 0, num_devices: 1, mixed_precision: false}\n"
@@ -83,7 +84,7 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
             EXPECT_EQ(n.resolution, c.resolution) << c.over;
             EXPECT_EQ(n.attention_resolutions, std::vector<std::uint32_t>{c.attention}) << c.over;
             EXPECT_EQ(n.input_channels(), c.channels) << c.over;
-            EXPECT_EQ(n.output_channels(), 24U) << "out_channels says nothing";
+            EXPECT_EQ(n.output_channels(), 24U) << "out_channels has no effect";
             EXPECT_EQ(n.embedding, config::Embedding::kNone);
             EXPECT_EQ(made.value().training.batch_size, c.batch) << c.over;
             EXPECT_FALSE(made.value().training.scale_terms) << c.over;
@@ -91,7 +92,7 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
         }
 }
 
-/// The published code goes by the category's name, whatever the field of view of the defaults.
+/// The published code decides by the category's name, whatever the field of view of the defaults.
 TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
     for (const std::string category : {"hydrants", "teddybears"}) {
         const std::string data = "data: {znear: -2.0, zfar: 2.0, category: " + category +
@@ -106,13 +107,13 @@ TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
             EXPECT_EQ(n.input_channels(), 4U);
             EXPECT_TRUE(made.value().training.scale_terms);
             EXPECT_FALSE(made.value().training.white_background);
-            // What is written of it is read as the same.
+            // The written configuration reads as the same one.
             const auto again = merge(config::merged_config_text(made.value()), "{}");
             ASSERT_OK(again.status());
             EXPECT_EQ(again.value().network.fov_degrees, 0.0F);
             EXPECT_TRUE(again.value().training.scale_terms);
         }
-        // The data set's file alone, or with what only contradicts it.
+        // The file of the data set alone, and with keys that contradict it.
         const std::string alone = "data: {category: " + category + "}\n";
         const auto bare = merge(alone, "{}");
         ASSERT_OK(bare.status());

@@ -100,10 +100,10 @@ TEST(TrainConfigRules, ReplacesValues) {
     EXPECT_EQ(c.value().batch_size, 2U);
     const std::string wrong[] = {"opt.base_lr"};
     EXPECT_ERROR(config::with_values(config.value(), wrong).status(), Code::kInvalidArgument,
-                 "'opt.base_lr' is no key=value");
+                 "'opt.base_lr' is not of the form key=value");
 }
 
-/// Published configurations name no files; evaluations read them all the same.
+/// Published configurations have a weight of LPIPS but name no files; evaluations read them too.
 TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
     const auto config = read_training("opt: {lambda_lpips: 0.01, start_lpips_after: 5}");
     ASSERT_OK(config.status());
@@ -111,7 +111,7 @@ TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
     EXPECT_EQ(config.value().lpips_after, 5U);
 }
 
-/// Files that Hydra merged have sections of other programs.
+/// Files that Hydra merged contain sections of other programs.
 TEST(TrainConfigRules, LeavesSectionsOfOtherProgramsAlone) {
     EXPECT_OK(read_training("defaults: [{dataset: cars}, _self_]\nhydra: {run: {dir: x}}\n"
                             "wandb: {project: gs_pred}\ngeneral: {device: 0}\nlogging:\nopt: "

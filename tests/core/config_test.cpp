@@ -80,7 +80,7 @@ TEST(Config, JsonAndYamlAgree) {
         R"({"a": {"b": 1, "c": [1.5, 2], "d": [{"e": null}, true]}, "f": "text", "g": []})";
     const std::string yaml =
         "a:\n  b: 1\n  c: [1.5, 2]\n  d:\n  - e: ~\n  - true\nf: text\ng: []\n";
-    // JSON is nearly a part of YAML, so all three readers see the same.
+    // Nearly all JSON is YAML, so all three readings agree.
     for (const auto& read : {read_config(json, "x"), read_config(yaml, "x"),
                              read_yaml_config(json, "x"), read_json_config(json, "x")}) {
         ASSERT_OK(read.status());
@@ -120,8 +120,8 @@ TEST(Config, RefusesWhatItDoesNotRead) {
                             Code code = Code::kInvalidArgument) {
         EXPECT_ERROR(read_config(text, "c.yaml").status(), code, part);
     };
-    refused("a: 1\nb: 2\na: 3\n", "the key 'a' is there twice (line 3)");
-    refused("a:\n  b: 1\n  b: 2\n", "'a.b' is there twice");
+    refused("a: 1\nb: 2\na: 3\n", "the key 'a' appears twice (line 3)");
+    refused("a:\n  b: 1\n  b: 2\n", "'a.b' appears twice");
     refused("a: &x 1\nb: 2\n", "line 1: anchors", Code::kUnsupported);
     refused("a: *x\n", "aliases", Code::kUnsupported);
     refused("a: !!python/object:os.system x\n", "tags", Code::kUnsupported);
@@ -136,7 +136,7 @@ TEST(Config, RefusesWhatItDoesNotRead) {
     refused("a: \xff\xfe\n", "not valid YAML");
     refused("a: 1\tb: 2: 3\n", "not valid YAML");
     refused(std::string(kMaxConfigBytes + 1, '#'), "expected at most");
-    refused(R"({"a": 1, "a": 2})", "'a' is there twice");
+    refused(R"({"a": 1, "a": 2})", "'a' appears twice");
     refused("{\"a\": [1, 2}", "not valid JSON");
     std::string many;
     for (std::size_t i = 0; i <= kMaxConfigEntries; ++i) many += "k" + std::to_string(i) + ": 1\n";
@@ -155,7 +155,7 @@ TEST(Config, SaysWhatKindItExpects) {
     EXPECT_ERROR(config.get<bool>("c", false).status(), Code::kInvalidArgument, "'c' is a map");
     EXPECT_ERROR(config.get<std::int64_t>("c.d", 0).status(), Code::kInvalidArgument,
                  "'c.d' is a number, expected a whole number");
-    EXPECT_ERROR(config.get_list<double>("a", {}).status(), Code::kInvalidArgument, "no list");
+    EXPECT_ERROR(config.get_list<double>("a", {}).status(), Code::kInvalidArgument, "not a list");
     EXPECT_ERROR(config.get_list<std::string>("b", {}).status(), Code::kInvalidArgument,
                  "the list 'b' holds a whole number, expected a text");
 }
@@ -180,7 +180,8 @@ TEST(Config, NamesTheNearestKey) {
     EXPECT_EQ(nearest_name("x", {"completely"}), "");
 }
 
-/// What cannot hold keys is no section, and a map without known keys is none of them.
+/// A value that cannot hold keys is not a section, and a map without known keys is not a known
+/// section.
 TEST(Config, RefusesSectionsWithoutKeys) {
     const auto status = [](const char* text) {
         const auto config = read_yaml_config(text, "c.yaml");

@@ -34,7 +34,7 @@ TEST(Json, KeepsTheOrderOfKeys) {
     EXPECT_EQ(json.value().dump(), R"({"b":1,"a":[true,null,"x"],"c":1.5})");
 }
 
-TEST(Json, RefusesWhatIsNoJson) {
+TEST(Json, RefusesInvalidJson) {
     for (const char* text : {"", "{", "[1,]", "{\"a\" 1}", "nul", "\"\xFF\"", "1 2", "NaN", "'a'"})
         expect_refused(text, "not valid JSON");
 }
@@ -84,7 +84,7 @@ TEST(VisitJson, ReportsValuesInOrder) {
     EXPECT_EQ(events_of("7"), ":i7 ");
 }
 
-TEST(VisitJson, RefusesWhatIsNoJsonAndStopsWhereToldTo) {
+TEST(VisitJson, RefusesInvalidJsonAndStopsOnRequest) {
     const auto visit = [](const std::string& text, const Status& answer = {}) {
         return visit_json(text, "x", [&answer](const JsonEvent&) { return answer; });
     };

@@ -40,12 +40,12 @@ TEST(JsonTree, HoldsWhatTheTextSays) {
     ASSERT_NE((*list)[5].text(), nullptr);
     EXPECT_EQ(*(*list)[5].text(), "x\u00e9");
     EXPECT_TRUE((*list)[6].list()->empty());
-    EXPECT_EQ(root.find("b")->number(), 7.0) << "the last of a name, as nlohmann's";
+    EXPECT_EQ(root.find("b")->number(), 7.0) << "the last value of a name, as in nlohmann's";
     EXPECT_EQ(root.find("c"), nullptr);
     EXPECT_EQ((*list)[0].find("a"), nullptr) << "a number has no members";
 }
 
-TEST(JsonTree, RefusesWhatIsNoJson) {
+TEST(JsonTree, RefusesInvalidJson) {
     for (const char* text : {"", "{", "[1,]", "{\"a\":}", "nul", "[1] 2", "\"\xff\"", "[1e999]"})
         expect_tree_refused(text, "not valid JSON");
 }

@@ -44,7 +44,7 @@ TEST_F(Log, SurvivesAThrowingSink) {
     set_log_sink([](void*, int, const char*) { throw std::runtime_error("sink"); }, nullptr,
                  LogLevel::kDebug);
     log(LogLevel::kError, "x");
-    log(LogLevel::kError, "the lock was given back");
+    log(LogLevel::kError, "the lock was released");
 }
 
 TEST_F(Log, FinishesMessagesBeforeReplacingTheSink) {

@@ -51,7 +51,7 @@ TEST(ParallelFor, StopsAtTheFirstFailure) {
                              std::runtime_error);
             else
                 EXPECT_FALSE(parallel_for(10'000, threads, work).ok());
-            EXPECT_LT(begun, 5'000U) << "the others would take seconds to come that far";
+            EXPECT_LT(begun, 5'000U) << "the others would take seconds to get that far";
         }
 }
 

@@ -30,7 +30,8 @@ class DatasetCheck : public testing::Test {
         return found.ok() ? found.value() : ObjectCheck();
     }
 
-    /// Exactly one problem, or none, and one warning, or none, that contain the parts.
+    /// Exactly one problem and one warning that contain the parts; no finding where the part is
+    /// null.
     void expect(const char* problem, const char* warning) {
         const ObjectCheck found = check();
         ASSERT_EQ(found.problems.size(), problem == nullptr ? 0U : 1U)

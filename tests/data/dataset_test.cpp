@@ -93,8 +93,8 @@ TEST(Srn, GivesImagesAndCameras) {
     EXPECT_EQ(r.focals, (std::vector<float>{10, 10, 10, 10, 10, 10}));
     EXPECT_EQ(r.distances, (std::vector<float>{0, 0, 0}));
     EXPECT_EQ(r.quaternions[0] * 10 + r.quaternions[8], 11) << "views 0 and 2 are the identity";
-    // Camera 1 stands at x = 2 and looks along -x; camera 0 at z = -2 along z: of camera 1 it is to the
-    // right (its z is its own x axis)
+    // Camera 1 stands at x = 2 and looks along -x; camera 0 stands at z = -2 and looks along z.
+    // Seen from camera 1 it is to the right, because its z axis is camera 1's x axis.
     const std::vector<float> expected = {0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, -2, 0, 2, 1};
     EXPECT_EQ(std::vector<float>(r.poses.begin() + 16, r.poses.begin() + 32), expected);
 }
@@ -278,9 +278,9 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
             "background");
     const auto dataset = opened(good);
     EXPECT_ERROR(read(*dataset, 1, {0}).status, Code::kInvalidArgument,
-                 "object is 1, and there are 1");
+                 "object is 1, expected less than 1");
     EXPECT_ERROR(read(*dataset, 0, {0, 2}).status, Code::kInvalidArgument,
-                 "view 2 of object 0 ('a')");
+                 "view is 2, but object 0 ('a') has");
     EXPECT_OK(dataset->read(0, {}, {}));
 }
 

@@ -1,4 +1,4 @@
-// Folders of each format, written here: with cameras of another implementation, and damaged ones.
+// Folders of each format, written here: with cameras of another implementation, and damaged.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -139,8 +139,7 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     EXPECT_EQ(opened(folder.path(), "val")->index().names, (std::vector<std::string>{"o2"}));
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals[0], 8.75F);
-    EXPECT_EQ(c.poses[16 + 12], -1)
-        << "one to the left in a scene whose first camera is 2 away already";
+    EXPECT_EQ(c.poses[16 + 12], -1) << "one to the left; the first camera is 2 away already";
     put_npy(folder.path() / "o0/001.npy", {3, 3}, std::vector<float>(9));
     EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "001.npy': a pose of 9 numbers");
     fs::remove(folder.path() / "o0/001.npy");
@@ -288,7 +287,8 @@ class GoldenNetFormats : public testing::Test {
             const Cameras found = cameras_of(*dataset);
             const std::vector<float> poses = array(golden, set + ".rel_vw");
             ASSERT_EQ(found.poses.size(), poses.size());
-            // 2e-5: the reference's float32 inverses, of translations up to 4 and here and there scaled.
+            // 2e-5: float32 inverses of the reference, with translations up to 4, some of them
+            // scaled.
             for (std::size_t i = 0; i < poses.size(); ++i)
                 EXPECT_NEAR(static_cast<double>(found.poses[i]), static_cast<double>(poses[i]),
                             2e-5)

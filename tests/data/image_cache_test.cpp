@@ -11,7 +11,7 @@ ImageCache::Pixels pixels(std::size_t bytes, std::uint8_t value) {
     return std::make_shared<const std::vector<std::uint8_t>>(bytes, value);
 }
 
-TEST(ImageCache, GivesUpWhatWasNotUsedForLongest) {
+TEST(ImageCache, EvictsTheLeastRecentlyUsed) {
     ImageCache cache(10);
     cache.add(1, pixels(4, 1));
     cache.add(2, pixels(4, 2));

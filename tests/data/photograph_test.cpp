@@ -83,7 +83,8 @@ TEST_F(PhotographRules, FollowsTheAlpha) {
 TEST_F(PhotographRules, FloodsFromTheBorder) {
     io::Image image = picture(3, 200);
     for (std::size_t pixel = 0; pixel < 300; ++pixel)
-        image.samples[3 * pixel] = static_cast<std::uint16_t>(195 + pixel % 10);  // not quite even
+        image.samples[3 * pixel] =
+            static_cast<std::uint16_t>(195 + pixel % 10);  // not quite uniform
     const auto photo = data::read_photograph(desc_of(save("b.png", image)));
     ASSERT_OK(photo.status());
     EXPECT_STREQ(photo.value().mask_from, "border");
@@ -116,7 +117,7 @@ TEST_F(PhotographRules, TakesAMaskAndMaps) {
     EXPECT_EQ(photo.value().normal[0], 0.5F);
 }
 
-TEST_F(PhotographRules, AnEvenPictureIsItsObject) {
+TEST_F(PhotographRules, AUniformPictureIsTheObject) {
     io::Image image = picture(3, 0);
     std::fill(image.samples.begin(), image.samples.end(), std::uint16_t{80});
     const auto photo = data::read_photograph(desc_of(save("d.png", image)));
@@ -145,7 +146,7 @@ TEST_F(PhotographRules, RefusesAndNamesTheFile) {
     std::fill(black.samples.begin(), black.samples.end(), std::uint16_t{0});
     desc.mask = save("black.png", black);
     EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
-                 "the mask holds nothing above a half");
+                 "the mask has no pixel above one half");
     desc.foreground = 0;
     EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "foreground is 0");
 }

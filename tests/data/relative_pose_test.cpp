@@ -109,7 +109,8 @@ class GoldenNetCameras : public testing::Test {
     void SetUp() override { SPLAT_NEEDS_GOLDEN_FOLDER(); }
 };
 
-/// 3e-6: the reference inverts and multiplies in float32 (6e-8 of values up to 4, some ten times).
+/// 3e-6: the reference inverts and multiplies in float32, some ten roundings of 6e-8 of values up
+/// to 4.
 constexpr double kPoseTolerance = 3e-6;
 
 TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {

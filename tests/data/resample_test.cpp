@@ -25,7 +25,7 @@ io::Image even(std::uint32_t width, std::uint32_t height, std::uint16_t value) {
 
 constexpr Filter kFilters[] = {Filter::kBox, Filter::kBilinear, Filter::kBicubic, Filter::kLanczos};
 
-TEST(Resample, KeepsEvenImagesAndTheirSize) {
+TEST(Resample, KeepsUniformImagesAndTheirSize) {
     for (const Filter filter : kFilters)
         for (const std::uint32_t size : {1U, 3U, 7U, 20U}) {
             const auto out = resample(even(9, 5, 201), size, 2 * size, filter);

@@ -236,7 +236,7 @@ void add_damaged_cameras(Corpora& corpora) {
     both("cut", cameras, cut(images));
     both("counts", patched<std::uint64_t>(cameras, 0, ~0ULL), images);
     both("more-images", cameras, patched<std::uint64_t>(images, 0, 1000));
-    // Behind the count: the identity of the image, and its rotation.
+    // After the count: the id of the image, and its rotation.
     both("nan", cameras, patched(images, 12, std::numeric_limits<double>::quiet_NaN()));
     both("text-nan", test::bytes_of(test::kColmapCameras),
          test::bytes_of("1 nan 0 0 0 1 2 inf 1 a.png\n\n"));

@@ -14,7 +14,7 @@ inline void require(bool condition) {
     if (!condition) std::abort();
 }
 
-/// A limit on the scenes of fuzzed files, so that no input can ask for much memory.
+/// A limit for scenes of fuzzed files, so that no input can request much memory.
 inline io::LoadOptions small_scenes() {
     io::LoadOptions options;
     options.max_count = 4096;

@@ -1,4 +1,4 @@
-# include/splat.h compiles alone, in every language it supports, with both compilers, without warnings and
+# include/splat.h compiles alone in every language that it supports, with both compilers, without warnings and
 # without padding in its structs. Samples that break a rule must not compile.
 
 set(c_standards c99 c11 c17)

@@ -1,5 +1,5 @@
-// JSON of the library is written by core/json_writer.h: text put together by hand forgets to escape,
-// and differs from file to file in its numbers.
+// The library writes JSON with core/json_writer.h. Hand-built text forgets to escape, and formats
+// numbers differently from file to file.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace splat::house {
 namespace {
 
-/// The writer itself, and the readers beside it.
+/// The writer itself, and the readers next to it.
 bool is_exempt(const std::string& path) {
     return starts_with(path, "src/core/json");
 }

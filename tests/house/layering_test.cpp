@@ -17,12 +17,9 @@ using Table = std::map<std::string, std::set<std::string>>;
 
 /// Headers of Vulkan and of libraries that only some layers may include.
 const std::map<std::string, std::set<std::string>> kThirdParty = {
-    {"volk.h", {"vk"}},       {"vulkan/", {"vk"}},
-    {"nlohmann/", {"core"}},  {"glm/", {"scene", "model", "data", "raster", "api"}},
-    {"png.h", {"io"}},        {"jpeglib.h", {"io"}},
-    {"jerror.h", {"io"}},     {"webp/", {"io"}},
-    {"gif_lib.h", {"io"}},    {"zstd.h", {"io"}},
-    {"zlib.h", {"io", "vk"}}, {"yaml.h", {"core"}},
+    {"volk.h", {"vk"}},    {"vulkan/", {"vk"}},  {"nlohmann/", {"core"}},  {"png.h", {"io"}},
+    {"jpeglib.h", {"io"}}, {"jerror.h", {"io"}}, {"webp/", {"io"}},        {"gif_lib.h", {"io"}},
+    {"zstd.h", {"io"}},    {"yaml.h", {"core"}}, {"zlib.h", {"io", "vk"}},
 };
 
 std::string trim(std::string text) {
@@ -109,9 +106,9 @@ Findings check_src_file(const TextFile& file, const Table& table) {
 
 Findings check_tools_file(const TextFile& file) {
     Findings findings;
-    static const std::set<std::string> layers = {"core",      "config", "scene", "io",     "data",
-                                                 "synthetic", "vk",     "ops",   "raster", "nn",
-                                                 "model",     "train",  "eval",  "api",    "params"};
+    static const std::set<std::string> layers = {
+        "core",   "config", "scene", "io",    "data", "synthetic", "vk",    "ops",
+        "raster", "nn",     "model", "train", "eval", "api",       "params"};
     for (const Include& include : includes_of(file)) {
         const std::string first = include.path.substr(0, include.path.find('/'));
         if (include.path.find("..") != std::string::npos)
@@ -181,6 +178,29 @@ Findings check_unused(const std::vector<TextFile>& files, const Table& table,
     return findings;
 }
 
+/// The README of a layer names, behind "May include:", the layers of its row. Other words there, such as
+/// single headers, are not looked at; a README without that list is accepted.
+Findings check_readme(const TextFile& readme, const Table& table) {
+    const std::string layer = name_of(folder_of(readme.path));
+    const std::string start = "May include:";
+    const std::size_t at = readme.text.find(start);
+    if (at == std::string::npos) return {};
+    std::string list = readme.text.substr(at + start.size());
+    for (char& c : list)
+        if (c == '\n') c = ' ';
+    std::set<std::string> named;
+    for (const std::string& word : split(list.substr(0, list.find(". ")), ','))
+        if (table.count(word) != 0) named.insert(word);
+    Findings findings;
+    for (const auto& [other, row] : table) {
+        const bool allowed = other != layer && table.at(layer).count(other) != 0;
+        if (allowed != (named.count(other) != 0))
+            findings.push_back(readme.path + (allowed ? ": does not name " : ": names ") + other +
+                               ", unlike the table of src/README.md");
+    }
+    return findings;
+}
+
 const char* const kSampleTable =
     "| layer | may include | must not |\n"
     "|---|---|---|\n"
@@ -194,7 +214,7 @@ Findings check_sample(const std::string& path, const std::string& text) {
 
 TEST(Layering, RepositoryFollowsTheTable) {
     const Table table = parse_table(repository_file("src/README.md").text);
-    ASSERT_GE(table.size(), 5U) << "the table of src/README.md was not found";
+    ASSERT_GE(table.size(), 5U) << "found no table in src/README.md";
     EXPECT_EQ(table.at("core").size(), 1U) << "core depends on nothing";
     expect_none(check_layering(repository(), table));
 }
@@ -213,6 +233,23 @@ TEST(Layering, TableAndTargetsNameWhatIsUsed) {
     EXPECT_EQ(targets.size(), table.size());
     expect_none(check_unused(repository(), table, "src/README.md"));
     expect_none(check_unused(repository(), targets, "src/CMakeLists.txt"));
+}
+
+TEST(Layering, ReadmesOfLayersFollowTheTable) {
+    const Table table = parse_table(repository_file("src/README.md").text);
+    for (const auto& [layer, row] : table)
+        expect_none(check_readme(repository_file("src/" + layer + "/README.md"), table));
+}
+
+TEST(Layering, RuleFindsOtherReadmes) {
+    const Table table = parse_table(kSampleTable);
+    const auto check = [&](const std::string& layer, const std::string& text) {
+        return check_readme({"src/" + layer + "/README.md", text}, table);
+    };
+    expect_none(check("vk", "# vk\n\nMay include: core, volk,\n`params`. Not train.\n"));
+    expect_none(check("vk", "# vk\n\nMay include all.\n"));
+    expect_found(check("vk", "May include: volk.\n"), 1, "src/vk/README.md: does not name core");
+    expect_found(check("eval", "May include: `vk/timers.h`, core, train.\n"), 1, "names train");
 }
 
 TEST(Layering, RuleFindsUnusedEntries) {
@@ -242,9 +279,9 @@ TEST(Layering, RuleAcceptsWhatTheTableAllows) {
                              "#include \"core/status.h\"\n#include \"vk/a.h\"\n#include <volk.h>\n"
                              "#include \"params/a_params.h\"\n#include <vector>\n"));
     expect_none(check_sample("src/eval/a.cpp", "#include \"vk/timers.h\"\n"));
-    expect_none(
-        check_sample("tools/vkrun/a.cpp",
-                     "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
+    expect_none(check_sample(
+        "tools/vkrun/a.cpp",
+        "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
 }
 
 TEST(Layering, RuleFindsForbiddenIncludes) {

@@ -1,4 +1,4 @@
-// Comments name files that exist, and installed files name no file that stays behind.
+// Comments name files that exist, and installed files name installed files only.
 
 #include <gtest/gtest.h>
 
@@ -111,7 +111,7 @@ Findings check_comments(const TextFile& file, const std::set<std::string>& endin
             if (endings.count(name) == 0 && foreign().count(name) == 0)
                 findings.push_back(at(file, i,
                                       "the comment names " + name +
-                                          ", which is no file or folder here; was it moved?"));
+                                          ", which is not a file or folder here; was it moved?"));
     return findings;
 }
 
@@ -122,7 +122,7 @@ bool is_installed(const std::string& path) {
     return files.count(path) != 0 || starts_with(path, "tools/weights/cars64/");
 }
 
-/// An installed file names no file of the repository that is not installed too.
+/// An installed file names no file of the repository that is not installed.
 Findings check_installed(const TextFile& file, const std::set<std::string>& staying) {
     Findings findings;
     const std::vector<std::string> lines = lines_of(file.text);

@@ -1,5 +1,5 @@
-// Every folder has a short README whose paths exist. No file holds a path of the machine on which it
-// was written.
+// Every folder has a short README whose paths exist. No file contains an absolute path of one
+// machine.
 
 #include <gtest/gtest.h>
 
@@ -94,7 +94,7 @@ TEST(Readmes, AreShortAndNameWhatExists) {
     }
 }
 
-TEST(Readmes, NoFileKnowsItsMachine) {
+TEST(Readmes, NoFileHasAPathOfOneMachine) {
     for (const TextFile& file : repository()) expect_none(check_machine(file));
 }
 

@@ -81,6 +81,31 @@ Findings check_spec_ids(const TextFile& file) {
     return findings;
 }
 
+/// Host code names them, too: no entry of a list `constants` starts with a number.
+Findings check_host_ids(const TextFile& file) {
+    static const std::regex start(
+        R"(\bconstants\s*(=\s*\{|\.push_back\(|\.emplace_back\(\s*(\d)?))");
+    static const std::regex number(R"(\s*\d[^]*)");
+    Findings findings;
+    if (!starts_with(file.path, "src/") || !is_source(file.path)) return findings;
+    const std::string code = without_comments(file.text);
+    for (std::sregex_iterator it(code.begin(), code.end(), start), end; it != end; ++it) {
+        std::size_t i = static_cast<std::size_t>(it->position(0) + it->length(0));
+        bool bare = (*it)[2].matched;
+        for (int depth = 1; depth > 0 && !bare && i < code.size(); ++i) {
+            if (code[i] == '}' || code[i] == ')') --depth;
+            if (code[i] != '{' && code[i] != '(') continue;
+            ++depth;
+            bare = code[i] == '{' && std::regex_match(code.substr(i + 1, 8), number);
+        }
+        if (bare)
+            findings.push_back(at(file, line_of(code, i - 1),
+                                  "the id of a specialisation constant is a number; name it in "
+                                  "shaders/include/params/"));
+    }
+    return findings;
+}
+
 /// A comment comes first, after #version, #ifndef and blank lines.
 Findings check_head(const TextFile& file) {
     std::size_t head = 0;
@@ -117,6 +142,27 @@ Findings check_shader(const std::string& body) {
 
 TEST(Shaders, RepositoryFollowsTheRules) {
     expect_none(check_shaders(repository()));
+}
+
+TEST(Shaders, HostCodeNamesIds) {
+    Findings findings;
+    for (const TextFile& file : repository())
+        for (const std::string& finding : check_host_ids(file)) findings.push_back(finding);
+    expect_none(findings);
+}
+
+TEST(Shaders, RuleFindsNumbersAsIds) {
+    const auto check = [](const std::string& text) {
+        return check_host_ids({"src/ops/a.cpp", text});
+    };
+    expect_none(
+        check(".constants = {{params::kAId, 1},\n {params::kBId, f(2)}},\n.groups = {1, 2}"));
+    expect_none(check("constants.push_back({params::kAId, 6});\nx = {{1, 2}};"));
+    expect_none(check(".constants = pass.constants, .groups = {{1, 1}}"));
+    expect_found(check(".constants = {{params::kAId, 1},\n              {12, 2}},"), 1, "a.cpp:2:");
+    expect_found(check("vector<C> constants = {{ 0, size}};"), 1, "a.cpp:1:");
+    expect_found(check("constants.push_back({11, 1});"), 1, "a number");
+    expect_found(check("constants.emplace_back(11, 1);"), 1, "a number");
 }
 
 TEST(Shaders, RepositoryHasShaders) {

@@ -90,7 +90,7 @@ Findings check_name(const TextFile& file) {
     const std::string stem = stem_of(file.path);
     const std::string last = stem.substr(stem.rfind('_') + 1);
     if (is_source(file.path) && (vague.count(last) != 0 || name_of(file.path) == "common.cpp"))
-        return {file.path + ": a name that says nothing; name the file after what is in it"};
+        return {file.path + ": a name that says nothing; name the file after its contents"};
     return {};
 }
 

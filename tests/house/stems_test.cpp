@@ -44,7 +44,7 @@ Findings check_stems(const std::string& table, const std::vector<TextFile>& file
     return findings;
 }
 
-/// `kFooRow`, behind what a line starts with.
+/// `kFooRow` after the given start of a line.
 std::set<std::string> row_names(const std::string& text, const std::string& start) {
     const std::regex pattern("^\\s*" + start + "(k\\w+Row)\\b.*");
     std::set<std::string> names;
@@ -54,7 +54,7 @@ std::set<std::string> row_names(const std::string& text, const std::string& star
     return names;
 }
 
-/// Every row of `rows` is listed in `table`; the compiler sees to the reverse.
+/// Every row of `rows` is listed in `table`; the compiler checks the reverse.
 Findings check_listed(const std::string& rows, const std::string& table) {
     const std::set<std::string> listed = row_names(table, "&");
     const std::set<std::string> defined = row_names(rows, "const OpRow ");

@@ -41,7 +41,7 @@ pc_dir=$(dirname "$(one_of "lib*/pkgconfig/splat.pc")")
 
 [ ! -x "$prefix/bin/vkrun" ] || one_of share/libsplat/weights/cars64/weights.safetensors >>"$temp/found"
 
-# Nothing that is installed may point back at the build tree.
+# No installed file may name the build tree.
 if grep -rlF "$build_dir" "$prefix" --include='*.pc' --include='*.cmake' --include='*.h'; then
     die "these installed files name the build folder"
 fi

@@ -45,7 +45,7 @@ draw() {
     scene "$2" >"$temp/$1/scene.ply"
     (cd "$temp/$1" && LD_LIBRARY_PATH="$lib_dir" "$temp/first") || die "the program failed on the $1 scene"
     picture="$temp/$1/orbit.png"
-    [ "$(head -c 4 "$picture" | tail -c 3)" = PNG ] || die "the $1 scene's orbit.png is no PNG"
+    [ "$(head -c 4 "$picture" | tail -c 3)" = PNG ] || die "the $1 scene's orbit.png is not a PNG"
     grep -aq fcTL "$picture" || die "the $1 scene's orbit.png is not animated"
     mv "$picture" "$temp/$1.png"
     echo "$1 scene: $(wc -c <"$temp/$1.png") bytes"
@@ -56,5 +56,5 @@ draw invisible -20
 ! cmp -s "$temp/opaque.png" "$temp/invisible.png" || die "both scenes give the same picture"
 [ "$(wc -c <"$temp/opaque.png")" -gt "$(wc -c <"$temp/invisible.png")" ] || die "opaque.png is empty"
 
-! LD_LIBRARY_PATH="$lib_dir" "$temp/first" "$temp/none.ply" 2>"$temp/message" || die "no error for no file"
+! LD_LIBRARY_PATH="$lib_dir" "$temp/first" "$temp/none.ply" 2>"$temp/message" || die "no error for a missing file"
 grep -q none.ply "$temp/message" || die "the error does not name the file: $(cat "$temp/message")"

@@ -2,7 +2,7 @@
 """Usage: tests/interop/bench_errors.py VKRUN
 
 Runs `vkrun bench model --errors` on a small network: the errors of every precision and of PyTorch against
-float64 lie within the bounds of their arithmetic, from above and below. Exit status 77: skipped, with the reason.
+float64 are neither above nor far below the bounds of their arithmetic. Exit status 77: skipped, with the reason.
 """
 import json
 import os
@@ -49,7 +49,7 @@ def main():
             wrong.append(who)
     if wrong or [row["who"] for row in rows] != list(LIMITS):
         sys.exit(f"FAILED: {wrong}")
-    print(f"as near as float32 allows (PyTorch {torch.__version__})")
+    print(f"all within the bounds of float32 (PyTorch {torch.__version__})")
 
 
 main()

@@ -1,4 +1,4 @@
-// The part of splat_transform.sh that knows our formats.
+// The part of splat_transform.sh that reads and writes our formats.
 //
 //   compare_scenes write FOLDER                 a sample scene as reference.ply (degree 3), ours.splat,
 //                                               ours-v3.spz and ours-v4.spz

@@ -39,7 +39,7 @@ convert() {
     shift 2
     "$client" -q -w "$@" "$from" "$to" >"$work/client.log" 2>&1 || {
         cat "$work/client.log"
-        echo "FAILED: splat-transform does not take $from"
+        echo "FAILED: splat-transform does not read $from"
         exit 1
     }
 }

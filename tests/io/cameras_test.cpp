@@ -161,7 +161,7 @@ TEST(Colmap, ErrorsNameLineAndCause) {
             "cameras.txt line 2: parameter is 'x'");
     refused("1 PINHOLE 64 48 50", image, Code::kInvalidArgument, "there is no parameter");
     refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 9 a.png", Code::kInvalidArgument,
-            "camera 9, which is not");
+            "camera 9, which does not exist");
     refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 1", Code::kInvalidArgument, "no name");
     refused(test::kColmapCameras, "1 0 0 0 0 1 2 3 1 a", Code::kInvalidArgument,
             "quaternion of length 0");

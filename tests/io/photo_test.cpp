@@ -100,7 +100,7 @@ Buffer with_exif(const Buffer& jpeg, std::uint16_t orientation, bool little) {
 }
 
 TEST(Exif, TurnsEachOrientationUpright) {
-    // 3 x 2 pixels 0 to 5; the eight ways of CIPA DC-008, figure of tag 274.
+    // 3 x 2 pixels numbered 0 to 5; the eight orientations of CIPA DC-008, figure of tag 274.
     const Image stored{3, 2, 1, 8, {0, 1, 2, 3, 4, 5}};
     const std::vector<std::uint16_t> expected[] = {
         {0, 1, 2, 3, 4, 5}, {2, 1, 0, 5, 4, 3}, {5, 4, 3, 2, 1, 0}, {3, 4, 5, 0, 1, 2},
@@ -202,8 +202,8 @@ TEST(WebP, HoldsWhatWasWritten) {
 TEST(WebP, RefusesOtherFiles) {
     const Buffer file = webp_of(ramp(21, 13, 3), 21, 13, 3);
     EXPECT_ERROR(read_webp({}).status(), Code::kInvalidArgument, "webp: ");
-    EXPECT_ERROR(read_webp(as_bytes("this is no image of any kind")).status(),
-                 Code::kInvalidArgument, "does not start");
+    EXPECT_ERROR(read_webp(as_bytes("not an image of any kind")).status(), Code::kInvalidArgument,
+                 "does not start");
     EXPECT_ERROR(read_webp(file, {20, 1U << 20}).status(), Code::kUnsupported, "21 x 13");
     for (std::size_t size = 0; size + 2 < file.size(); ++size)
         EXPECT_FALSE(read_webp(Bytes(file).first(size)).ok()) << size;
@@ -238,7 +238,7 @@ TEST(ImageFile, IsKnownByItsFirstBytes) {
     std::filesystem::remove_all(folder);
 }
 
-/// Photographs of others; one is a WebP file named .jpg.
+/// Photographs from other programs; one is a WebP file named .jpg.
 TEST(RealPhotos, AreRead) {
     SPLAT_NEEDS_REAL_DATA();
     std::size_t count = 0;

@@ -36,7 +36,7 @@ void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::
 
 using test::Golden;
 
-/// ckpt.npz beside the checkpoints, which it describes.
+/// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {
     auto npz = test::Npz::read(folder + "ckpt.npz");
     EXPECT_OK(npz.status());
@@ -50,7 +50,7 @@ std::size_t weights_of(const Golden& golden) {
                       [](const std::string& name) { return name.starts_with("m."); }));
 }
 
-/// Every tensor of the file is that of the other implementation, bit by bit.
+/// Every tensor of the file equals that of the other implementation, bit by bit.
 void expect_golden(const NamedTensors& tensors, const Golden& golden) {
     EXPECT_EQ(tensors.size(), weights_of(golden));
     EXPECT_GT(tensors.size(), 100U);

@@ -1,4 +1,4 @@
-// Files that other programs wrote; they are not part of the repository.
+// Files of other programs, which are not in the repository.
 
 #include <gtest/gtest.h>
 

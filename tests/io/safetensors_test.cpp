@@ -78,7 +78,7 @@ TEST(Safetensors, LargeFilesComeWhole) {
     }
 }
 
-/// Bytes as a file that is mapped.
+/// Bytes as a mapped file.
 class MappedSource : public MemorySource {
   public:
     explicit MappedSource(Bytes bytes)

@@ -22,13 +22,13 @@ double max_angle(const std::vector<float>& a, const std::vector<float>& b);
 /// The arrays have the same bits.
 void expect_same_bits(const scene::Gaussians& a, const scene::Gaussians& b);
 
-/// Whether a parser accepted bytes; it must not crash whatever they are.
+/// Whether a parser accepted the bytes. It must not crash on any bytes.
 using Accepts = std::function<bool(io::Bytes)>;
 
 /// Every proper prefix of the file is refused.
 void expect_prefixes_refused(const io::Buffer& file, const Accepts& accepts);
 
-/// Parse the file with each byte in turn set to 0, to 255, and with one bit flipped.
+/// Parse the file once for each byte set to 0, set to 255, and with one bit flipped.
 void parse_damaged(const io::Buffer& file, const Accepts& accepts);
 
 io::Buffer bytes_of(const std::string& text);

@@ -14,7 +14,7 @@ std::string little(std::uint64_t value, std::size_t bytes) {
     return text;
 }
 
-/// Without the two bytes in front and the four behind that make it a zlib stream.
+/// Without the two bytes before and the four after it that make it a zlib stream.
 std::string deflate_raw(const std::string& data) {
     const auto packed = io::deflate_zlib(io::as_bytes(data));
     return std::string(io::as_text(packed.value())).substr(2, packed.value().size() - 6);

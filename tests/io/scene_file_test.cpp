@@ -48,7 +48,7 @@ TEST(SceneFile, EveryFormatIsDetectedReadAndNamed) {
         if (format.detect == nullptr) continue;
         const auto renamed = detect_scene_format(file, "folder.splat/other");
         ASSERT_OK(renamed.status()) << format.name;
-        EXPECT_EQ(renamed.value(), &format) << "the mark says it, without the name";
+        EXPECT_EQ(renamed.value(), &format) << "the magic identifies it without the name";
     }
 }
 
@@ -97,7 +97,7 @@ TEST(SceneFile, RefusesOtherFiles) {
 
 TEST(SceneFile, AGivenFormatChoosesTheReader) {
     auto scene = sample_scene(3, 0);
-    // The first float of a .splat file is a position: here its bytes are the mark of gzip.
+    // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
     scene.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
     const SceneFormat& splat = format_named("splat");
     const auto file = write_scene(scene, splat);

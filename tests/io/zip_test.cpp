@@ -114,7 +114,7 @@ TEST(Zip, RefusesOverlapsAndWrongPlaces) {
     parts[1].shift = -36;
     parts[1].name = "a";
     EXPECT_FALSE(read_all(sample_zip(parts)).ok());
-    // A file inside of another one's data.
+    // A file inside the data of another.
     const Buffer inner = sample_zip({{"i", "x"}});
     ZipPart outer("o", std::string(as_text(inner)));
     ZipPart again("i", "x");

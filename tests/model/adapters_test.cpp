@@ -199,8 +199,8 @@ TEST_P(Adapters, RefusesOtherFiles) {
                  Code::kShape, "do not multiply");
 }
 
-/// Layers with adapters on whole numbers, where every sum is exact: two convolutions beside one of 3x3 and
-/// of 1x1, in and out of vectors and tiles, and two linear layers beside one.
+/// Layers with adapters on whole numbers, where every sum is exact: 3x3 and 1x1 convolutions and
+/// linear layers, of sizes that fill vectors and tiles and of others.
 class AdaptersExact : public KernelsTest {
   protected:
     void expect_exact(const nn::Graph& graph, nn::ValueId y, nn::ValueId x,

@@ -1,12 +1,12 @@
 // Networks grafted onto more input channels: golden/net/graft.npz, computed once with PyTorch, and
-// from there to trained new channels.
+// the training of the new channels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
+#include "model/adam_steps.h"
 #include "model/adapters.h"
-#include "model/training.h"
 #include "model/weights.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
@@ -233,7 +233,7 @@ void GoldenNetGraft::expect_variant(const Golden& golden, const Variant& variant
     expect_relative("d_x_" + at, d_x, to_double(golden.floats("d_x_" + at)), 1e-4);
     const std::size_t planes = 3 + variant.planes().size();
     const std::size_t pixels = std::size_t{golden.dim("x_rgb", 3)} * golden.dim("x_rgb", 4);
-    for (std::size_t i = 0; i < d_x.size(); ++i)  // no weight leads there
+    for (std::size_t i = 0; i < d_x.size(); ++i)  // no weight connects to it
         if (i / pixels % planes >= 3) {
             ASSERT_EQ(d_x[i], 0) << at << " " << i;
         }
@@ -252,7 +252,7 @@ TEST_P(GoldenNetGraftFast, WeightsOutputsAndGradients) {
     expect_golden(model::Precision::kFast);
 }
 
-/// Adapters start without effect, those of the file and ours.
+/// Adapters start without effect: those of the file, and ours.
 TEST_P(GoldenNetGraft, FreshAdapters) {
     each_golden("graft", [&](const Golden& golden) {
         io::NamedTensors state = state_of(golden, "old.");
@@ -300,7 +300,7 @@ std::vector<float> column_sizes(const std::vector<float>& weight, const Shape& s
     return most;
 }
 
-/// What may learn of the new channels.
+/// What is trained with the new channels.
 enum class Learns { kAll, kAdapters, kBesideAdapters, kFirstAdapter };
 
 struct TrainingCase {
@@ -319,7 +319,7 @@ struct TrainingCase {
         return c;
     }
     [[nodiscard]] std::string text() const {
-        const char* names[] = {"all trained", "adapters only", "beside adapters",
+        const char* names[] = {"all trained", "adapters only", "trained with adapters",
                                "adapter of the first convolution"};
         return variant.name + ", " + names[static_cast<int>(learns)];
     }
@@ -358,14 +358,14 @@ void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c
     const nn::Parameter& first = *wide->parameters().find(name);
     const bool trained = c.learns == Learns::kAll || c.learns == Learns::kBesideAdapters;
     EXPECT_EQ(first.grad.block != nullptr, trained);
-    Training training(context(), *wide);
-    training.steps(20, inputs.view());
+    AdamSteps adam(context(), *wide);
+    adam.run(20, inputs.view());
     if (testing::Test::HasFatalFailure()) return;
     const std::vector<float> columns = column_sizes(first_weight(*wide, first), first.shape);
     ASSERT_EQ(columns.size(), 3 + c.variant.planes().size());
     for (std::size_t i = 3; i < columns.size(); ++i) {
-        // Adam's steps are of the size of its rate while gradients keep their signs; an adapter's
-        // product has as second factor numbers of up to 1 / sqrt(9 * 7), and 1/4 for alpha / rank.
+        // Adam's steps have the size of its rate while gradients keep their signs. In the product of
+        // an adapter they are multiplied by numbers of up to 1 / sqrt(9 * 7) and by alpha / rank, 1/4.
         if (trained) {
             EXPECT_GT(columns[i], 5e-3F) << "channel " << i;
         } else if (c.learns == Learns::kFirstAdapter) {
@@ -377,8 +377,8 @@ void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c
 }
 
 /// From the golden network of three channels to those of every variant: equal outputs, then twenty
-/// steps that move every new channel's weights, alone, beside adapters and by an adapter. They stay
-/// where nothing that sees the channels is trained.
+/// steps that move the weights of every new channel: alone, with adapters, and by an adapter. They
+/// stay unchanged where nothing that sees the channels is trained.
 TEST_P(GoldenNetTraining, MovesNewChannels) {
     each_golden("graft", [&](const Golden& golden) {
         const std::vector<Variant> variants = variants_of(golden);

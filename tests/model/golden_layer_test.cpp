@@ -36,8 +36,8 @@ Layers::BlockShape block_shape(const Golden& golden, const std::string& name) {
             golden.has(name + ".p.qkv.weight")};
 }
 
-/// `cfg` says what the tensors say, and that the block normalises in the network's groups: a file with
-/// others is refused here, not compared.
+/// `cfg` agrees with the tensors, and the block normalises in the groups of the network. Any other
+/// file fails here and is not compared.
 void expect_config(const Golden& golden, const std::string& name, const Layers::BlockShape& shape) {
     const std::string emb = name + ".emb";
     const std::vector<std::int64_t> expected = {shape.in,
@@ -106,13 +106,14 @@ model::LoraConfig adapters(const Golden& golden, const std::string& name,
     return lora;
 }
 
-/// 1 of a matrix.
-std::uint32_t kernel_of(const Golden& golden, const std::string& name) {
-    return golden.dim(name + ".p.weight", 2);
+/// 1 of a matrix. `layer`: of a case of several layers, "q_proj.".
+std::uint32_t kernel_of(const Golden& golden, const std::string& name,
+                        const std::string& layer = "") {
+    return golden.dim(name + ".p." + layer + "weight", 2);
 }
 
-/// Adapters as a second branch beside the frozen weight. A linear layer is a 1x1 convolution of rows of
-/// one pixel: matrices of the file are kernels of one tap here, with the same numbers.
+/// Adapters as a second branch next to the frozen weight. A linear layer is a 1x1 convolution of
+/// rows of one pixel, so matrices of the file are kernels of one tap here, with the same numbers.
 TEST_P(GoldenNetLayers, Adapters) {
     each_golden("lora", [&](const Golden& golden) {
         const std::vector<std::string> names = golden.cases("p.lora_A");
@@ -180,7 +181,7 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
 }
 
 /// Cases of the file that resample and then convolve: with the box (`c…`), which the network uses, or
-/// with other filters (`f<taps>…`), which the operators know.
+/// with other filters (`f<taps>…`), which only the operators support.
 std::vector<std::string> resampling_cases(const Golden& golden, char kind) {
     std::vector<std::string> names;
     for (const std::string& name : golden.cases("p.weight"))
@@ -255,7 +256,7 @@ TEST_P(GoldenNetLayers, FilteredConvolutions) {
 }
 
 /// Attention between two images as the published code defines it and never uses it: one norm for both,
-/// keys and values by turns in the channels of one convolution.
+/// keys and values alternate in the channels of one convolution.
 TEST_P(GoldenNetLayers, CrossAttention) {
     each_golden("norm", [&](const Golden& golden) {
         golden.expect_cases(golden.cases("kv"), {"xatt"});
@@ -283,14 +284,14 @@ TEST_P(GoldenNetLayers, CrossAttention) {
                               ValueId residual = kNoValue) {
             const ValueId weight =
                 parameter(name + ".weight", {channels, channels, kernel, kernel});
-            const ValueId bias = parameter(name + ".bias", {channels});
-            return graph.op("conv2d", {x, weight, bias, residual});
+            return graph.op("conv2d", {x, weight, parameter(name + ".bias", {channels}), residual});
         };
         const ValueId asked = norm(kv);
-        const ValueId attended = graph.op(
-            "attention",
-            {conv("q_proj", norm(q), 1), conv("k_proj", asked, 1), conv("v_proj", asked, 1)});
-        const ValueId y = conv("out_proj", attended, golden.dim("xatt.p.out_proj.weight", 2), q);
+        const std::uint32_t kernel = kernel_of(golden, "xatt", "kv_proj.");
+        const ValueId attended =
+            graph.op("attention", {conv("q_proj", norm(q), kernel_of(golden, "xatt", "q_proj.")),
+                                   conv("k_proj", asked, kernel), conv("v_proj", asked, kernel)});
+        const ValueId y = conv("out_proj", attended, kernel_of(golden, "xatt", "out_proj."), q);
         ASSERT_OK(graph.status());
         auto run = GraphRun::create(context(), graph, y, {q, kv});
         ASSERT_OK(run.status());

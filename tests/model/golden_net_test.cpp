@@ -210,8 +210,9 @@ std::vector<double> image_gradient(const Golden& golden, const PredictorConfig& 
 }
 
 void expect_gradients(const Session& session, const Golden& golden) {
-    // Gradients of parameters are those of a float32 run; so far is its whole gradient from float64's
-    // (2.7e-5 in net_2v, where single tensors are off by 5e-5 and more). The digests are float64's.
+    // The gradients of parameters in the file come from a float32 run. `own` is the distance of its
+    // whole gradient from float64 (2.7e-5 in net_2v, where single tensors are off by 5e-5 and more).
+    // The digests are float64.
     const double own = golden.doubles("grad_rel_err32")[0];
     for (const nn::Parameter& parameter : session.predictor->parameters().all())
         if (golden.has("d." + parameter.name))
@@ -271,8 +272,8 @@ TEST_P(GoldenNetPrecision, Fast) {
     run_all(context(), model::Precision::kFast);
 }
 
-/// Balanced, the default, takes it on images of 32x32 and more; smaller ones are strict's. Seen: outputs
-/// 8.6e-6, gradients 3.6e-5.
+/// Balanced, the default, takes F(4x4) on images of 32x32 and more, and the algorithms of strict on
+/// smaller ones. Seen: outputs 8.6e-6, gradients 3.6e-5.
 TEST_P(GoldenNetPrecision, Balanced) {
     run_all(context(), model::Precision::kBalanced, 32);
 }
@@ -299,11 +300,11 @@ double smallest_quaternion(const std::vector<float>& raw, const PredictorConfig&
     return least;
 }
 
-/// Adapters predict the same inside the weights as beside them, within 1e-6 of the largest
-/// raw output (4.9; seen 5.2e-7 of it), normalised quaternions within that over their norm. Absolutely
-/// that is up to 2.6e-6 of raw outputs, 1.9e-6 of means, 7.3e-6 of rotations: the float32 sums of both
-/// passes. Folding rounds each weight once, from float64; folded or not, means are 0.8e-6 to 1.8e-6 and
-/// rotations 4e-6 to 8e-6 off the float64 run, as are the reference's own of float32.
+/// Folded adapters predict the same as separate ones, within 1e-6 of the largest raw output (4.9; seen
+/// 5.2e-7 of it), normalised quaternions within that over their norm. In absolute numbers that is up to
+/// 2.6e-6 for raw outputs, 1.9e-6 for means and 7.3e-6 for rotations: the float32 sums of both passes.
+/// Folding rounds each weight once, from float64. Folded or not, means are 0.8e-6 to 1.8e-6 and
+/// rotations 4e-6 to 8e-6 off the float64 run, like those of the reference in float32.
 TEST_P(GoldenNet, FoldedAdapters) {
     each_golden("net_lora", [&](const Golden& golden) {
         PredictorOptions options;
@@ -337,7 +338,7 @@ TEST_P(GoldenNet, FoldedAdapters) {
     });
 }
 
-/// The file that the published trainer writes, read as such files are, predicts what it did there.
+/// A checkpoint of the published trainer predicts here what it predicted there.
 TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
     const std::string folder = *golden_folder() + "/net/";
     auto npz = Npz::read(folder + "ckpt.npz");

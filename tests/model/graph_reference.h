@@ -21,7 +21,7 @@ class GraphReference {
     void backward(nn::ValueId id, const std::vector<double>& grad);
 
     const std::vector<double>& value(nn::ValueId id);
-    /// Zeros where nothing leads to the value.
+    /// Zeros where the output does not depend on the value.
     const std::vector<double>& gradient(nn::ValueId id);
 
   private:

@@ -1,16 +1,16 @@
 // Networks that no golden file holds, against the same graph in float64: with affine modulation, modulation
-// beside adapters, attention to tokens, and without offsets.
+// and adapters, attention to tokens, and without offsets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "model/adam_steps.h"
 #include "model/adapters.h"
 #include "model/graph_reference.h"
 #include "model/small_predictor.h"
 #include "model/song_unet.h"
-#include "model/training.h"
 #include "ops/op_harness.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
@@ -63,7 +63,7 @@ std::vector<NetworkCase> network_cases() {
         c.tokens = 5;
         c.token_dim = 7;
     });
-    add("no offset, two views, all of it", [&](PredictorConfig& c) {
+    add("no offset, two views, everything at once", [&](PredictorConfig& c) {
         modulated(c, model::Film::kAffine);
         c.offset = false;
         c.views = 2;
@@ -272,7 +272,8 @@ std::string with_offset(const std::string& name) {
     return "network_with_offset" + name.substr(without.size());
 }
 
-/// Rows 1 to 3, and in the last layer columns, of what leads to the offsets: zeros put in, or taken out.
+/// The weights that lead to the offsets, with zeros put in or taken out: rows 1 to 3, in the last layer
+/// also columns.
 std::vector<float> offset_channels(const std::string& name, const std::vector<float>& values,
                                    std::size_t channels, bool put_in) {
     const bool last = name == "network_with_offset.out.weight";
@@ -366,7 +367,7 @@ TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
     expect_relative("means", means(*modulated, inputs), to_double(expected), 1e-5);
 }
 
-/// With either modulation, adapters predict the same beside the weights as inside them.
+/// With either modulation, folded adapters predict the same as separate ones.
 TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
     for (const model::Film film : {model::Film::kReference, model::Film::kAffine}) {
         PredictorConfig config = tiny_config();
@@ -428,8 +429,8 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     const auto before = weights();
     EXPECT_EQ(before.size(), 9U * 2)
         << "norm, q, k, v, out of bottleneck and decoder, except the keys' bias";
-    Training training(context(), *predictor);
-    training.steps(5, inputs.view());
+    AdamSteps adam(context(), *predictor);
+    adam.run(5, inputs.view());
     if (testing::Test::HasFatalFailure()) return;
     for (const auto& [name, values] : weights()) {
         std::vector<double> moved;

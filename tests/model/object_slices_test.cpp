@@ -86,7 +86,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
 
 /// Each slice has its own dropout, and its backward pass uses the mask of its forward pass: the first slice
 /// equals a batch of one object, and its gradients are computed after those of the others.
-TEST_P(ObjectSlices, DropOutEachTheirOwn) {
+TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
     PredictorConfig config = small_config();
     config.dropout = 0.5F;
     PredictorOptions options = options_of(1);
@@ -133,7 +133,7 @@ TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
     bad.images.back() = NAN;
     EXPECT_EQ(sliced->set_input(bad.view()).code(), Code::kInvalidArgument);
     EXPECT_OK(sliced->forward());
-    EXPECT_EQ(read(sliced->raw_output()), first) << "refused input leaves that of before";
+    EXPECT_EQ(read(sliced->raw_output()), first) << "refused input leaves the previous one";
 }
 
 }  // namespace

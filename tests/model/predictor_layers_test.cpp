@@ -36,7 +36,7 @@ TEST_P(PredictorLayers, TokensAreAttendedToInBottleneckAndDecoder) {
     EXPECT_GT(relative_l2(run(*predictor, inputs), before), 1e-5) << "tokens have an effect";
 }
 
-/// Files of networks that also attended to tokens in the encoder are grafted without those layers.
+/// State dicts whose encoder also attended to tokens are grafted without those layers.
 TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     const auto from = make(with_tokens());
     const auto to = make(with_tokens());
@@ -50,7 +50,7 @@ TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
     model::LoadReport report;
     EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
                  name +
-                     "'; networks of earlier versions attended to tokens in the encoder, too: "
+                     "'; networks of earlier versions also attended to tokens in the encoder: "
                      "graft the file to leave that out");
     model::LoadOptions graft;
     graft.graft = true;
@@ -143,7 +143,7 @@ TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
                     grad_up[o * kRank + r] +=
                         static_cast<float>(g * static_cast<double>(down[r * in + i]));
                 }
-        // Deep networks of random weights carry rounding on; a wrong factor would be off by halves.
+        // Deep networks of random weights amplify rounding; a wrong factor would be off by half.
         EXPECT_LE(relative_l2(value(*adapted, ".lora_A", true), grad_down), 1e-4) << layer;
         EXPECT_LE(relative_l2(value(*adapted, ".lora_B", true), grad_up), 1e-4) << layer;
     }

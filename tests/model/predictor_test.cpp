@@ -21,7 +21,7 @@ TEST_P(PredictorRules, StartsTheSameFromASeed) {
     EXPECT_NE(run(*first, inputs), run(*second, inputs));
 }
 
-TEST_P(PredictorRules, ObjectsOfABatchDoNotMeet) {
+TEST_P(PredictorRules, ObjectsOfABatchAreIndependent) {
     PredictorOptions two;
     two.objects = 2;
     const auto pair = make(small_config(), two);
@@ -413,7 +413,7 @@ TEST_P(PredictorRules, TrainsWhatIsChosen) {
 }
 
 /// The message names the key to change and the layer that refuses it.
-TEST_P(PredictorRules, NamesTheKeyThatNoNetworkCanBeMadeOf) {
+TEST_P(PredictorRules, NamesTheKeyWithoutAValidNetwork) {
     PredictorConfig config = small_config();
     config.base_dim = 36;
     config.channel_mult = {1, 4};

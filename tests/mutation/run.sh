@@ -2,7 +2,7 @@
 # Usage: tests/mutation/run.sh [pattern]
 #
 # Applies each seeded bug of mutants.txt whose name matches the pattern to a copy of the sources, builds, runs
-# the tests named beside it, and expects them to fail. The last line counts the results; exit status 0 if all
+# the tests that its line names, and expects them to fail. The last line counts the results; exit status 0 if all
 # were caught. Takes about half a minute per bug.
 set -eu
 

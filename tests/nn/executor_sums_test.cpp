@@ -133,7 +133,7 @@ class ExecutorSums : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(ExecutorSums);
 
 /// Gradients that are added in the kernels that compute them, or passed on without a copy, are the sums
-/// of the chain rule, again and again; however many prepared weights are kept.
+/// of the chain rule in every pass, however many prepared weights are kept.
 TEST_P(ExecutorSums, OfConvolutionsAreExact) {
     vk::Context& device = context();
     Net net(device);
@@ -200,8 +200,8 @@ std::vector<vk::Buffer> take_all(vk::Context& context) {
     return taken;
 }
 
-/// A pass alone prepares weights for itself; the second one keeps them, until they change, or goes on
-/// without where there is no memory left, or no descriptors. Its sums are the same.
+/// The first forward pass prepares weights for itself. The second one keeps them until they change,
+/// or continues without them if memory or descriptors run out. Its sums are the same.
 TEST_P(ExecutorSums, OfForwardPassesStayWhatIsKept) {
     vk::ContextDesc desc = context_desc(GetParam());
     desc.memory.budget_bytes = std::uint64_t{4} << 20;

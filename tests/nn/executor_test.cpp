@@ -153,8 +153,8 @@ TEST_P(ExecutorRules, ParameterGradientsAddUp) {
     EXPECT_EQ(n.grad(n.w2), Values(e.grad_w2.size(), 0));
 }
 
-/// Values that a segment alone reads are computed twice, those that the next one reads are not; all results
-/// have the same bits.
+/// Values that only one segment reads are computed twice; values that the next one reads are not. All
+/// results have the same bits.
 TEST_P(ExecutorRules, RecomputesWhatASegmentKeeps) {
     std::uint64_t bounds[2] = {};
     std::vector<Values> first;
@@ -203,11 +203,12 @@ TEST_P(ExecutorRules, RecomputesWhatASegmentKeeps) {
         if (!recompute) first = results;
         EXPECT_EQ(results, first);
     }
-    // Of each of five segments two tensors more are kept; of the one at work, a few live both times.
+    // Two more tensors are kept for each of five segments; of the running segment, a few live both
+    // times.
     EXPECT_LE(bounds[1] + 5 * 64 * 64 * 4, bounds[0]);
 }
 
-/// Each gradient of part of the network, the others not asked for, is that of the whole.
+/// A gradient computed alone, without the others, is that of the whole network.
 TEST_P(ExecutorRules, WhatIsFrozenCostsNothing) {
     Network whole(context());
     ASSERT_OK(whole.create(whole.whole()));
@@ -225,8 +226,9 @@ TEST_P(ExecutorRules, WhatIsFrozenCostsNothing) {
     EXPECT_LT(frozen.executor->memory().bound, whole.executor->memory().bound);
 }
 
-/// Of maps whose gradients do not read their inputs, an activation is over with its last use forward: frozen
-/// convolutions and what is added to them, images resampled, joined and averaged.
+/// Where gradients do not read their inputs, an activation is freed after its last use forward:
+/// around frozen convolutions with residuals, and in the resampling, joining and averaging of
+/// images.
 TEST_P(ExecutorRules, KeepsNothingThatBackwardDoesNotRead) {
     const auto bound = [&](int links) -> std::uint64_t {
         Graph graph(context());

@@ -99,7 +99,7 @@ TEST_P(Adam, WithoutAGradientNothingMoves) {
     EXPECT_EQ(gpu.value(), start);
 }
 
-/// The first step goes by the rate, whatever the gradient's size.
+/// The first step has the length of the rate, whatever the size of the gradient.
 TEST_P(Adam, FirstStepIsTheRate) {
     Optimiser gpu(context(), {1, 1, 1, 1, 1}, 0.25);
     gpu.step({1e-8F, -1e-4F, 3, -1e6F, 0}, 1);

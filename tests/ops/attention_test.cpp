@@ -73,7 +73,7 @@ TEST_P(Attention, MatchesFloat64) {
         expect_matches(context(), shape, shape.call(seed += 5));
 }
 
-/// Scores of some hundreds, where exp without the greatest score taken off would overflow.
+/// Scores of some hundreds, where exp would overflow if the greatest score were not subtracted.
 TEST_P(Attention, LargeScoresStayFinite) {
     const AttentionShape shape{1, 16, 1, 33, 40};
     const OpResult gpu = run_op(context(), shape.call(200, 300));

@@ -1,4 +1,4 @@
-// What conv2d promises beside its values and what every operator does (every/op_samples_test.cpp):
+// What conv2d promises besides its values and what every operator does (every/op_samples_test.cpp):
 // refusals, long sums, and the tensors of another implementation.
 #include <gtest/gtest.h>
 

@@ -66,7 +66,8 @@ TEST_P(Conv2d, BackwardMatchesFloat64) {
     }
 }
 
-/// Directly, and by F(2x2), whose transforms multiply by 1/2 and 1/4. The factors of F(4x4) are no float32 numbers.
+/// Directly, and by F(2x2), whose transforms multiply by 1/2 and 1/4. The factors of F(4x4) are not
+/// exact in float32.
 TEST_P(Conv2d, IntegersAreExact) {
     std::uint64_t seed = 500;
     for (const ConvShape& shape : kConvBackwardShapes) {  // sums stay below 2^22

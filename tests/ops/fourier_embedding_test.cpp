@@ -49,7 +49,8 @@ TEST_P(FourierEmbedding, MatchesFloat64) {
         expect_fourier(context(), shape, fourier_call(shape, seed += 2));
 }
 
-/// Thousands and millions of turns, where the product's own rounding would be whole ones; and none.
+/// Thousands and millions of turns, where rounding the product would be off by whole turns; and no
+/// turn at all.
 TEST_P(FourierEmbedding, IsAsRightAfterMillionsOfTurns) {
     const ref::FourierShape shape{20, 3, 8};
     std::uint64_t seed = 100;

@@ -76,7 +76,7 @@ std::vector<HeadCase> head_cases() {
             {{2, 33, 31}, 1, 1, true, false, true, kAll}};
 }
 
-/// Those, and more sizes, with attributes by turns.
+/// Those and more sizes, with alternating attributes.
 std::vector<HeadCase> sized_head_cases() {
     std::vector<HeadCase> cases = head_cases();
     const std::uint32_t sizes[][2] = {{1, 2},  {2, 1},   {3, 3},   {1, 17},  {17, 1},  {15, 17},
@@ -175,8 +175,8 @@ TEST(GaussianHeadReference, GradcheckFloat64) {
     }
 }
 
-/// The heads of whole networks: their float32 output is the input here, so that what is compared with
-/// float64 carries their rounding too.
+/// The heads of whole networks. The float32 output of the network is the input here, so the results
+/// carry its rounding too.
 constexpr double kGoldenHead = 2e-5;
 
 HostTensor reshaped(HostTensor tensor, const Shape& shape) {

@@ -1,5 +1,4 @@
-// group_norm: what it must keep to besides the figures: reproducibility, padding, aliasing, limits,
-// errors.
+// What group_norm promises besides its figures: reproducibility, padding, aliasing, limits, errors.
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -72,8 +72,8 @@ TEST_P(GroupNorm, LargeMeanKeepsPrecision) {
             for (std::size_t g = 0; g < reference.rstd.value.size(); ++g)
                 EXPECT_NEAR(static_cast<double>(gpu.saved[1][g]) / reference.rstd.value[g], 1, 1e-6)
                     << "rstd[" << g << "], mean " << mean << ", " << c.text();
-            // The rounding of the mean itself, 2^-24 * mean, is in y: no figure for the whole
-            // tensor.
+            // y contains the rounding of the mean itself, 2^-24 * mean, so the figure for the whole
+            // tensor does not apply.
             EXPECT_TRUE(within_bound(gpu.outputs[0], reference.y, tolerance("group_norm", "y"),
                                      {"y", reproduce(c.text())}));
         }

@@ -136,14 +136,14 @@ TEST_P(Linear, AdjointIdentity) {
 TEST_P(Linear, LongSumsStayAccurate) {
     expect_matches(context(), LinearCase::normal({3, 9216, 5}, true, 500));
     // grad_weight over 8 images of 128 x 128: a plain sequential loop costs two digits, and
-    // lavapipe leaves any loop after 65535 turns, nested ones counted together, without a word.
+    // lavapipe silently leaves any loop after 65535 turns, nested ones counted together.
     expect_matches(context(), LinearCase::normal({131072, 3, 5}, true, 510));
     expect_matches(context(), LinearCase::normal({1048576, 2, 3}, true, 520));
 }
 
 TEST_P(Linear, CancellationStaysWithinTheBound) {
     LinearCase c = LinearCase::normal({9, 1024, 33}, true, 530);
-    for (std::size_t i = 0; i < c.x.size(); ++i)  // +1e4 and -1e4 in turn
+    for (std::size_t i = 0; i < c.x.size(); ++i)  // +1e4 and -1e4 alternately
         c.x[i] += i % 2 == 0 ? 1e4F : -1e4F;
     for (std::size_t i = 1; i < c.weight.size(); i += 2) c.weight[i] = c.weight[i - 1];
     expect_matches(context(), c);

@@ -43,7 +43,7 @@ TEST_P(MaxPool2d, MatchesFloat64) {
     }
 }
 
-/// Among equals the first counts, row by row.
+/// Among equal values the first one counts, row by row.
 TEST_P(MaxPool2d, GivesTheGradientToOne) {
     const OpCall call =
         sample("max_pool2d", Json::object(), {{{1, 1, 2, 6}, {5, 5, 0, 7, 1, 2, 5, 5, 7, 7, 3, 3}}},

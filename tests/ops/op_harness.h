@@ -27,7 +27,7 @@ struct OpCall {
     std::vector<HostTensor> grad_outputs;  ///< empty: forward only
     std::vector<std::vector<float>>
         accumulate_to;  ///< gradients to add to, one per input; empty: overwrite
-    std::vector<std::string> unwanted = {};  ///< inputs whose gradients are not asked for
+    std::vector<std::string> unwanted = {};  ///< inputs whose gradients are not requested
     int runs = 1;                            ///< forward and backward are run so often
 };
 
@@ -39,16 +39,16 @@ struct OpResult {
     std::vector<std::vector<float>> grad_inputs;
 };
 
-/// Runs a call. Fails the test if the padding behind the last element of an output changed, or a
+/// Runs a call. Fails the test if the padding after the last element of an output changed, or a
 /// guard byte.
 OpResult run_op(vk::Context& context, const OpCall& call);
 
-/// Each gradient of `call` alone, the others not asked for, equals bit by bit that of the whole call.
+/// Each gradient of `call`, requested alone, equals that of the whole call bit by bit.
 void expect_each_gradient_alone(vk::Context& context, const OpCall& call);
 
 /// Runs the call and compares its outputs and gradients, in the order of the row's ports, with their
 /// references, by the tolerances of (op, port) and (op, grad_port). References without elements are
-/// passed over; no gradients: forward only.
+/// skipped. Without gradients, only the forward pass runs.
 void expect_matches(vk::Context& context, const OpCall& call,
                     const std::vector<ref::Summed<double>>& outputs,
                     const std::vector<ref::Summed<double>>& gradients, const std::string& what);
@@ -60,8 +60,8 @@ using Arrays = std::vector<std::vector<double>>;
 void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,
                       const Arrays& grad_outputs, const Arrays& gradients);
 
-/// For operators without groups or parameters: the images of kNormShapes, odd and single ones, of up to
-/// three, some beyond each size of a vector, quad or workgroup; matrices; a line.
+/// For operators without groups or parameters: the images of kNormShapes (odd sizes, batches of one
+/// to three, some beyond the size of a vector, quad or workgroup), matrices, and a line.
 std::vector<Shape> image_shapes();
 
 /// A tensor of normal numbers.

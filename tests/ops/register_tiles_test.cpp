@@ -1,4 +1,5 @@
-// Register tiles and the form of stores are chosen by the CPU: whichever are, sums are taken in the same order.
+// The CPU decides the register tiles and the form of stores. Whatever it decides, the order of sums
+// is the same.
 #include <gtest/gtest.h>
 
 #include <functional>

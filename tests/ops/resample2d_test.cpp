@@ -31,7 +31,7 @@ struct ResampleCase {
     }
 };
 
-/// Images of kNormShapes up to 64 pixels, with filters by turns.
+/// Images of kNormShapes up to 64 pixels, with alternating filters.
 std::vector<ResampleCase> resample_cases(bool up) {
     const std::vector<float> filters[] = {
         {}, {1, 3, 3, 1}, {1, 1}, {0.5F, -1, 2, 4, -1, 0.25F}, {1, 2}};

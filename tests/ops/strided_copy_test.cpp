@@ -25,7 +25,7 @@ std::size_t floats(std::size_t count, std::size_t stride) {
     return (count * stride + 3) / 4 * 4;
 }
 
-/// Against plain loops; what lies between the elements stays as it was.
+/// Against plain loops. The memory between the elements stays unchanged.
 void compare(vk::Context& context, const ref::StridedCopy& copy) {
     const std::vector<float> x = normal_fill(floats(copy.count, copy.in_stride), 1);
     std::vector<float> expected = normal_fill(floats(copy.count, copy.out_stride), 2);

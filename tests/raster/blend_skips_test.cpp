@@ -1,4 +1,4 @@
-// List entries that the blending kernels skip. Their colours are NaN, so that blending them shows
+// List entries that the blending kernels skip. Their colours are NaN, so blending them would show
 // even with weight 0.
 #include <gtest/gtest.h>
 

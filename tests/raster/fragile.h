@@ -8,7 +8,7 @@ namespace splat::test {
 
 /// Pixels where float32 rounding may decide differently from float64:
 ///
-/// * a density next to kAlphaMin (seen or skipped) or to kAlphaMax (gradient or none),
+/// * a density next to kAlphaMin (seen or skipped) or to kAlphaMax (with or without gradient),
 /// * a transmittance next to kTransmittanceMin (blended or stopped),
 /// * in 3dgs, a visible Gaussian whose box ends next to the rim of a tile,
 /// * consecutive Gaussians with almost equal depths (exactly equal ones are in order).

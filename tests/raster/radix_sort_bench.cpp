@@ -1,5 +1,5 @@
 // radix_sort_bench [pairs] [rounds]: times the sort of pairs of a random 32-bit key and its
-// position, in turns with a least-significant-digit radix sort on one host thread. Prints the
+// position, alternating with a least-significant-digit radix sort on one host thread. Prints the
 // minimum and the median of both in ms, and the times of the shaders.
 #include <algorithm>
 #include <array>

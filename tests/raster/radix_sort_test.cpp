@@ -18,7 +18,7 @@ using Words = std::vector<std::uint32_t>;
 
 constexpr std::uint32_t kLeftOut = 0xFFFFFFFFU;
 
-/// Kinds of keys, each hard on a sort in its own way.
+/// Kinds of keys, each of which is hard to sort for another reason.
 enum class Keys { kRandom, kConstant, kSorted, kReversed, kFew, kLeftOutSome, kLeftOutAll };
 constexpr Keys kAllKeys[] = {Keys::kRandom, Keys::kConstant,    Keys::kSorted,    Keys::kReversed,
                              Keys::kFew,    Keys::kLeftOutSome, Keys::kLeftOutAll};

@@ -31,9 +31,9 @@ struct RasterSubject {
     const RasterGradients* in_float = nullptr;
 };
 
-/// Images off the fragile pixels and loosely on them, what projection returns, counts. Failure
-/// names the first tensor and element; also if there was nothing to compare, or an expectation
-/// with nothing but zeros.
+/// Images off the fragile pixels and loosely on them, results of the projection, counts. A failure
+/// names the first tensor and element. Fails also if there was nothing to compare, or if an
+/// expectation holds only zeros.
 testing::AssertionResult outputs_match(const RasterOutputs& got, const RasterOutputs& expected,
                                        const RasterSubject& subject);
 

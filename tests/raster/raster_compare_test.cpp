@@ -66,7 +66,7 @@ TEST(RasterScenes, Float32PassesForwardGates) {
         }
 }
 
-TEST(RasterScenes, HostileOnesAreAsIfAbsent) {
+TEST(RasterScenes, HostileOnesHaveNoEffect) {
     const HostileScene scene = hostile_scene({64, 60, 40}, 59);
     for (const RasterMode& mode : kRasterModes) {
         const Judged with(scene.with, mode);
@@ -82,7 +82,7 @@ TEST(RasterScenes, HostileOnesAreAsIfAbsent) {
     }
 }
 
-TEST(RasterScenes, AreWhatTheySay) {
+TEST(RasterScenes, MatchTheirDescription) {
     const auto valid = [](const Judged& judged) {
         return std::count(judged.outputs.valid.begin(), judged.outputs.valid.end(), 1);
     };

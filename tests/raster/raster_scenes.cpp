@@ -80,7 +80,7 @@ void append(RasterCase& to, const RasterCase& from, std::size_t i) {
     copy(to.sh, from.sh, 3 * from.sh_coefficients);
 }
 
-/// Spoils Gaussian i in one of kSpoilings ways.
+/// Makes Gaussian i invalid in one of kSpoilings ways.
 constexpr std::size_t kSpoilings = 16;
 
 void spoil(RasterCase& scene, std::size_t i, std::size_t way) {

@@ -29,7 +29,7 @@ RasterCase needle_scene(const SceneSize& size, std::uint64_t seed, double length
 /// Four layers of exactly equal depth, camera without rotation: blended in ascending index.
 RasterCase tie_scene(const SceneSize& size, std::uint64_t seed);
 
-/// random_scene in which every second Gaussian is spoiled: numbers that are not finite, rotations
+/// random_scene in which every second Gaussian is invalid: numbers that are not finite, rotations
 /// of no length, opacities that are not positive, means at and behind the camera. `hostile` is [n].
 struct HostileScene {
     RasterCase with;

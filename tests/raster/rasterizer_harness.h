@@ -7,7 +7,7 @@
 #include "raster/rasterizer.h"
 #include "support/gpu_env.h"
 
-/// The kernels, as the reference and the golden files are asked: one RasterCase, one mode.
+/// The kernels, called like the reference and the golden files: with one RasterCase and one mode.
 namespace splat::test {
 
 struct RasterRun {
@@ -19,7 +19,7 @@ struct RasterRun {
     std::vector<float> packed;  ///< gradients as the kernels left them
 };
 
-/// The description that a case and a mode ask for; tests change what they are about.
+/// The description for a case and a mode. Tests change the fields that they test.
 raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode);
 
 /// A case's scene packed on the device, and room for its gradients.

@@ -121,8 +121,8 @@ TEST_P(RasterizerMemory, GrowsOnce) {
     EXPECT_EQ(session.image(), image);
 }
 
-/// Growing does not keep the old arrays beside the larger ones. Without memory for it every call
-/// fails, and the rasterizer still draws scenes that need no growth.
+/// Growing frees the old arrays before it allocates the larger ones. Without memory for them every
+/// call fails, and the rasterizer still draws scenes that need no growth.
 TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     const RasterCase scene = wide_faint_scene({120, 120, 90});
     RasterCase narrow = scene;
@@ -202,8 +202,8 @@ std::vector<float> of_gaussians(vk::Context& context, RasterSession& session, st
     return all;
 }
 
-/// Every fourth colour is not finite, also where Gaussians reach few rows of tiles or none.
-TEST_P(RasterizerMemory, WhatIsSaidOfAGaussianDependsOnNoWindowOrSkip) {
+/// Every fourth colour is not finite, also of Gaussians that reach few or no rows of tiles.
+TEST_P(RasterizerMemory, OutputsOfAGaussianDependOnNoWindowOrSkip) {
     RasterCase scene = wide_faint_scene({480, 32, 96});
     for (std::size_t i = 1; i < scene.count(); i += 4)
         scene.sh[3 * i + i % 3] = std::numeric_limits<float>::quiet_NaN();
@@ -221,7 +221,7 @@ TEST_P(RasterizerMemory, WhatIsSaidOfAGaussianDependsOnNoWindowOrSkip) {
         const auto seen = std::count_if(expected.begin(), expected.begin() + 2 * 480,
                                         [](float radius) { return radius > 0; });
         EXPECT_GT(seen, 2 * 340) << "those of finite colours";
-        EXPECT_LT(seen, 2 * 430) << "not those of others, but for the faint ones of 3dgs";
+        EXPECT_LT(seen, 2 * 430) << "not those of other colours, except the faint ones of 3dgs";
         RasterSession groups(*narrow, scene, desc);
         ASSERT_OK(groups.forward());
         EXPECT_GE(groups.rasterizer().stats().passes, 2U);
@@ -308,7 +308,8 @@ std::uint64_t least_list(vk::Kernels kernels, bool backward) {
     return backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
 }
 
-/// About the limit of kernels for GPUs on a CPU device; lists have two entries more than `count`.
+/// Lengths around the limit of kernels for GPUs on a CPU device; lists have two entries more than
+/// `count`.
 /// For longer lists with other kernels see VeryLongListsAreRightOrRefused.
 TEST_P(RasterizerMemory, LongListsAreRightOrRefused) {
     for (const std::size_t count : {1898, 1899, 2298, 2400})

@@ -162,7 +162,7 @@ std::vector<float> rows_of(std::span<const float> all, const std::vector<bool>& 
     return rows;
 }
 
-/// Image, depth and all gradients have the same bits as without the spoiled Gaussians, whose
+/// Image, depth and all gradients have the same bits as without the invalid Gaussians, whose
 /// gradients are 0. Without ties, the order by depth does not depend on missing Gaussians.
 TEST_P(RasterizerScenes, HostileOnesAreAbsent) {
     const HostileScene scene = hostile_scene({128, 37, 29}, 59);

@@ -92,7 +92,7 @@ TEST_P(RasterizerSkipsFull, EachOneOffGivesTheSameBits) {
     expect_same_bits(context(), scenes(), kRasterModes);
 }
 
-/// Each skip does skip something; otherwise the test above would prove nothing.
+/// Each skip saves some work; otherwise the test above would prove nothing.
 TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     const RasterCase scene = scenes()[2];
     const raster::RasterDesc desc = raster_desc(scene, kRasterModes[0]);
@@ -111,8 +111,8 @@ TEST_P(RasterizerSkips, EachOneLeavesOutWork) {
     EXPECT_LT(all.visible, stats_without(&raster::Skips::cull).visible) << "cull";
 }
 
-/// Gaussians behind others that stop every pixel are not read: they are spoiled before the backward
-/// pass.
+/// Gaussians behind others that stop every pixel are not read: their numbers are overwritten before
+/// the backward pass.
 TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
     constexpr std::size_t kFront = 12;
     RasterCase scene = random_scene({40, 37, 29}, 87, 1);

@@ -68,7 +68,8 @@ class TileOrder : public testing::Test {
 };
 
 TEST_F(TileOrder, DealsRanksBackAndForth) {
-    // Ranks 0 to 7 dealt in turn: halves {0, 3, 4, 7} and {1, 2, 5, 6}, each dealt in the same way.
+    // Ranks 0 to 7 dealt one by one: halves {0, 3, 4, 7} and {1, 2, 5, 6}, each dealt in the same
+    // way.
     EXPECT_EQ(order_of({80, 70, 60, 50, 40, 30, 20, 10}), (Words{0, 7, 3, 4, 1, 6, 2, 5}));
     EXPECT_EQ(order_of({10, 20, 30, 40, 50, 60, 70, 80}), (Words{7, 0, 4, 3, 6, 1, 5, 2}));
     EXPECT_EQ(order_of({5, 5, 5, 5}), (Words{0, 3, 1, 2})) << "ties by index";

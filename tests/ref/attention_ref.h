@@ -19,7 +19,7 @@
 ///   grad_q[c,l] = sum_j grad_s[l,j] k[c,j] / sqrt(D)
 ///   grad_k[c,j] = sum_l grad_s[l,j] q[c,l] / sqrt(D)
 ///
-/// The magnitudes take in that an error of a score multiplies the weight: each w carries the factor
+/// An error of a score multiplies the weight. In the magnitudes each w therefore carries the factor
 /// 2 + the magnitude of its row's scores.
 namespace splat::ref {
 

@@ -30,7 +30,7 @@ struct Blended {
     Real transmittance = 0;  ///< in front of it
 };
 
-/// All that a pixel blends, in order, and what is left behind them.
+/// All that a pixel blends, in order, and the transmittance behind it.
 template <class Real>
 struct BlendedPixel {
     std::vector<Blended<Real>> hits;

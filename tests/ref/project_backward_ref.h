@@ -7,7 +7,7 @@
 #include "ref/blend_backward_ref.h"
 #include "ref/project_ref.h"
 
-/// Gradient of project_forward, given that of what the blending takes from it.
+/// Gradient of project_forward, from the gradients of its outputs that blending reads.
 ///
 ///   Q = [A, B; B, C] the conic, Gq = [gA, gB/2; gB/2, gC]:  dL/dcov = G = -Q Gq Q
 ///   compensation rho = sqrt(det0/det):  dL/dcov0 += rho grad_rho (cov0^-1 - Q) / 2, above the floor
@@ -40,7 +40,7 @@ struct RasterBackward {
     std::array<Real, 6> grad_twist{};  ///< translation, rotation
 };
 
-/// Sums over all Gaussians that end in the camera.
+/// Sums over all Gaussians, for the gradient of the camera.
 template <class Real>
 struct CameraBackward {
     Mat3<Real> rotation{};

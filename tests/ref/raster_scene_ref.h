@@ -7,12 +7,12 @@
 
 #include "raster_constants.h"
 
-/// What the rasterizer is given, and the small vectors and matrices its reference is written in.
+/// The inputs of the rasterizer, and the small vectors and matrices of its reference.
 ///
 /// Real is double for the reference itself, float to see what float32 costs.
 namespace splat::ref {
 
-/// Which of the two published rasterizers is followed, bit by bit of their semantics.
+/// The published rasterizer whose semantics are followed in every detail.
 enum class Convention { k3dgs, kGsplat };
 
 /// kTrue: the derivative of the forward pass. kOriginal (3dgs only): as the published code has it,

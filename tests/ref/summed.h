@@ -6,7 +6,7 @@
 
 namespace splat::ref {
 
-/// A tensor of sums, each with what is needed to bound the rounding of a float32 computation of it.
+/// A tensor of sums, with the numbers that bound the rounding of a float32 computation of each.
 ///
 /// For value = t1 + ... + tK: magnitude S = |t1| + ... + |tK|. Where a term is itself computed with
 /// an error, S holds the first-order effect of that error too, so that |gpu - value| <= c * 2^-24 *

@@ -6,7 +6,7 @@
 
 #include "ref/blend_ref.h"
 
-/// How many tiles and pixels a Gaussian has to do with: bounds for what a tile test may list.
+/// How many tiles and pixels a Gaussian reaches: bounds for the lists of a tile test.
 namespace splat::ref {
 
 struct TileBin {

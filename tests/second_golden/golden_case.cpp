@@ -6,7 +6,7 @@
 namespace splat::golden {
 namespace {
 
-/// To the nearest bfloat16; halves go away from zero.
+/// Rounded to the nearest bfloat16, halves away from zero.
 double bfloat16(double value) {
     const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(value));
     return static_cast<double>(std::bit_cast<float>((bits + 0x8000U) & 0xFFFF0000U));

@@ -11,8 +11,8 @@
 
 namespace splat::golden {
 
-/// Random numbers that are bfloat16 values, as the index of tests/golden/net asks for. Weights have the
-/// spread that keeps the activations near 1.
+/// Random bfloat16 values, as the index of tests/golden/net requires. Weights have the spread that keeps
+/// activations near 1.
 class Numbers {
   public:
     explicit Numbers(std::uint64_t seed) : rng_(seed) {}

@@ -71,7 +71,7 @@ struct Pass {
     std::vector<Id> outputs;  ///< means, opacities, scales, rotations, sh
 };
 
-/// Weights that the session lacks are made by `numbers`; the first convolution's are widened by zeros.
+/// Weights that the session lacks are made by `numbers`; those of the first convolution are widened by zeros.
 Pass run(Session& session, const std::vector<std::size_t>& planes, Numbers& numbers) {
     Pass pass;
     Tape& tape = pass.tape;
@@ -123,7 +123,7 @@ void put_outputs(Arrays& arrays, const std::string& prefix, const Pass& pass) {
     arrays[prefix + "features_rest"] = test::npy_f32({1, kViews * kPixels, 0, 3}, {});
 }
 
-/// Adapters as they start: A uniform within 1 / sqrt(columns), B zero.
+/// Fresh adapters: A uniform within 1 / sqrt(columns), B zero.
 void put_adapters(Arrays& arrays, const Session& session, Numbers& numbers) {
     for (const auto& [name, tensor] : session.state) {
         const auto& [dims, values] = tensor;

@@ -164,7 +164,7 @@ Arrays block_file() {
 
 namespace {
 
-/// Weights have no gradient beside adapters; nothing else is frozen.
+/// Weights with adapters have no gradient; nothing else is frozen.
 bool is_adapted(const std::string& name) {
     for (const char* layer : {"conv0.", "conv1.", "qkv.", "proj.", ""})
         if (name == std::string(layer) + "weight") return true;

@@ -10,7 +10,7 @@ namespace splat::golden {
 
 using Id = Tape::Id;
 
-/// What a parameter is, for who fills it with numbers.
+/// The kind of a parameter, for the function that fills it with numbers.
 enum class Role { kWeight, kBias, kScale };
 
 /// Sizes and parts of a residual block.

@@ -12,8 +12,8 @@ using Values = std::vector<double>;
 
 std::size_t elements_of(const Dims& dims);
 
-/// Operations in float64 by the references of tests/ref, in the order in which they were called, and
-/// their gradients in the opposite order. It shares nothing with the library.
+/// Operations in float64 by the references of tests/ref in the order of their calls, and their gradients
+/// in reverse order. It shares nothing with the library.
 class Tape {
   public:
     using Id = std::size_t;
@@ -40,7 +40,7 @@ class Tape {
 
     /// Gradients of the sum of grad * value over the given pairs.
     void backward(const std::vector<std::pair<Id, Values>>& grads);
-    /// Zeros where nothing leads to the value.
+    /// Zeros where the outputs do not depend on the value.
     [[nodiscard]] const Values& gradient(Id id) const { return nodes_.at(id).gradient; }
 
   private:
@@ -49,7 +49,7 @@ class Tape {
         Values values;
         Values gradient;
     };
-    /// Adds to the gradients of what a value comes from.
+    /// Adds to the gradients of the inputs of a value.
     using Step = std::function<void()>;
 
     Id add(const Dims& dims, Values values);

@@ -12,7 +12,7 @@
 
 namespace splat::test {
 
-/// What is compared, for the message of a failure.
+/// Describes the comparison in the message of a failure.
 struct Subject {
     std::string name;             ///< "grad_x"
     std::string reproducer;       ///< one line, see reproduce()

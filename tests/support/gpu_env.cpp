@@ -107,7 +107,7 @@ class GpuListener : public testing::EmptyTestEventListener {
         std::erase_if(all.open, [](const auto& weak) { return weak.expired(); });
         const std::uint64_t messages = vk::validation_messages() - messages_;
         EXPECT_EQ(messages, all.expected_messages)
-            << "the validation layer spoke during this test; its messages are above";
+            << "the validation layer reported messages during this test; see above";
     }
 
   private:

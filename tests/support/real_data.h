@@ -8,7 +8,7 @@
 namespace splat::test {
 
 /// Folder of scenes, photographs and files of other programs, which are not part of the repository:
-/// SPLAT_REAL_DIR, else ../shared/real beside the source tree; nothing if it does not exist.
+/// SPLAT_REAL_DIR, else ../shared/real next to the source tree; nothing if it does not exist.
 std::optional<std::string> real_data_folder();
 
 }  // namespace splat::test

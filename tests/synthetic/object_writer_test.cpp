@@ -19,7 +19,7 @@ using test::file_text;
 using test::sample_cars;
 using test::SampleFolder;
 
-/// All files of a folder with what they hold.
+/// All files of a folder with their contents.
 std::map<std::string, std::string> contents(const fs::path& folder) {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -50,7 +50,7 @@ TEST(ObjectWriter, SameSeedSameBytesWhateverTheThreads) {
     WriterDesc again = desc;
     again.path = other.path().string();
     std::vector<std::thread> threads;
-    for (int i = 0; i < 4; ++i)  // each writes all, so that two often write the same one
+    for (int i = 0; i < 4; ++i)  // each writes all objects, so two often write the same one
         threads.emplace_back([&again, i] {
             for (std::uint32_t k = 0; k < 4; ++k)
                 EXPECT_OK(write_object(again, (k + static_cast<std::uint32_t>(i)) % 4));
@@ -66,7 +66,7 @@ TEST(ObjectWriter, SameSeedSameBytesWhateverTheThreads) {
     EXPECT_NE(contents(one.path()).at(image), contents(third.path()).at(image));
 }
 
-TEST(ObjectWriter, MoreObjectsLeaveTheOthersAsTheyAre) {
+TEST(ObjectWriter, MoreObjectsLeaveTheOthersUnchanged) {
     const SampleFolder folder;
     WriterDesc desc = sample_cars(folder.path());
     test::write_all(desc);
@@ -91,7 +91,7 @@ TEST(ObjectWriter, AnInterruptedObjectIsWrittenAnew) {
     EXPECT_TRUE(fs::exists(split / "000000_car/intrinsics.txt"));
 }
 
-TEST(ObjectWriter, RefusesAFolderOfOtherValues) {
+TEST(ObjectWriter, RefusesAFolderWithOtherParameters) {
     const SampleFolder folder;
     WriterDesc desc = sample_cars(folder.path());
     ASSERT_OK(write_object(desc, 0));

@@ -7,7 +7,7 @@
 
 namespace splat::test {
 
-/// An empty folder that goes with the object.
+/// An empty folder that is removed with the object.
 class SampleFolder {
   public:
     SampleFolder();

@@ -29,7 +29,7 @@ TEST(Solid, BoxIsEnteredAtItsFaces) {
             EXPECT_DOUBLE_EQ(hit->distance, (10 - static_cast<double>(axis + 1)) / 2);
             for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(hit->normal[i], i == axis ? sign : 0);
         }
-    EXPECT_FALSE(enter(box, {{10, 2.001, 0}, {-1, 0, 0}})) << "beside it";
+    EXPECT_FALSE(enter(box, {{10, 2.001, 0}, {-1, 0, 0}})) << "next to it";
     EXPECT_FALSE(enter(box, {{10, 0, 0}, {1, 0, 0}})) << "behind the ray";
     EXPECT_FALSE(enter(box, {{0, 0, 0}, {1, 0, 0}})) << "from inside";
     EXPECT_FALSE(enter(box, {{1.5, 0, 0}, {0, 1, 0}})) << "along a face";
@@ -67,7 +67,7 @@ TEST(Solid, CylinderHasMantleAndCaps) {
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->distance, 3, 1e-12);
     EXPECT_NEAR(hit->normal[1], 1, 1e-12);
-    EXPECT_FALSE(enter(rod, {{0.4, 5, 0.4}, {0, -1, 0}})) << "beside the cap";
+    EXPECT_FALSE(enter(rod, {{0.4, 5, 0.4}, {0, -1, 0}})) << "next to the cap";
     EXPECT_FALSE(enter(rod, {{5, 2.01, 0}, {-1, 0, 0}})) << "above the cap";
     Solid half = rod;
     cut(half, {0, 0, 0}, {0, 0, 1});

@@ -1,9 +1,9 @@
 # Run by ctest when it starts, after the list that CMakeLists.txt writes (splat_timeouts: name=seconds). It
 # multiplies the timeout of each test by SPLAT_TIMEOUT_SCALE times (1 + load / processors), and sets the same
-# factor for the waits of the programs for a device. Neither number is known at configure time. The load is
+# factor for the waits of programs for a device. Neither number is known at configure time. The load is
 # that of the last minute, or of this moment if that is more; load that begins later does not count.
 
-# Thousandths of a decimal number; empty if it is none.
+# Thousandths of a decimal number; empty for any other text.
 function(splat_thousandths out text)
   set(${out} "" PARENT_SCOPE)
   if(NOT text STREQUAL "." AND text MATCHES "^([0-9]*)[.]?([0-9]*)$")

@@ -1,6 +1,6 @@
 #!/bin/sh
-# kill_resume.sh <vkrun> <folder> [kills]: a training that is killed again and again, at random moments of
-# steps and of saving, must end with the weights of one that was left alone.
+# kill_resume.sh <vkrun> <folder> [kills]: a training that is killed repeatedly, at random moments of
+# steps and of saving, must end with the weights of an uninterrupted one.
 set -u
 vkrun=$1
 temp=$2

@@ -73,7 +73,7 @@ TEST(Significance, RandomFlipsTendToTheExactNumber) {
     EXPECT_NE(drawn.p_permutation, compare_paired(more_a, more_b, other).p_permutation);
 }
 
-TEST(Significance, NoDifferenceIsNone) {
+TEST(Significance, EqualScoresShowNoDifference) {
     const std::vector<double> a = sample(30, 0, 3);
     const Comparison paired = compare_paired(a, a);
     EXPECT_EQ(paired.p_permutation, 1);
@@ -98,7 +98,7 @@ TEST(Significance, FindsNothingWhereThereIsNothing) {
     EXPECT_LE(found, 20);
 }
 
-TEST(Significance, HolmMultipliesByWhatIsLeft) {
+TEST(Significance, HolmMultipliesByTheRemainingTests) {
     EXPECT_EQ(holm(std::vector<double>{0.01, 0.04, 0.03}), (std::vector<double>{0.03, 0.06, 0.06}));
     EXPECT_EQ(holm(std::vector<double>{0.5, 0.9}), (std::vector<double>{1, 1}));
     EXPECT_TRUE(holm({}).empty());
@@ -118,7 +118,7 @@ TEST(GoldenNetSignificance, PooledTestsAreTheReferences) {
     });
 }
 
-/// Means and p of the permutation test as published of one file, against the reference's.
+/// Published means and p-values of one file against the reference.
 struct Published {
     const char* file;
     double mean[3];  ///< psnr, ssim, lpips

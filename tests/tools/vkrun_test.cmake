@@ -1,7 +1,7 @@
 # cmake -DCASE=<function below> -DVKRUN=<program> -DTEMP=<folder> -DCACHE=<folder> -P vkrun_test.cmake
 #
-# Runs vkrun, looks at exit status, standard output and standard error, and stops at the first surprise.
-# CACHE is kept from run to run: compiling shaders takes longer than all else.
+# Runs vkrun, checks exit status, standard output and standard error, and stops at the first failure.
+# CACHE is kept from run to run, because compiling shaders takes longer than everything else.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -37,7 +37,7 @@ function(expect_json text expected)
   endif()
 endfunction()
 
-# expect_range(<text> <least> <most> <key>...): a number, so neither null, NaN nor infinite.
+# expect_range(<text> <least> <most> <key>...): a finite number in the range.
 function(expect_range text least most)
   string(JSON type ERROR_VARIABLE error TYPE "${text}" ${ARGN})
   string(JSON value ERROR_VARIABLE error GET "${text}" ${ARGN})
@@ -73,7 +73,7 @@ function(HelpNamesEveryCommand)
     message(FATAL_ERROR "the help has a second list of commands:\n${out}")
   endif()
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS"
-         "4  data that is missing, damaged")
+         "4    data that is missing, damaged" "130  interrupted")
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
@@ -215,7 +215,7 @@ function(BenchMeasuresTimeAndError)
   vkrun(0 bench ops --quick --repeat 3 --json)
   set(result "${out}")
   string(JSON count LENGTH "${out}" results)
-  # Those of the library's table, as the error of a wrong name lists them: one without a case fails above.
+  # The operators of the library's table, from the error about a wrong name. One without a case fails above.
   vkrun(2 bench ops --only conv3d)
   string(REGEX REPLACE ".*there are: ([^\n]*)\n.*" "\\1" operators "${err}")
   string(REPLACE ", " ";" operators "${operators}")
@@ -238,7 +238,7 @@ function(BenchMeasuresTimeAndError)
       expect_range("${one}" 1e-6 1e5 ${side} median_ms)
       expect_range("${one}" 1e-6 1e6 ${side} gb_per_s)
       expect_range("${one}" 0 1e6 ${side} gflop_per_s)  # 0 of what moves bits
-      # A loss is one number, which may be rounded as its reference is.
+      # A loss is one number, which may round to its reference exactly.
       expect_range("${one}" 0 1e-5 ${side} relative_l2)
       expect_range("${one}" 0 1e-3 ${side} max_error)
       expect_range("${one}" 0 4 ${side} max_roundings)
@@ -300,7 +300,7 @@ function(BenchMeasuresTheRasterizer)
   expect_json("${out}" 6 result all_pairs)
 endfunction()
 
-# Every row of <file> has <count> cells; none here has a comma in it.
+# Every row of <file> has <count> cells. No cell contains a comma here.
 function(expect_csv path count)
   file(STRINGS ${path} rows)
   list(LENGTH rows lines)
@@ -372,7 +372,7 @@ function(BenchSaysWhenKernelsAreForced)
   expect("${out}" "SPLAT_KERNELS=plain: both sides run the same kernels")
 endfunction()
 
-# The peer of this test stands in for PyTorch: it knows the protocol, and nothing of networks.
+# The peer of this test replaces PyTorch. It implements only the protocol.
 function(write_peer path answer)
   file(WRITE ${path} "#!/bin/sh
 echo \"$@\" > ${path}.arguments
@@ -516,7 +516,8 @@ function(WeightsAreGraftedAndMerged)
   if(err MATCHES "ray grid")
     message(FATAL_ERROR "the fields of view are the same, but a warning says:\n${err}")
   endif()
-  # Another field of view: grafting keeps the configuration's, merging takes the file's, and both say so.
+  # With another field of view, grafting keeps that of the configuration, merging takes that of the file, and both
+  # warn.
   string(REPLACE "16," "16, fov: 30," narrow "${depth}")
   file(WRITE ${TEMP}/narrow.yaml "data: ${narrow}")
   vkrun(0 weights graft ${checkpoint} ${TEMP}/narrow.safetensors --config ${TEMP}/narrow.yaml --json)
@@ -564,7 +565,7 @@ function(WeightsAreGraftedAndMerged)
   vkrun(2 weights graft ${checkpoint} ${TEMP}/x.npz --config ${TEMP}/none.yaml)
 endfunction()
 
-# A camera whose file says no size of its image, as those of the first NeRF scenes.
+# A camera file without the size of its image, like those of the first NeRF scenes.
 function(write_nerf path)
   file(WRITE ${path}
        [=[{"camera_angle_x": 0.8, "frames": [{"file_path": "a/one.png",
@@ -702,7 +703,7 @@ function(ScenesAreRendered)
   foreach(name IN ITEMS one_alpha one_depth)
     expect_image(${TEMP}/file/${name}.npy 934e554d5059 3200)
   endforeach()
-  # What is nearer than the camera's 4.5 units less the extent is left out, and what is farther.
+  # The Gaussians are 4.5 units away: a nearer far plane and a farther near plane leave them out.
   vkrun(0 render ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/near --near 5 --json)
   expect_json("${out}" 0 views 0 visible)
   vkrun(0 render ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/far --far 4 --json)
@@ -712,7 +713,7 @@ function(ScenesAreRendered)
   expect_json("${out}" 3 views 0 visible)
 endfunction()
 
-# Neither no Gaussian nor one has an extent, so that an orbit needs its distance.
+# An empty scene and a single Gaussian have no extent, so an orbit needs --distance.
 function(ScenesWithoutExtentAreRendered)
   write_scene(${TEMP}/scene.ply)
   file(READ ${TEMP}/scene.ply text)
@@ -799,10 +800,10 @@ function(DataIsMade)
   expect("${err}" "holds data made with other values")
   vkrun(2 data synth ${TEMP}/data --class boats)
   vkrun(2 data synth ${TEMP}/data --objects 0)
-  expect("${err}" "no objects are wanted")
+  expect("${err}" "--objects, --val and --test are all 0")
 endfunction()
 
-# A network and a data set that are as small as they can be, and a run of six steps.
+# The smallest possible network and data set, and a run of six steps.
 set(small_training --set data.training_resolution=16 --set model.base_dim=8 --set model.num_blocks=1
                    --set "model.channel_mult=[1, 2]" --set "model.attention_resolutions=[8]"
                    --set model.opacity_bias=0 --set opt.batch_size=2 --set opt.imgs_per_obj=2 --set opt.base_lr=1e-3
@@ -842,7 +843,7 @@ function(TrainsAndGoesOnBitByBit)
     endif()
   endforeach()
 
-  # A damaged state is skipped for the one before it.
+  # A damaged state is skipped, and the one before it is used.
   file(WRITE ${TEMP}/parts/checkpoints/step_0000000006.state.safetensors "nothing")
   vkrun(0 train --out ${TEMP}/parts --resume)
   expect("${err}" "skipped a state: " "resumed from step_0000000004")
@@ -852,7 +853,7 @@ function(TrainsAndGoesOnBitByBit)
   endif()
 endfunction()
 
-# A checkpoint of RGB into a network that takes depth, too.
+# A checkpoint of an RGB network, loaded into one that also takes depth.
 function(TrainStartsFromOtherWeights)
   make_small_data()
   set(checkpoint ${CMAKE_CURRENT_LIST_DIR}/../golden/net/ckpt.pth)
@@ -885,7 +886,7 @@ function(TrainSaysWhatIsWrong)
   expect("${err}" "holds no run")
   file(WRITE ${TEMP}/mine/file.txt "mine")
   vkrun(2 train --data ${TEMP}/data --out ${TEMP}/mine --overwrite ${small_training})
-  expect("${err}" "is no run")
+  expect("${err}" "is not a run")
   vkrun(0 train --show --set opt.base_lr=3e-4)
   expect_range("${out}" 2.9e-4 3.1e-4 opt base_lr)
   vkrun(7 train --data ${TEMP}/data --out ${TEMP}/diverged ${small_training} --set opt.base_lr=1000
@@ -913,6 +914,11 @@ function(ConfigurationsAreListedAndShown)
   vkrun(0 config show ${TEMP}/small.yaml --set opt.base_lr=3e-4)
   expect("${out}" "\nmodel.base_dim +32 +file\n" "\nopt.base_lr +0.0003 +set\n" "\nopt.eps +1e-15 +default\n"
          "\ngeneral.device +-\n")
+  # Wrong without the changes, right with them.
+  file(WRITE ${TEMP}/thirds.yaml "model: {base_dim: 32}\nopt: {micro_batch: 3}\n")
+  vkrun(2 config show ${TEMP}/thirds.yaml)
+  vkrun(0 config show ${TEMP}/thirds.yaml --set opt.micro_batch=2)
+  expect("${out}" "\nmodel.base_dim +32 +file\n" "\nopt.micro_batch +2 +set\n" "\nopt.eps +1e-15 +default\n")
   vkrun(0 config show --set data.category=hydrants --json)
   expect_json("${out}" data.fov 1 key)
   expect_json("${out}" 0 1 value)
@@ -940,12 +946,16 @@ function(ConfigSaysWhatIsWrong)
   expect("${err}" "'opt.batch_size' is 0, expected 1 to 4096")
   vkrun(2 config show ${TEMP}/nowhere.yaml)
   expect("${err}" "cannot read '[^\n]*nowhere.yaml'")
+  vkrun(2 config show ${TEMP})
+  expect("${err}" "cannot read '")
+  string(REPEAT a 5000 long)
+  vkrun(2 config show ${long})
   file(WRITE ${TEMP}/broken.yaml "opt: {base_lr: 1\n")
   vkrun(2 config show ${TEMP}/broken.yaml)
   expect("${err}" "broken.yaml: ")
 endfunction()
 
-# Weights with adapters predict what merged ones do, and give them back when unmerged.
+# Weights with adapters predict the same as merged ones, and unmerging restores them.
 function(AdaptersAreFoldedIn)
   make_small_data()
   set(lora ${small_training} --set opt.lora_finetune=true --set opt.lora_alpha=8 --set opt.base_lr=1e-1
@@ -1026,7 +1036,7 @@ function(NetworksAreScoredAndPredict)
   expect("${page}" "<td>psnr</td>" "<td>.0.0000</td><td>.0.0000 to .0.0000</td><td>1</td>")
   file(STRINGS ${TEMP}/eval/scores.txt line LIMIT_COUNT 1)
   expect("${line}" "^0_000000_car [0-9.]+ [0-9.]+ nan$")
-  # The flat picture shows the view it was made of best; the mean image shows none of them.
+  # The flat picture fits best the view that it was made from; the mean image fits no view.
   vkrun(0 eval ${weights} --data ${TEMP}/data --out ${TEMP}/flat --baseline billboard --json)
   string(JSON flat GET "${out}" conditioning psnr)
   expect_range("${out}" 1 "${flat}" novel psnr)
@@ -1051,7 +1061,7 @@ function(NetworksAreScoredAndPredict)
   expect("${page}" "data:image/png;base64," "Gaussians" "PSNR [0-9.]+ dB, SSIM")
   vkrun(0 predict ${TEMP}/object/input.png --weights ${weights} --out ${TEMP}/photo --views 2 --json)
   expect_json("${out}" border photo mask)
-  # Gray goes for a depth here: what is regressed is there, whatever it says.
+  # A gray picture serves as the depth: the figures of the fit must be there, whatever their values.
   vkrun(0 predict ${TEMP}/object/input.png --weights ${weights} --out ${TEMP}/photo --views 2 --json
         --true-depth ${TEMP}/object/input.png)
   expect_range("${out}" -1 1 depth correlation)
@@ -1073,7 +1083,7 @@ function(NetworksAreScoredAndPredict)
   vkrun(0 predict ${TEMP}/object/input.png --weights ${weights} --config ${TEMP}/narrow.json --out ${TEMP}/narrow
         --views 1)
   expect("${err}" "and is taken over: its field of view is 51.99 degrees, data.fov 30\n")
-  # A plane that no picture has: the library would read beyond the other ones.
+  # A picture has no such plane, and the library would read beyond the others.
   file(READ ${TEMP}/run/config.json config)
   string(REPLACE "\"origin_distances\": false" "\"origin_distances\": true" config "${config}")
   file(WRITE ${TEMP}/origin.json "${config}")

@@ -27,9 +27,9 @@ model::PredictorConfig small_network() {
     c.channel_mult = {1, 2};
     c.attention_resolutions = {4};
     c.dropout = 0;
-    // Visible from the start, so that gradients are of ordinary size. Gaussians start at the centres
-    // of pixels; of this size they end (alpha 1/255) 2.45 pixels away, where no other centre is: else
-    // all would enter and leave pixels at once.
+    // Visible from the start, so that gradients have an ordinary size. Gaussians start at the centres
+    // of pixels. With this scale they end (alpha 1/255) 2.45 pixels away, where no other centre is;
+    // otherwise all of them would enter and leave pixels at the same time.
     c.init_opacity = {1, 0};
     c.init_scale = {0.1F, 0.09F};
     return c;

@@ -138,7 +138,7 @@ TEST_F(Device, CpuKernelsNeed64BitIntegers) {
     EXPECT_ERROR(open(poor), Code::kUnsupported, "64-bit integers");
 }
 
-TEST_F(Device, FakedLimitsAreWhatTheRestSees) {
+TEST_F(Device, FakedLimitsReplaceTheRealOnes) {
     ContextDesc lowered = test::context_desc();
     lowered.device.fake = [](DeviceInfo& info) { info.limits.max_groups = {2, 2, 2}; };
     const auto context = test::make_context(lowered);
@@ -151,7 +151,7 @@ TEST_F(Device, FakedLimitsAreWhatTheRestSees) {
                  "1 to 2");
 }
 
-TEST_F(Device, SharesOneInstancePerWishForValidation) {
+TEST_F(Device, SharesOneInstancePerChoiceOfValidation) {
     EXPECT_EQ(Instance::get(test::validation_on()).value(), instance_);
     if (test::validation_on()) {
         EXPECT_NE(Instance::get(false).value(), instance_);

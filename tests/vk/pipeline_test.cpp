@@ -170,7 +170,7 @@ VKAPI_ATTR VkResult VKAPI_CALL compile_slowly(VkDevice, VkPipelineCache, std::ui
 TEST_P(PipelineThreads, ProcessMayEndMeanwhile) {
     GTEST_FLAG_SET(death_test_style,
                    "threadsafe");                 // a new process, not a copy with one thread
-    setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // which ends with its memory taken, as it may
+    setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // it may end without freeing its memory
     const auto compile_and_exit = [&] {
         new std::shared_ptr<Context>(context_);  // never destroyed
         context_->device().vk.vkCreateComputePipelines = compile_slowly;

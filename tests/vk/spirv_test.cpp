@@ -74,7 +74,7 @@ TEST(Spirv, FindsVariantsByStem) {
     EXPECT_EQ(none.gpu, nullptr);
 }
 
-TEST(Spirv, RefusesWhatIsNoModule) {
+TEST(Spirv, RefusesWhatIsNotAModule) {
     const std::vector<std::uint32_t> none;
     const std::vector<std::uint32_t> zeros(100, 0);
     EXPECT_ERROR(reflect(none).status(), Code::kInternal, "SPIR-V");

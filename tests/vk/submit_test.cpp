@@ -138,7 +138,7 @@ TEST_F(Submit, TimeoutIsReportedAndRecoveredFrom) {
 }
 
 /// The layer would complain of a command buffer that is written while it runs.
-TEST_F(Submit, WhatStillRunsIsNotEncodedAnew) {
+TEST_F(Submit, RunningListsAreNotEncodedAnew) {
     auto& [context, x, y, list] = *scaling_;
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "");
@@ -161,7 +161,7 @@ TEST_F(Submit, OneTimeoutIsNotTheWholeWait) {
     EXPECT_EQ(g_timeouts, 0);
 }
 
-TEST_F(Submit, KeepsAsideWhatIsFreedDuringATimeout) {
+TEST_F(Submit, KeepsMemoryFreedDuringATimeout) {
     const auto& context = scaling_->context;
     const Buffer& x = scaling_->x;
     const Buffer keep = device_buffer(*context, kScaled);

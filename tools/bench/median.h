@@ -5,7 +5,7 @@
 
 namespace vkrun::bench {
 
-/// The middle of the sorted values, or the mean of the middle two; 0 if there are none.
+/// The middle one of the sorted values, or the mean of the middle two; 0 without values.
 inline double median_of(std::vector<double> values) {
     if (values.empty()) return 0;
     std::sort(values.begin(), values.end());

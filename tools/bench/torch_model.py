@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Splatter Image's network in PyTorch: what `vkrun bench model --peer` runs in turns with libsplat.
+"""Splatter Image's network in PyTorch: `vkrun bench model --peer` alternates it with libsplat.
 
 Random weights, no embedding, no dropout; the head that makes Gaussians is part of a pass. Protocol: one
 line "ready {json}" on standard output; then for each line of standard input one of milliseconds,
@@ -49,7 +49,7 @@ def parse():
 
 
 def limit(options):
-    """What libraries read once, when they are loaded."""
+    """Set variables that libraries read once, when they are loaded."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = str(options.threads)
     if options.isa == "avx2":

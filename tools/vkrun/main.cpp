@@ -9,34 +9,35 @@
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/log.h"
+#include "vkrun/cli/options.h"
 #include "vkrun/cli/usage.h"
 
 namespace vkrun {
 namespace {
 
 constexpr const char* kAbout =
-    "vkrun: libsplat on the command line.\n"
+    "vkrun: 3D Gaussian splatting and Splatter Image on the command line.\n"
     "Results go to standard output, messages to standard error.";
 
 constexpr const char* kMainFooter = R"(Exit status:
-  0  success
-  1  failure: a check failed, a result is wrong, a file cannot be written, or an error
-     of the library
-  2  wrong usage of the command line
-  3  no Vulkan loader, no driver, or no usable device
-  4  data that is missing, damaged or does not fit together
-  5  out of memory, of the host or the device
-  6  a comparison found something worse
-  7  numbers that are not finite
+  0    success
+  1    failure: a failed check, a wrong result, a file that cannot be written, or an
+       error of the library
+  2    wrong usage of the command line
+  3    no Vulkan loader, no driver, or no usable device
+  4    data that is missing, damaged or does not fit together
+  5    out of memory, on the host or on the device
+  6    a comparison found something worse
+  7    a loss or gradients that are not finite
   130  interrupted
 
 Environment:
-  SPLAT_KERNELS=auto|plain|cpu|gpu  which shaders run, on every device
+  SPLAT_KERNELS=auto|plain|cpu|gpu  the shaders to run, on every device
   SPLAT_TIMEOUT_SCALE=X             multiplies every wait for a device (60 s)
   SPLAT_VALIDATION=1                run under the Khronos validation layer
   VK_DRIVER_FILES=FILE[:FILE]...    the Vulkan drivers to consider
 
-'vkrun COMMAND --help' tells more about a command. Start with 'vkrun doctor'.
+'vkrun COMMAND --help' describes a command. Start with 'vkrun doctor'.
 )";
 
 std::string version_text() {
@@ -61,8 +62,7 @@ int run_main(int argc, char** argv) {
     app.require_subcommand(1);
     app.fallthrough();
     app.footer(kMainFooter);
-    app.get_formatter()->column_width(28);
-    app.get_formatter()->label("SUBCOMMAND", "COMMAND");
+    app.formatter(help_formatter());
     app.parse_complete_callback([&verbose] { set_verbose(verbose); });
     add_doctor(app, exit_code);
     add_devices(app, exit_code);

@@ -55,7 +55,8 @@ GeluParts gelu_by_tanh(vec4 a) {
 }
 
 GeluParts gelu_parts(vec4 x, bool by_tanh) {
-    const vec4 a = min(abs(x), vec4(15.0));
+    // min() may turn NaN into 15.
+    const vec4 a = mix(min(abs(x), vec4(15.0)), x, greaterThan(floatBitsToUint(abs(x)), uvec4(0x7f800000u)));
     if (by_tanh) return gelu_by_tanh(a);
     return gelu_exact(a);
 }

@@ -15,7 +15,7 @@ SPLAT_SPEC_ID kBlendNormalsId = 11u;          // forward: normals instead of col
 SPLAT_SPEC_ID kBlendEarlyOutId = 12u;         // both passes, not plain: end where every pixel has stopped
 SPLAT_SPEC_ID kBlendSkipBlocksId = 13u;       // both passes, cpu: leave out what a block of 8 x 8 pixels cannot see
 SPLAT_SPEC_ID kBlendDepthId = 14u;            // backward: grad_depth is given
-SPLAT_SPEC_ID kBlendAbsoluteId = 15u;         // backward: sum |dL/du| and |dL/dv|, too
+SPLAT_SPEC_ID kBlendAbsoluteId = 15u;         // backward: also sum |dL/du| and |dL/dv|
 SPLAT_SPEC_ID kBlendStraightThroughId = 16u;  // backward, cpu: straight_through below
 
 struct BlendParams {

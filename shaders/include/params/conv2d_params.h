@@ -21,7 +21,7 @@ struct Conv2dParams {
     float scale;
     uint accumulate;  // 1: parameter gradients are added to the existing values
     uint transposed;  // conv2d_pack_weight: 1 flips the taps and swaps the channels
-    uint slices;      // conv2d_backward_weight: the rows of pixels are summed in so many slices
+    uint slices;      // conv2d_backward_weight: number of slices in which the rows of pixels are summed
     uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h
 };
 

@@ -24,7 +24,7 @@ struct LinearParams {
     uint transposed;  // linear_pack_weight: 1 packs the transpose
     uint accumulate;  // 1: parameter gradients are added to the existing values
     uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h; fast products: of rows per layer
-    uint slices;      // linear_backward_weight: the rows are summed in so many slices
+    uint slices;      // linear_backward_weight: number of slices in which the rows are summed
     uint has_residual;
     float scale;
 };

@@ -2,7 +2,7 @@
 
 #include "ops/op_table.h"
 
-/// What operators share that map each element by itself: one kernel of shaders/ops/activations per pass, y
+/// Shared by operators that map each element separately: one kernel of shaders/ops/activations per pass, y
 /// from x, and grad_x from x and grad_y.
 namespace splat::ops {
 

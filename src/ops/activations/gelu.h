@@ -14,7 +14,7 @@ namespace splat::ops {
 ///
 /// x, y, grad_x, grad_y  [N,C,...] float32 as quads; y may be x, grad_x may be grad_y
 /// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
-/// Precision    relative 5e-7 of y in both tails too, down to the least normal float; with tanh, times
+/// Precision    relative 5e-7 of y, also in both tails, down to the least normal float; with tanh, times
 ///              1 + 2|u| for x < 0 (tests/ops/activations/gelu_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Hendrycks & Gimpel 2016, arXiv:1606.08415; erfc: shaders/include/activations/gelu.glsl

@@ -8,7 +8,7 @@ namespace splat::ops {
 ///
 /// x, y, grad_x, grad_y  [N,C,...] float32 as quads; y may be x, grad_x may be grad_y
 /// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
-/// Precision    exact; of NaN nothing is said
+/// Precision    exact; undefined for NaN
 /// Determinism  bit-exact for any thread count
 /// Source       Nair & Hinton 2010
 extern const OpRow kReluRow;

@@ -9,7 +9,7 @@ namespace splat::ops {
 /// Quads per workgroup of a forward pass, so few that each lane sums only a few terms.
 inline constexpr std::uint32_t kLossChunk = 1024;
 
-/// Number of partial sums of a loss over so many quads, and their bytes.
+/// Number of partial sums of a loss over this many quads, and their bytes.
 std::uint32_t loss_chunks(const QuadDims& dims);
 std::uint64_t loss_partial_bytes(const QuadDims& dims);
 

@@ -87,7 +87,7 @@ SsimDesc ssim_desc(const Shape& a) {
     return {a[0], a[1], a[2], a[3]};
 }
 
-/// Where the workspace goes on behind the rows.
+/// Offset of the workspace behind the rows.
 std::uint64_t rows_end(const vk::Recorder& recorder, const SsimDesc& desc) {
     return round_up(ssim_forward_rows_bytes(desc), recorder.device().limits.offset_alignment);
 }

@@ -97,7 +97,7 @@ void MisuseTable::library_rows() {
     const splat_log_callback other = [](void*, splat_log_level, const char*) {};
     for (const splat_log_level level : {INT32_MIN, -1, 5, INT32_MAX})
         for (const char* parameter : {"min_level", "callback", "user"})
-            add("splat_log_set_callback", parameter, "with a level that is none", kArgument,
+            add("splat_log_set_callback", parameter, "with an unknown level", kArgument,
                 [level, other] { return splat_log_set_callback(other, nullptr, level); });
     add("splat_op_list", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
         [] { return splat_op_list(nullptr, SIZE_MAX, nullptr); });
@@ -163,7 +163,7 @@ void MisuseTable::device_desc_rows() {
         return splat_device_create(desc, outputs.device.out());
     };
     descs<splat_device_desc>("splat_device_create", device_desc(), create);
-    const auto spoilt = [&](const char* what, std::int32_t splat_device_desc::*field) {
+    const auto invalid = [&](const char* what, std::int32_t splat_device_desc::*field) {
         for (const std::int32_t value : {INT32_MIN, -1, 6, INT32_MAX}) {
             splat_device_desc desc = device_desc();
             desc.*field = value;
@@ -171,9 +171,9 @@ void MisuseTable::device_desc_rows() {
                 [create, desc] { return create(&desc); });
         }
     };
-    spoilt("a select that is none", &splat_device_desc::select);
-    spoilt("a kind that is none", &splat_device_desc::kind);
-    spoilt("kernels that are none", &splat_device_desc::kernels);
+    invalid("an unknown select", &splat_device_desc::select);
+    invalid("an unknown kind", &splat_device_desc::kind);
+    invalid("unknown kernels", &splat_device_desc::kernels);
     splat_device_desc desc = device_desc();
     desc.select = SPLAT_SELECT_BY_KIND;
     add("splat_device_create", "desc", "by kind without a kind", kArgument,

@@ -19,7 +19,7 @@ struct Misuse {
     std::function<splat_result()> call;
 };
 
-/// Outputs of the calls. A failed call leaves them as they are.
+/// Outputs of the calls. A failed call leaves them unchanged.
 struct Outputs {
     Outputs();
     [[nodiscard]] bool untouched() const;
@@ -107,7 +107,7 @@ class MisuseTable {
     template <class Handle>
     void handles(const char* function, const char* parameter,
                  std::function<splat_result(Handle)> call, splat_result for_null);
-    /// An info or stats struct: NULL, and sizes that no version has.
+    /// An info or stats struct: NULL, and sizes of no version.
     template <class Info>
     void infos(const char* function, const char* parameter,
                std::function<splat_result(Info*)> call);
@@ -194,7 +194,7 @@ void MisuseTable::infos(const char* function, const char* parameter,
     add(function, parameter, "NULL", SPLAT_ERROR_INVALID_ARGUMENT,
         [call] { return call(nullptr); });
     for (const std::size_t size : {std::size_t{0}, std::size_t{4}, sizeof(Info) - 1})
-        add(function, parameter, "a struct_size that no version had", SPLAT_ERROR_INVALID_ARGUMENT,
+        add(function, parameter, "a struct_size of no version", SPLAT_ERROR_INVALID_ARGUMENT,
             [call, size] {
                 Output<Info> info;
                 info.set_struct_size(static_cast<std::uint32_t>(size));
@@ -206,17 +206,17 @@ void MisuseTable::infos(const char* function, const char* parameter,
 template <class Desc>
 void MisuseTable::descs(const char* function, const Desc& good,
                         std::function<splat_result(const Desc*)> call) {
-    const auto spoilt = [&](const char* what, void (*spoil)(Desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(Desc&)) {
         Desc desc = good;
-        spoil(desc);
+        change(desc);
         add(function, "desc", what, SPLAT_ERROR_INVALID_ARGUMENT,
             [call, desc] { return call(&desc); });
     };
-    spoilt("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
-    spoilt("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
-    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
-    spoilt("unknown flags", [](Desc& desc) { desc.flags |= 1U << 20; });
-    spoilt("a next", [](Desc& desc) { desc.next = &desc; });
+    invalid("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
+    invalid("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
+    invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
+    invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 20; });
+    invalid("a next", [](Desc& desc) { desc.next = &desc; });
 }
 
 }  // namespace splat::test

@@ -25,18 +25,18 @@ void MisuseTable::dataset_rows() {
         const splat_dataset_desc desc = dataset_desc();
         return splat_dataset_open(&desc, nullptr);
     });
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_dataset_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_dataset_desc&)) {
         splat_dataset_desc desc = dataset_desc();
-        spoil(desc);
+        change(desc);
         add("splat_dataset_open", "desc", what, kArgument, [open, desc] { return open(&desc); });
     };
-    spoilt("no path", [](splat_dataset_desc& d) { d.path = nullptr; });
-    spoilt("a path that is not", [](splat_dataset_desc& d) { d.path = "/nonexistent"; });
-    spoilt("an unknown format", [](splat_dataset_desc& d) { d.format = "x"; });
-    spoilt("an unknown split", [](splat_dataset_desc& d) { d.split = "x"; });
-    spoilt("a split that is not", [](splat_dataset_desc& d) { d.split = "val"; });
-    spoilt("a large resolution", [](splat_dataset_desc& d) { d.resolution = UINT32_MAX; });
-    spoilt("a background", [](splat_dataset_desc& d) { d.background[0] = 2; });
+    invalid("no path", [](splat_dataset_desc& d) { d.path = nullptr; });
+    invalid("a missing path", [](splat_dataset_desc& d) { d.path = "/nonexistent"; });
+    invalid("an unknown format", [](splat_dataset_desc& d) { d.format = "x"; });
+    invalid("an unknown split", [](splat_dataset_desc& d) { d.split = "x"; });
+    invalid("a missing split", [](splat_dataset_desc& d) { d.split = "val"; });
+    invalid("a large resolution", [](splat_dataset_desc& d) { d.resolution = UINT32_MAX; });
+    invalid("a background above 1", [](splat_dataset_desc& d) { d.background[0] = 2; });
     handles<splat_dataset>(
         "splat_dataset_report", "dataset",
         [this](splat_dataset d) {
@@ -67,7 +67,7 @@ void MisuseTable::dataset_rows() {
     add("splat_dataset_read", "views", "NULL", kArgument,
         [this] { return read_one(dataset_, 0, nullptr, 1); });
     static const std::uint32_t high[] = {0, 3};
-    add("splat_dataset_read", "count", "a view too high", kArgument,
+    add("splat_dataset_read", "count", "a view beyond the count", kArgument,
         [this] { return read_one(dataset_, 0, high, 2); });
     infos<splat_dataset_views>("splat_dataset_read", "out", [this](splat_dataset_views* out) {
         return splat_dataset_read(dataset_, 0, &kView, 1, out);
@@ -81,20 +81,21 @@ void MisuseTable::synthetic_rows() {
     };
     add("splat_synthetic_write", "desc", "NULL", kArgument, [write] { return write(nullptr); });
     descs<splat_synthetic_desc>("splat_synthetic_write", synthetic_desc(data_folder()), write);
-    const auto spoilt = [&](const char* what, splat_result expected,
-                            void (*spoil)(splat_synthetic_desc&)) {
+    const auto invalid = [&](const char* what, splat_result expected,
+                             void (*change)(splat_synthetic_desc&)) {
         splat_synthetic_desc desc = synthetic_desc(data_folder());
-        spoil(desc);
+        change(desc);
         add("splat_synthetic_write", "desc", what, expected,
             [write, desc] { return write(&desc); });
     };
-    spoilt("no path", kArgument, [](splat_synthetic_desc& d) { d.path = nullptr; });
-    spoilt("a path that is not", kArgument, [](splat_synthetic_desc& d) { d.path = "/proc/x"; });
-    spoilt("another category", kArgument, [](splat_synthetic_desc& d) { d.category = "x"; });
-    spoilt("another seed", kArgument, [](splat_synthetic_desc& d) { d.seed = 1; });
-    spoilt("a small resolution", kArgument, [](splat_synthetic_desc& d) { d.resolution = 7; });
-    spoilt("a large resolution", SPLAT_ERROR_UNSUPPORTED,
-           [](splat_synthetic_desc& d) { d.resolution = 2049; });
+    invalid("no path", kArgument, [](splat_synthetic_desc& d) { d.path = nullptr; });
+    invalid("a path that cannot be written", kArgument,
+            [](splat_synthetic_desc& d) { d.path = "/proc/x"; });
+    invalid("another category", kArgument, [](splat_synthetic_desc& d) { d.category = "x"; });
+    invalid("another seed", kArgument, [](splat_synthetic_desc& d) { d.seed = 1; });
+    invalid("a small resolution", kArgument, [](splat_synthetic_desc& d) { d.resolution = 7; });
+    invalid("a large resolution", SPLAT_ERROR_UNSUPPORTED,
+            [](splat_synthetic_desc& d) { d.resolution = 2049; });
     for (const std::uint32_t index : {3U, UINT32_MAX})
         add("splat_synthetic_write", "index", "too high", kArgument, [index] {
             const splat_synthetic_desc desc = synthetic_desc(data_folder());

@@ -22,21 +22,21 @@ void MisuseTable::model_rows() {
         [this] { return splat_model_create(device_, nullptr, outputs.model.out()); });
     add("splat_model_create", "model", "NULL", kArgument,
         [this, good] { return splat_model_create(device_, &good, nullptr); });
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_model_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_model_desc&)) {
         splat_model_desc desc = good;
-        spoil(desc);
+        change(desc);
         add("splat_model_create", "desc", what, kArgument,
             [this, desc] { return splat_model_create(device_, &desc, outputs.model.out()); });
     };
-    spoilt("a precision that is none", [](splat_model_desc& d) { d.precision = 3; });
-    spoilt("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
-    spoilt("no configuration", [](splat_model_desc& d) { d.config = "]"; });
-    spoilt("an unknown key", [](splat_model_desc& d) { d.config = "model: {base_dims: 8}"; });
-    spoilt("an unknown section", [](splat_model_desc& d) { d.config = "modle: {base_dim: 8}"; });
-    spoilt("an unknown key of training",
-           [](splat_model_desc& d) { d.config = "opt: {lora_rnak: 8}"; });
-    spoilt("a resolution that does not divide",
-           [](splat_model_desc& d) { d.config = "data: {training_resolution: 30}"; });
+    invalid("an unknown precision", [](splat_model_desc& d) { d.precision = 3; });
+    invalid("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
+    invalid("an invalid configuration", [](splat_model_desc& d) { d.config = "]"; });
+    invalid("an unknown key", [](splat_model_desc& d) { d.config = "model: {base_dims: 8}"; });
+    invalid("an unknown section", [](splat_model_desc& d) { d.config = "modle: {base_dim: 8}"; });
+    invalid("an unknown key of training",
+            [](splat_model_desc& d) { d.config = "opt: {lora_rnak: 8}"; });
+    invalid("a resolution that does not fit the levels",
+            [](splat_model_desc& d) { d.config = "data: {training_resolution: 30}"; });
 
     model_state_rows();
     model_pass_rows();
@@ -61,7 +61,7 @@ void MisuseTable::model_state_rows() {
     add("splat_model_load", "flags", "adapters and more", kArgument, [this] {
         return splat_model_load(model_, weights_, SPLAT_LOAD_ADAPTERS | SPLAT_LOAD_GRAFT);
     });
-    add("splat_model_load", "flags", "adapters where there are none", kState,
+    add("splat_model_load", "flags", "adapters for a network without them", kState,
         [this] { return splat_model_load(model_, weights_, SPLAT_LOAD_ADAPTERS); });
     on_model("splat_model_store",
              [this](splat_model m) { return splat_model_store(m, outputs.weights.out()); });
@@ -119,7 +119,7 @@ void MisuseTable::model_pass_rows() {
     });
     add("splat_model_read", "name", "NULL", kArgument,
         [this] { return splat_model_read(model_, nullptr, *outputs.values.out(), 64); });
-    add("splat_model_read", "name", "nothing of that name", kArgument,
+    add("splat_model_read", "name", "an unknown name", kArgument,
         [this] { return splat_model_read(model_, "mean", *outputs.values.out(), 64); });
     add("splat_model_read", "name", "before the first pass", kState,
         [this] { return splat_model_read(model_, "means", *outputs.values.out(), 64); });
@@ -159,9 +159,9 @@ void MisuseTable::module_rows() {
         [this] { return splat_module_create(device_, nullptr, outputs.module.out()); });
     add("splat_module_create", "module", "NULL", kArgument,
         [this, good] { return splat_module_create(device_, &good, nullptr); });
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_module_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_module_desc&)) {
         splat_module_desc desc = good;
-        spoil(desc);
+        change(desc);
         add("splat_module_create", "desc", what, kArgument,
             [this, desc] { return splat_module_create(device_, &desc, outputs.module.out()); });
     };
@@ -170,16 +170,16 @@ void MisuseTable::module_rows() {
     static splat_tensor_desc scalar = tensor_desc({}, "x");
     static splat_tensor_desc empty = tensor_desc({1, 4}, "x");
     empty.dims[1] = 0;
-    spoilt("no type", [](splat_module_desc& d) { d.type = nullptr; });
-    spoilt("a type that is none", [](splat_module_desc& d) { d.type = "sil"; });
-    spoilt("attributes that are none", [](splat_module_desc& d) { d.attributes = "]"; });
-    spoilt("no ports", [](splat_module_desc& d) { d.ports = nullptr; });
-    spoilt("too many ports", [](splat_module_desc& d) { d.port_count = 65; });
-    spoilt("a precision that is none", [](splat_module_desc& d) { d.precision = 3; });
-    spoilt("a port without a name", [](splat_module_desc& d) { d.ports = &kNameless; });
-    spoilt("a port of whole numbers", [](splat_module_desc& d) { d.ports = &kWhole; });
-    spoilt("a scalar port", [](splat_module_desc& d) { d.ports = &scalar; });
-    spoilt("an empty port", [](splat_module_desc& d) { d.ports = &empty; });
+    invalid("no type", [](splat_module_desc& d) { d.type = nullptr; });
+    invalid("an unknown type", [](splat_module_desc& d) { d.type = "sil"; });
+    invalid("invalid attributes", [](splat_module_desc& d) { d.attributes = "]"; });
+    invalid("no ports", [](splat_module_desc& d) { d.ports = nullptr; });
+    invalid("too many ports", [](splat_module_desc& d) { d.port_count = 65; });
+    invalid("an unknown precision", [](splat_module_desc& d) { d.precision = 3; });
+    invalid("a port without a name", [](splat_module_desc& d) { d.ports = &kNameless; });
+    invalid("an integer port", [](splat_module_desc& d) { d.ports = &kWhole; });
+    invalid("a scalar port", [](splat_module_desc& d) { d.ports = &scalar; });
+    invalid("an empty port", [](splat_module_desc& d) { d.ports = &empty; });
     module_tensor_rows();
 }
 

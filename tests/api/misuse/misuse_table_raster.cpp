@@ -83,7 +83,7 @@ void MisuseTable::camera_file_rows() {
         return splat_camera_load(nullptr, nullptr, outputs.camera.out(), 1, outputs.count.out());
     });
     for (const char* parameter : {"path", "capacity", "count"})
-        add("splat_camera_load", parameter, "of no file", kArgument,
+        add("splat_camera_load", parameter, "of a missing file", kArgument,
             [load] { return load(nullptr); });
     add("splat_camera_load", "cameras", "NULL", kArgument, [this] {
         return splat_camera_load(kNoRasterFile, nullptr, nullptr, 1, outputs.count.out());
@@ -93,7 +93,7 @@ void MisuseTable::camera_file_rows() {
                                         outputs.size.out());
     });
     for (const char* parameter : {"path", "buffer", "capacity", "needed"})
-        add("splat_camera_load_report", parameter, "of no file", kArgument,
+        add("splat_camera_load_report", parameter, "of a missing file", kArgument,
             [report] { return report(nullptr); });
 }
 
@@ -112,33 +112,33 @@ void MisuseTable::rasterizer_rows() {
         kHandle);
     add("splat_rasterizer_create", "rasterizer", "NULL", kArgument,
         [this, good] { return splat_rasterizer_create(device_, &good, nullptr); });
-    const auto spoilt = [&](const char* what, splat_result expected,
-                            void (*spoil)(splat_rasterizer_desc&)) {
+    const auto invalid = [&](const char* what, splat_result expected,
+                             void (*change)(splat_rasterizer_desc&)) {
         splat_rasterizer_desc desc = good;
-        spoil(desc);
+        change(desc);
         add("splat_rasterizer_create", "desc", what, expected,
             [create, desc] { return create(&desc); });
     };
     using Desc = splat_rasterizer_desc;
-    spoilt("no width", kArgument, [](Desc& d) { d.width = 0; });
-    spoilt("no height", kArgument, [](Desc& d) { d.height = 0; });
-    spoilt("too wide", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.width = UINT32_MAX; });
-    spoilt("too many", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.gaussians = UINT32_MAX; });
-    spoilt("too many views", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.views = UINT32_MAX; });
-    spoilt("a degree too high", kArgument, [](Desc& d) { d.sh_degree = 4; });
-    spoilt("unknown skips", kArgument, [](Desc& d) { d.switch_off = 64; });
-    spoilt("no convention", kArgument, [](Desc& d) { d.convention = 3; });
-    spoilt("no convention", kArgument, [](Desc& d) { d.convention = -1; });
-    spoilt("a near plane behind", kArgument, [](Desc& d) { d.near_plane = -1; });
-    spoilt("a near plane that is none", kArgument, [](Desc& d) { d.near_plane = NAN; });
-    spoilt("far before near", kArgument, [](Desc& d) { d.far_plane = 0.1F; });
-    spoilt("poses in 3dgs", kArgument, [](Desc& d) { d.flags = SPLAT_RASTERIZER_GRAD_POSE; });
-    spoilt("the original gradient in gsplat", kArgument, [](Desc& d) {
+    invalid("no width", kArgument, [](Desc& d) { d.width = 0; });
+    invalid("no height", kArgument, [](Desc& d) { d.height = 0; });
+    invalid("too wide", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.width = UINT32_MAX; });
+    invalid("too many", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.gaussians = UINT32_MAX; });
+    invalid("too many views", SPLAT_ERROR_UNSUPPORTED, [](Desc& d) { d.views = UINT32_MAX; });
+    invalid("a degree too high", kArgument, [](Desc& d) { d.sh_degree = 4; });
+    invalid("unknown skips", kArgument, [](Desc& d) { d.disabled_skips = 64; });
+    invalid("an unknown convention", kArgument, [](Desc& d) { d.convention = 3; });
+    invalid("a negative convention", kArgument, [](Desc& d) { d.convention = -1; });
+    invalid("a negative near plane", kArgument, [](Desc& d) { d.near_plane = -1; });
+    invalid("a near plane that is NaN", kArgument, [](Desc& d) { d.near_plane = NAN; });
+    invalid("far before near", kArgument, [](Desc& d) { d.far_plane = 0.1F; });
+    invalid("poses in 3dgs", kArgument, [](Desc& d) { d.flags = SPLAT_RASTERIZER_GRAD_POSE; });
+    invalid("the original gradient in gsplat", kArgument, [](Desc& d) {
         d.flags = SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
         d.convention = SPLAT_CONVENTION_GSPLAT;
     });
-    spoilt("bands of direct colours", kArgument,
-           [](Desc& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
+    invalid("bands of direct colours", kArgument,
+            [](Desc& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
     handles<splat_rasterizer>("splat_rasterizer_destroy", "rasterizer", splat_rasterizer_destroy,
                               SPLAT_OK);
 }
@@ -186,18 +186,18 @@ void MisuseTable::rasterizer_forward_rows() {
     both("count", "none", &good, 0, 0);
     both("count", "more than views", &good, 2, 0);
     both("background", "not finite", &good, 1, INFINITY);
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_camera&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_camera&)) {
         splat_camera camera = good;
-        spoil(camera);
+        change(camera);
         both("cameras", what, &camera, 1, 0);
     };
-    spoilt("of another width", [](splat_camera& c) { c.width = 15; });
-    spoilt("of another height", [](splat_camera& c) { c.height = 17; });
-    spoilt("no focal length", [](splat_camera& c) { c.fx = 0; });
-    spoilt("a focal length below 0", [](splat_camera& c) { c.fy = -1; });
-    spoilt("a centre that is not finite", [](splat_camera& c) { c.cx = NAN; });
-    spoilt("a pose that is not finite", [](splat_camera& c) { c.world_to_camera[3] = INFINITY; });
-    spoilt("a singular pose", [](splat_camera& c) {
+    invalid("of another width", [](splat_camera& c) { c.width = 15; });
+    invalid("of another height", [](splat_camera& c) { c.height = 17; });
+    invalid("no focal length", [](splat_camera& c) { c.fx = 0; });
+    invalid("a focal length below 0", [](splat_camera& c) { c.fy = -1; });
+    invalid("a centre that is not finite", [](splat_camera& c) { c.cx = NAN; });
+    invalid("a pose that is not finite", [](splat_camera& c) { c.world_to_camera[3] = INFINITY; });
+    invalid("a singular pose", [](splat_camera& c) {
         for (double& value : c.world_to_camera) value = 0;
     });
     const auto forward = [this, good](const splat_gaussians_desc* desc) {

@@ -97,7 +97,7 @@ void MisuseTable::scene_file_rows() {
     add("splat_scene_load_memory", "data", "NULL", kArgument,
         [this] { return splat_scene_load_memory(nullptr, 4, nullptr, outputs.scene.out()); });
     for (const std::size_t bytes : {std::size_t{0}, sizeof kSix})
-        add("splat_scene_load_memory", "bytes", "no scene", kArgument, [this, bytes] {
+        add("splat_scene_load_memory", "bytes", "an invalid file", kArgument, [this, bytes] {
             return splat_scene_load_memory(kSix, bytes, nullptr, outputs.scene.out());
         });
     add("splat_scene_load_memory", "scene", "NULL", kArgument,
@@ -107,7 +107,7 @@ void MisuseTable::scene_file_rows() {
         [](splat_scene s) { return splat_scene_save(s, kNoSceneFile, nullptr); }, kHandle);
     add("splat_scene_save", "path", "NULL", kArgument,
         [this] { return splat_scene_save(scene_, nullptr, nullptr); });
-    add("splat_scene_save", "path", "a folder that is not", kArgument,
+    add("splat_scene_save", "path", "a missing folder", kArgument,
         [save] { return save(nullptr); });
     handles<splat_scene>(
         "splat_scene_save_memory", "scene",
@@ -169,7 +169,7 @@ void MisuseTable::scene_change_rows() {
         return splat_scene_to_tensor(s, "means", device_, outputs.tensor.out());
     });
     for (const char* name : {static_cast<const char*>(nullptr), "", "Means", "colour"}) {
-        const char* what = name == nullptr ? "NULL" : "no attribute";
+        const char* what = name == nullptr ? "NULL" : "an unknown name";
         add("splat_scene_read", "name", what, kArgument,
             [this, name] { return splat_scene_read(scene_, name, *outputs.values.out(), 64); });
         add("splat_scene_write", "name", what, kArgument,

@@ -27,17 +27,17 @@ void MisuseTable::tensor_create_rows() {
         });
     };
     both("desc", "NULL", kArgument, nullptr);
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_tensor_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_tensor_desc&)) {
         splat_tensor_desc desc = good;
-        spoil(desc);
+        change(desc);
         both("desc", what, kArgument, &desc);
     };
-    spoilt("a rank too high", [](splat_tensor_desc& desc) { desc.rank = SPLAT_MAX_RANK + 1; });
-    spoilt("the highest rank", [](splat_tensor_desc& desc) { desc.rank = UINT32_MAX; });
-    spoilt("a dtype that is none", [](splat_tensor_desc& desc) { desc.dtype = 4; });
-    spoilt("a negative dtype", [](splat_tensor_desc& desc) { desc.dtype = -1; });
-    spoilt("no elements", [](splat_tensor_desc& desc) { desc.dims[0] = 0; });
-    spoilt("too many elements", [](splat_tensor_desc& desc) { desc.dims[0] = INT64_MAX; });
+    invalid("a rank too high", [](splat_tensor_desc& desc) { desc.rank = SPLAT_MAX_RANK + 1; });
+    invalid("the highest rank", [](splat_tensor_desc& desc) { desc.rank = UINT32_MAX; });
+    invalid("an unknown dtype", [](splat_tensor_desc& desc) { desc.dtype = 4; });
+    invalid("a negative dtype", [](splat_tensor_desc& desc) { desc.dtype = -1; });
+    invalid("no elements", [](splat_tensor_desc& desc) { desc.dims[0] = 0; });
+    invalid("too many elements", [](splat_tensor_desc& desc) { desc.dims[0] = INT64_MAX; });
     descs<splat_tensor_desc>("splat_tensor_create", good, [this](const splat_tensor_desc* desc) {
         return splat_tensor_create(device_, desc, outputs.tensor.out());
     });
@@ -90,7 +90,7 @@ void MisuseTable::tensor_copy_rows() {
             add(name, "bytes", "too few", kArgument,
                 [copy, bytes] { return copy(false, bytes, nullptr); });
         for (const std::int64_t stride : {std::int64_t{-1}, INT64_MIN, INT64_MAX, std::int64_t{2}})
-            add(name, "strides", "out of the memory given", kArgument,
+            add(name, "strides", "outside the memory given", kArgument,
                 [copy, stride] { return copy(false, 16, &stride); });
     }
     handles<splat_tensor>(
@@ -113,11 +113,9 @@ void MisuseTable::tensor_rows() {
         kHandle);
     for (const splat_access access : {INT32_MIN, -1, 0, 4, INT32_MAX})
         for (const char* parameter : {"access", "bytes"})
-            add("splat_tensor_map", parameter, "with an access that is none", kArgument,
-                [this, access] {
-                    return splat_tensor_map(tensor_, access, outputs.pointer.out(),
-                                            outputs.size.out());
-                });
+            add("splat_tensor_map", parameter, "with an unknown access", kArgument, [this, access] {
+                return splat_tensor_map(tensor_, access, outputs.pointer.out(), outputs.size.out());
+            });
     add("splat_tensor_map", "pointer", "NULL", kArgument, [this] {
         return splat_tensor_map(tensor_, SPLAT_ACCESS_READ, nullptr, outputs.size.out());
     });

@@ -13,7 +13,7 @@ void MisuseTable::config_rows() {
         [this] { return splat_config_keys(*outputs.text.out(), 0, nullptr); });
     add("splat_config_keys", "needed", "NULL", SPLAT_INCOMPLETE,
         [] { return splat_config_keys(nullptr, 0, nullptr); });
-    add("splat_config_merge", "text", "no configuration", kArgument,
+    add("splat_config_merge", "text", "an invalid configuration", kArgument,
         [merge] { return merge("]", nullptr, 0); });
     add("splat_config_merge", "text", "an unknown key", kArgument,
         [merge] { return merge("opt: {base_rate: 1}", nullptr, 0); });
@@ -121,18 +121,18 @@ void MisuseTable::photo_rows() {
         auto out = sized<splat_dataset_views>();
         return read(desc, &out);
     });
-    const auto spoilt = [&](const char* what, void (*spoil)(splat_photo_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_photo_desc&)) {
         splat_photo_desc desc = good;
-        spoil(desc);
+        change(desc);
         add("splat_photo_read", "desc", what, kArgument, [read, desc] {
             auto out = sized<splat_dataset_views>();
             return read(&desc, &out);
         });
     };
-    spoilt("no such file", [](splat_photo_desc&) {});
-    spoilt("no image", [](splat_photo_desc& d) { d.image = nullptr; });
-    spoilt("a resolution of 7", [](splat_photo_desc& d) { d.resolution = 7; });
-    spoilt("a foreground of 2", [](splat_photo_desc& d) { d.foreground = 2; });
+    invalid("a missing file", [](splat_photo_desc&) {});
+    invalid("no image", [](splat_photo_desc& d) { d.image = nullptr; });
+    invalid("a resolution of 7", [](splat_photo_desc& d) { d.resolution = 7; });
+    invalid("a foreground of 2", [](splat_photo_desc& d) { d.foreground = 2; });
     add("splat_photo_read", "desc", "NULL", kArgument, [read] {
         auto out = sized<splat_dataset_views>();
         return read(nullptr, &out);
@@ -192,25 +192,25 @@ void MisuseTable::lpips_rows() {
         },
         kHandle);
     descs<splat_lpips_desc>("splat_lpips_create", good, create);
-    const auto spoilt = [&](const char* what, splat_result expected, splat_lpips_desc desc) {
+    const auto invalid = [&](const char* what, splat_result expected, splat_lpips_desc desc) {
         add("splat_lpips_create", "desc", what, expected, [create, desc] { return create(&desc); });
     };
     add("splat_lpips_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
     add("splat_lpips_create", "lpips", "NULL", kArgument,
         [this, good] { return splat_lpips_create(device_, &good, nullptr); });
-    spoilt("weights of another network", kArgument, good);
+    invalid("weights of another network", kArgument, good);
     auto desc = good;
     desc.weights = nullptr;
-    spoilt("no weights", kArgument, desc);
+    invalid("no weights", kArgument, desc);
     desc = good;
     desc.weight_count = 0;
-    spoilt("a count of 0", kArgument, desc);
+    invalid("a count of 0", kArgument, desc);
     desc = good;
     desc.side = 15;
-    spoilt("a side of 15", kArgument, desc);
+    invalid("a side of 15", kArgument, desc);
     desc = good;
     desc.weights = &kNone;
-    spoilt("a handle that is NULL", kHandle, desc);
+    invalid("a handle that is NULL", kHandle, desc);
     handles<splat_lpips>(
         "splat_lpips_compare", "lpips",
         [this](splat_lpips lpips) {

@@ -25,9 +25,9 @@ void MisuseTable::weights_rows() {
                [](splat_weights w) { return splat_weights_save(w, kNoWeightsFile, 0); });
     add("splat_weights_save", "path", "NULL", kArgument,
         [this] { return splat_weights_save(weights_, nullptr, 0); });
-    add("splat_weights_save", "path", "a folder that is not", kArgument,
+    add("splat_weights_save", "path", "a missing folder", kArgument,
         [this] { return splat_weights_save(weights_, kNoWeightsFile, 0); });
-    add("splat_weights_save", "path", "a pickle", SPLAT_ERROR_UNSUPPORTED,
+    add("splat_weights_save", "path", "a format that is only read", SPLAT_ERROR_UNSUPPORTED,
         [this] { return splat_weights_save(weights_, "/nonexistent/a.pth", 0); });
     for (const std::uint32_t flags : {2U, 1U << 31U})
         add("splat_weights_save", "flags", "unknown", kArgument,

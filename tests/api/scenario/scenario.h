@@ -30,8 +30,8 @@ struct ScenarioResults {
     bool operator==(const ScenarioResults& other) const;
 };
 
-/// A life: create a device and tensors, run group_norm forward and backward and linear forward,
-/// read back, map, check, describe, destroy.
+/// The life of a device: create it and tensors, run group_norm forward and backward and linear
+/// forward, read back, map, check, describe, destroy.
 ///
 /// Checks that a failed call leaves its outputs alone, and that every destroy succeeds. Returns the
 /// results, or nothing if the observer gave up.
@@ -42,8 +42,8 @@ std::optional<ScenarioResults> run_scenario(Observer& observer, const splat_devi
 std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
                                                    const splat_device_desc& device);
 
-/// A third: create a device and a trainer, take steps, save its state and weights, go on from the
-/// state, load the weights into a model, predict, destroy.
+/// A third life: create a device and a trainer, take steps, save its state and weights, continue
+/// from the state, load the weights into a model, predict, destroy.
 std::optional<ScenarioResults> run_train_scenario(Observer& observer,
                                                   const splat_device_desc& device);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "ops/every/op_samples.h"
 #include "ref/activations/gelu_ref.h"
@@ -73,6 +74,20 @@ TEST_P(Gelu, SurvivesAnyFiniteInput) {
         EXPECT_EQ(gpu[0][6], 100);
         EXPECT_EQ(gpu[0][7], 3e38F);
         for (std::size_t i = 5; i < 8; ++i) EXPECT_EQ(gpu[1][i], 1) << i;
+    }
+}
+
+TEST_P(Gelu, PassesNanOn) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float inf = std::numeric_limits<float>::infinity();
+    for (const bool by_tanh : {false, true}) {
+        const auto gpu = run({nan, -nan, inf, -inf}, by_tanh);
+        for (const std::vector<float>& values : gpu) {
+            EXPECT_TRUE(std::isnan(values[0]) && std::isnan(values[1])) << by_tanh;
+            EXPECT_EQ(values[3], 0) << by_tanh;
+        }
+        EXPECT_EQ(gpu[0][2], inf);
+        EXPECT_EQ(gpu[1][2], 1);
     }
 }
 

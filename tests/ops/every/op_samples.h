@@ -9,9 +9,9 @@
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
-/// One or more small calls of every operator, for what all of them must do: the same bits on every
-/// run and with any number of threads, each gradient alone, sums into parameters' gradients, every
-/// kernel in use.
+/// One or more small calls of every operator, for the properties of all operators: the same bits on
+/// every run and with any number of threads, each gradient alone, sums into the gradients of
+/// parameters, every kernel in use.
 namespace splat::test {
 
 inline OpCall sample(const std::string& op, const Json& attributes,

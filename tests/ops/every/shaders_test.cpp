@@ -1,4 +1,4 @@
-// All embedded modules: what their SPIR-V says against what the house rules and the hosts say.
+// All embedded modules: their SPIR-V against the house rules and the declarations of the host.
 #include "vk/shaders.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,8 @@ TEST(Shaders, AreReproducibleAndSplittable) {
     }
 }
 
-/// Where the plain kernel serves GPUs well, there is none for them (LOADS and CPU in shaders/README.md).
+/// Where the plain kernel is fast enough on GPUs, they have no kernel of their own (LOADS and CPU
+/// in shaders/README.md).
 TEST(Shaders, FastOnesHaveAPlainTwin) {
     for (const vk::ShaderModule& module : vk::shader_modules()) {
         const std::string name = module.name;

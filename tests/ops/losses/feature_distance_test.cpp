@@ -44,7 +44,8 @@ TEST_P(FeatureDistance, MatchesFloat64) {
         expect_distance(context(), distance_call(shape, seed += 3), shape.text());
 }
 
-/// Where the directions are almost the same, their difference is mostly rounding, which the bound holds.
+/// Where the directions are almost the same, their difference is mostly rounding, which the bound
+/// contains.
 TEST_P(FeatureDistance, MatchesFloat64NearEqualImages) {
     OpCall call = distance_call({2, 16, 5, 5}, 40);
     call.inputs[1] = call.inputs[0];

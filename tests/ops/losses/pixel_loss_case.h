@@ -3,7 +3,7 @@
 #include "ops/every/op_samples.h"
 #include "support/golden_file.h"
 
-/// What the tests of losses of a - b share.
+/// Shared by the tests of losses of a - b.
 namespace splat::test {
 
 struct PixelLoss {

@@ -135,7 +135,7 @@ inline EmbeddingShape embedding(const OpArguments& in) {
             in.flag("swap_halves")};
 }
 
-/// `large` and `small` images by turns: forward up is backward down.
+/// `from` is the small image if `up`, else the large one. The backward pass of up is down.
 inline Summed<double> resample2d(const OpArguments& in, const Values& from, bool up) {
     const OpTensor& x = in.inputs[0];
     const std::size_t divisor = in.flag("up") ? 1 : 2;

@@ -1,4 +1,4 @@
-// How a network is timed, alone or in turns with the same one in PyTorch.
+// Times a network, alone or alternating with the same one in PyTorch.
 
 #include "bench/model/model_bench.h"
 
@@ -27,7 +27,7 @@ Model create(splat_device device, const ModelBenchOptions& options, const std::s
     return model;
 }
 
-/// The configuration with adapters added to what the library reads from it.
+/// The configuration as the library reads it, with adapters added.
 std::string with_adapters(splat_device device, const ModelBenchOptions& options) {
     if (options.lora == 0) return options.config;
     Json config = Json::object();
@@ -55,8 +55,8 @@ std::vector<float> random_values(std::size_t count) {
     return values;
 }
 
-/// Side in pixels of the output of a U-Net layer, the number after ".enc." or ".dec." in its name; else
-/// `otherwise`.
+/// Side in pixels of the output of a U-Net layer: the number after ".enc." or ".dec." in its name,
+/// else `otherwise`.
 double side_of(const std::string& name, double otherwise) {
     for (const char* part : {".enc.", ".dec."})
         if (const std::size_t at = name.find(part); at != std::string::npos)

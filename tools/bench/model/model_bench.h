@@ -19,7 +19,7 @@ struct ModelBenchOptions {
     bool low_memory = false;
     bool recompute = false;
     bool profile = false;    ///< add the times of one more pass by operator
-    bool with_peer = false;  ///< take turns with PyTorch
+    bool with_peer = false;  ///< alternate with PyTorch
     PeerOptions peer;
     int rounds = 5;
 };
@@ -81,7 +81,7 @@ struct PassMeasurement {
     PassTimes peer;  ///< empty without one
 };
 
-/// Run one kind of pass twice and then `rounds` times, in turns with the peer (may be null).
+/// Run one kind of pass twice and then `rounds` times, alternating with the peer (may be null).
 ///
 /// step  forward and backward, of a model made with gradients; else forward
 PassMeasurement measure_pass(ModelRun& run, ModelPeer* peer, bool step, int rounds);

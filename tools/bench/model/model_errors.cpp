@@ -24,7 +24,8 @@ constexpr std::array<std::pair<const char*, std::int32_t>, 3> kPrecisions = {
      {"balanced", SPLAT_PRECISION_BALANCED},
      {"fast", SPLAT_PRECISION_FAST}}};
 
-/// What is compared, in the order of the peer's files: the raw output, then the arrays of the Gaussians.
+/// The compared arrays in the order of the peer's files: the raw output, then the arrays of the
+/// Gaussians.
 constexpr std::array<const char*, 6> kOutputs = {"raw",    "means",     "opacities",
                                                  "scales", "rotations", "sh"};
 using Outputs = std::array<std::vector<double>, kOutputs.size()>;
@@ -69,7 +70,7 @@ void write_images(const std::string& path, const std::vector<float>& images) {
         throw Failure(kFailed, "cannot write '" + path + "': " + std::strerror(errno));
 }
 
-/// The range of a logarithmic axis: that of the values and a factor of 2 at both ends.
+/// The range of a logarithmic axis: that of the values, and a factor of 2 more at both ends.
 struct Axis {
     double low;
     double high;
@@ -152,7 +153,7 @@ std::string errors_svg(const std::vector<ErrorRow>& rows, const std::string& tit
     std::vector<double> times, errors;
     for (const ErrorRow& row : rows) {
         times.push_back(row.times.min_ms());
-        errors.push_back(std::max(row.relative, 1e-16));  // an exact result has a logarithm, too
+        errors.push_back(std::max(row.relative, 1e-16));  // so that an exact result has a logarithm
     }
     const Axis x(times), y(errors);
     const auto at_x = [&](double value) { return kLeft + kWidth * x.place(value); };

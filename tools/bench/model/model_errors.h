@@ -18,12 +18,13 @@ struct ErrorRow {
 
 struct ErrorMeasurement {
     Json model;  ///< its report
-    Json peer;   ///< what it tells about itself
+    Json peer;   ///< its description of itself
     double gflop = 0;
     std::vector<ErrorRow> rows;
 };
 
-/// Every precision and PyTorch in turns, on the same weights and images, against PyTorch in float64.
+/// Every precision and PyTorch alternately, on the same weights and images, against PyTorch in
+/// float64.
 ErrorMeasurement measure_errors(splat_device device, const ModelBenchOptions& options);
 
 std::string errors_table(const std::vector<ErrorRow>& rows);

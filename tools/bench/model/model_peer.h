@@ -16,8 +16,7 @@ struct PeerOptions {
 };
 
 /// A process that prints "ready" with JSON about itself, then runs passes on request. It is
-/// torch_model.py with the network that libsplat runs in turns with it, or vkrun itself in `bench
-/// start`.
+/// torch_model.py with the network that libsplat also runs, or vkrun itself in `bench start`.
 class ModelPeer {
   public:
     /// command  the program and its arguments. Throws, with the remedy, unless it gets ready.

@@ -1,4 +1,4 @@
-// How a start is timed: one process after the other, up to the first result of a network.
+// Times starts: one process after the other, up to the first result of a network.
 
 #include "bench/model/start_bench.h"
 

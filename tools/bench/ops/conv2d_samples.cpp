@@ -31,7 +31,7 @@ double product(float a, float b) {
     return static_cast<double>(a) * static_cast<double>(b);
 }
 
-/// The first and last elements, and others at even distances, which are no multiple of a tile.
+/// The first and last elements, and others at equal distances that are not a multiple of a tile.
 Samples sample(std::size_t count, std::size_t terms) {
     Samples samples;
     const std::size_t most = std::min(count, kMostSamples);

@@ -1,4 +1,4 @@
-// How an operator is timed: two devices, one run of each in turn, device time by dispatch.
+// Times an operator: two devices run it alternately; device time by dispatch.
 
 #include <algorithm>
 

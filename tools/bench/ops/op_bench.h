@@ -60,7 +60,7 @@ struct Effort {
 };
 constexpr int kFewestRuns = 3;
 
-/// Forward and backward of a case; the two sets of kernels take turns.
+/// Forward and backward of a case; the two sets of kernels run alternately.
 std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_case,
                                  const Effort& effort);
 
@@ -70,7 +70,7 @@ std::vector<OpCase> bench_cases(const std::string& op, bool quick);
 /// All operators of the library.
 std::vector<std::string> bench_ops();
 
-/// What a reader of the figures has to know about this run, by the infos of both devices.
+/// What a reader of the figures has to know about this run, from the infos of both devices.
 std::vector<std::string> notes_on(const splat_device_info& plain, const splat_device_info& fast);
 
 /// Wrong results, one sentence each.

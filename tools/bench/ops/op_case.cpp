@@ -53,7 +53,7 @@ std::map<std::string, double> attributes_of(const OpCase& op_case) {
     return attributes;
 }
 
-/// The larger one, or NaN if one of them is NaN.
+/// The larger one, or NaN if either is NaN.
 double larger(double a, double b) {
     return a > b || std::isnan(a) ? a : b;
 }

@@ -27,7 +27,8 @@ struct OpCase {
     Json attributes;
     std::vector<CaseTensor> inputs;
     std::vector<CaseTensor> outputs;
-    bool plain = true;  ///< also time the plain kernels; false if a case of the same shapes does
+    bool plain =
+        true;  ///< also time the plain kernels; false if another case of the same shapes does
 };
 
 /// Normal numbers, the same on every machine.

@@ -223,7 +223,7 @@ struct OpCases {
     std::vector<OpCase> (*cases)(bool quick);
 };
 
-/// One row per operator of splat_op_list that is no activation.
+/// One row per operator of splat_op_list, without the activations.
 constexpr OpCases kCases[] = {
     {"add", [](bool quick) { return image_cases(quick, add_case); }},
     {"attention",
@@ -284,7 +284,8 @@ constexpr OpCases kCases[] = {
      }},
 };
 
-/// Of an operator that maps each element of x by itself: as it is, and with each of its flags.
+/// Cases of an operator that maps each element of x by itself: without flags, and with each of
+/// them.
 std::vector<OpCase> activation_cases(const Json& op, bool quick) {
     const std::string name = op.at("name");
     std::vector<Json> forms = {Json::object()};

@@ -1,4 +1,4 @@
-// The figures of operators as JSON and as a table, and what is wrong with them.
+// The figures of operators as JSON and as a table, and sentences about wrong results.
 
 #include <cstdlib>
 
@@ -80,7 +80,7 @@ std::vector<std::string> notes_on(const splat_device_info& plain, const splat_de
             "this device has plain kernels only: both sides run them, so plain/fast is noise");
     const char* validation = std::getenv("SPLAT_VALIDATION");
     if (validation != nullptr && *validation != '\0' && std::string(validation) != "0")
-        notes.emplace_back("SPLAT_VALIDATION is set: the times are those of instrumented shaders");
+        notes.emplace_back("SPLAT_VALIDATION is set: instrumented shaders were timed");
     if ((fast.features & SPLAT_FEATURE_TIMESTAMPS) == 0)
         notes.emplace_back("this device has no timestamps");
     return notes;

@@ -1,4 +1,4 @@
-// How the rasterizer is timed: two devices, each view by one and the other in turn.
+// Times the rasterizer: two devices draw each view alternately.
 
 #include "bench/raster/raster_bench.h"
 
@@ -18,7 +18,7 @@
 namespace vkrun::bench {
 namespace {
 
-/// Timing repeats calls, so that the skip of unchanged ones is off.
+/// Timing repeats calls, so the skip of unchanged ones is off.
 constexpr std::uint32_t kDrawAlways = SPLAT_SKIP_UNCHANGED;
 
 /// One rasterizer with the tensors of its gradients.
@@ -36,7 +36,7 @@ class Side {
         desc.height = from.cameras[0].height;
         desc.sh_degree = std::min(info.sh_degree, most_degree);
         desc.convention = from.convention;
-        desc.switch_off = disabled_skips;
+        desc.disabled_skips = disabled_skips;
         check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
         if (!backward) return;
         const auto n = static_cast<std::int64_t>(info.count);

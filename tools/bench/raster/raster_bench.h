@@ -62,10 +62,10 @@ struct RasterMeasurement {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::size_t views = 0;
-    RasterFigures plain;  ///< kernels "" if not asked for
+    RasterFigures plain;  ///< kernels "" if not requested
     RasterFigures fast;
     std::vector<SkipFigures> skips;
-    std::uint64_t fewest_pairs = 0;  ///< of all views; 0 if not asked for
+    std::uint64_t fewest_pairs = 0;  ///< of all views; 0 if not requested
 
     /// That the fast kernels made, of all views.
     [[nodiscard]] std::uint64_t all_pairs() const;

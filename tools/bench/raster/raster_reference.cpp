@@ -142,7 +142,7 @@ RasterError RasterReference::compare(
         const std::vector<double>& expected = gradients_.at(name);
         const double largest = largest_of(expected);
         // A gradient that is zero up to rounding in float64, such as that of the rotation of isotropic
-        // Gaussians, is no unit for errors.
+        // Gaussians, cannot be the unit of errors.
         const bool zero = largest <= 1e-9 * largest_of_all;
         double off = 0;
         for (std::size_t i = 0; i < expected.size(); ++i)

@@ -95,13 +95,13 @@ std::string quoted(const std::string& text) {
     return cell + "\"";
 }
 
-/// What every row of the CSV file begins with.
+/// The first cells of every row of the CSV file.
 std::string csv_scene(const RasterMeasurement& m) {
     return quoted(m.title) + format(",%llu,%u,%u,%zu", static_cast<unsigned long long>(m.gaussians),
                                     m.width, m.height, m.views);
 }
 
-/// Bars of the time without each skip, that with it inside.
+/// Bars of the time without each skip, with the time with it inside.
 std::string svg_skips(const RasterMeasurement& m, double left, double width, double row_height,
                       double y) {
     double longest = 0;

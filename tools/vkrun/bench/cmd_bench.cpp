@@ -9,7 +9,7 @@ namespace vkrun {
 
 void add_bench(CLI::App& app, int& exit_code) {
     CLI::App* bench = add_command(app, "bench", "Measure speed and error on this machine.",
-                                  "'vkrun bench COMMAND --help' tells more.\n");
+                                  "'vkrun bench COMMAND --help' describes a command.\n");
     bench->require_subcommand(1);
     add_bench_ops(*bench, exit_code);
     add_bench_raster(*bench, exit_code);

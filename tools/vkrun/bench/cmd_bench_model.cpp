@@ -1,4 +1,4 @@
-// vkrun bench model: how fast a whole network runs, alone or in turns with PyTorch.
+// vkrun bench model: how fast a whole network runs, alone or alternating with PyTorch.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -19,8 +19,8 @@ namespace {
 
 constexpr const char* kBenchModelFooter =
     R"(A network with random weights runs forward and, with --backward, forward and backward with a gradient of 1
-for every output. Times are wall times of the calls, with inputs and their checks. The forward pass alone is
-that of a model without gradients, which keeps prepared weights from its second pass on; a model that trains
+for every output. Times are wall times of the calls, with inputs and their checks. The forward pass alone runs
+on a model without gradients, which keeps prepared weights from its second pass on. A model that trains
 prepares them in every pass.
 
   first ms           the first call: kernels are compiled or found in the cache
@@ -30,17 +30,17 @@ prepares them in every pass.
                      per multiplication of a direct convolution; forward + backward counts as three
                      forward passes; none with adapters
   peer               --peer: the same network in PyTorch, on the CPU with 2 threads, in a process
-                     of tools/bench/torch_model.py; both take turns (A B A B)
+                     of tools/bench/torch_model.py; both run alternately (A B A B)
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
   memory             activations and prepared weights of each model; the total of the device
   --profile          times of one more pass by operator; every pass then has timestamps
-  --errors           instead: forward passes of every precision and of the peer in turns, on the same
-                     weights, with their errors against PyTorch in float64: relative L2 of the
-                     network's raw output, and the largest error of any number of a Gaussian
+  --errors           instead: forward passes of every precision and of the peer alternately, on the
+                     same weights, with their errors against PyTorch in float64: relative L2 of the
+                     network's raw output, and the largest error of any attribute of a Gaussian
 
 JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
-forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; what was not asked
-for is null. With --errors: {library, device, config, objects, parameters, gflop, peer, errors}.
+forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; figures that were not
+requested are null. With --errors: {library, device, config, objects, parameters, gflop, peer, errors}.
 
 Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file cannot be read.
 
@@ -118,48 +118,74 @@ int run_bench_model(BenchModelOptions options) {
 }  // namespace
 
 void add_bench_model(CLI::App& bench, int& exit_code) {
-    CLI::App* model =
-        add_command(bench, "model",
-                    "Time a whole network, forward and backward, alone or in turns with PyTorch.",
-                    kBenchModelFooter);
+    CLI::App* model = add_command(
+        bench, "model",
+        "Time a whole network, forward and backward, alone or alternating with PyTorch.",
+        kBenchModelFooter);
     const auto options = std::make_shared<BenchModelOptions>();
-    model->add_option("--config", options->file, "JSON or YAML; default: the cars model")
+    model
+        ->add_option("--config", options->file,
+                     "Configuration, YAML or JSON; default: the cars model")
         ->type_name("FILE")
-        ->check(CLI::ExistingFile);
+        ->check(CLI::ExistingFile.description(""));
     model->add_option("--precision", options->precision_name, "strict, balanced or fast")
-        ->check(CLI::IsMember({"strict", "balanced", "fast"}));
-    model->add_option("--objects", options->objects, "Objects of a batch; 1")
+        ->type_name("NAME")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"strict", "balanced", "fast"}).description(""));
+    model->add_option("--objects", options->objects, "Objects of a batch")
+        ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 4096).description(""));
     CLI::Option* backward =
         model->add_flag("--backward", options->backward, "Also time forward + backward");
-    model->add_flag("--recompute", options->recompute, "SPLAT_MODEL_RECOMPUTE")->needs(backward);
-    model->add_option("--lora", options->lora, "Train adapters of this rank only")
+    model
+        ->add_flag("--recompute", options->recompute,
+                   "Recompute activations in the backward pass, which takes less\n"
+                   "memory (SPLAT_MODEL_RECOMPUTE); needs --backward")
+        ->needs(backward);
+    model->add_option("--lora", options->lora, "Train only adapters, of this rank")
         ->type_name("RANK")
         ->check(CLI::Range(1, 1024).description(""));
-    model->add_flag("--low-memory", options->low_memory, "Prepare weights in every pass");
-    model->add_option("--rounds", options->rounds, "Timed calls, after two others; 5")
+    model->add_flag("--low-memory", options->low_memory,
+                    "Prepare weights in every pass, which takes less memory");
+    model->add_option("--rounds", options->rounds, "Timed calls, after two others")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 10000).description(""));
-    model->add_flag("--peer", options->with_peer, "Take turns with PyTorch");
+    model->add_flag("--peer", options->with_peer, "Alternate with the same network in PyTorch");
     CLI::Option* errors =
-        model->add_flag("--errors", options->errors, "Run time against error, by precision");
+        model->add_flag("--errors", options->errors,
+                        "Compare time and error of every precision and of PyTorch;\n"
+                        "excludes --precision, --backward, --recompute, --lora,\n"
+                        "--low-memory and --peer");
     for (const char* other :
          {"--precision", "--backward", "--recompute", "--lora", "--low-memory", "--peer"})
         errors->excludes(other);
-    model->add_option("--svg", options->svg, "Draw that")->type_name("FILE")->needs(errors);
-    model->add_option("--peer-isa", options->peer.isa, "Instructions of the peer: default or avx2")
-        ->check(CLI::IsMember({"default", "avx2"}));
+    model->add_option("--svg", options->svg, "Draw the comparison of --errors")
+        ->type_name("FILE")
+        ->needs(errors);
+    model
+        ->add_option("--peer-isa", options->peer.isa,
+                     "Instruction set of the peer: default (the CPU's) or avx2")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"default", "avx2"}).description(""));
     model
         ->add_option("--peer-layout", options->peer.layout,
-                     "Layout of its tensors: channels_last or contiguous")
-        ->check(CLI::IsMember({"channels_last", "contiguous"}));
-    model->add_option("--python", options->peer.python, "Its interpreter");
-    model->add_option("--peer-script", options->peer.script, "torch_model.py")
+                     "Layout of the peer's tensors: channels_last or contiguous;\n"
+                     "default: channels_last")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"channels_last", "contiguous"}).description(""));
+    model->add_option("--python", options->peer.python, "Python interpreter of the peer")
+        ->type_name("PROGRAM")
+        ->capture_default_str();
+    model
+        ->add_option("--peer-script", options->peer.script,
+                     "Script of the peer; default: tools/bench/torch_model.py")
         ->type_name("FILE")
-        ->check(CLI::ExistingFile);
+        ->check(CLI::ExistingFile.description(""));
     add_device_option(*model, options->device);
     add_json_flag(*model, options->json);
-    model->add_flag("--profile", options->profile, "Add the times by operator");
+    model->add_flag("--profile", options->profile, "Add the times by operator, of one more pass");
     model->callback([options, model, &exit_code] {
         for (const char* of_peer : {"--peer-isa", "--peer-layout", "--python", "--peer-script"})
             if (model->count(of_peer) > 0 && !options->with_peer && !options->errors)

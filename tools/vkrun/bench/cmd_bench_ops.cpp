@@ -1,4 +1,4 @@
-// vkrun bench ops: how fast the operators run on this device, and how exact they are.
+// vkrun bench ops: the speed and the errors of the operators on this device.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -15,8 +15,8 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kBenchOpsFooter =
-    R"(Every operator runs on the shapes of the network, forward and backward, with the plain and
-the fast kernels of the device, which take turns (A B A B) within this one process.
+    R"(Runs every operator on the shapes of the network, forward and backward, with the plain and the
+fast kernels of the device alternately (A B A B) in this one process.
 
   runs               how often each ran: --repeat times, or fewer once --seconds have passed
   min ms, median ms  device time of the operator's own dispatches over the runs
@@ -25,11 +25,12 @@ the fast kernels of the device, which take turns (A B A B) within this one proce
   plain/fast         shortest plain run over shortest fast run: above 1, fast is faster
   rel. L2            norm of the difference to float64 over the norm of the float64 result
   max error          largest difference of an element to float64; both over all results
-  conv2d is compared with float64 at 256 elements of y, grad_x and grad_weight; GFLOP/s count the
-  operations of the definition, of which Winograd's algorithms do fewer. An adapter (LoRA) is two
-  of its cases, 3x3 to 4 channels and 1x1 from there.
   layout ms          packing and unpacking (median), which a network does once at its edges and
                      when a weight changes; not in the other figures
+
+conv2d is compared with float64 at 256 elements of y, grad_x and grad_weight. Its GFLOP/s count the
+operations of the definition; Winograd's algorithms do fewer. An adapter (LoRA) is two of its cases,
+3x3 to 4 channels and 1x1 from there.
 
 JSON: {library, device, kernels, repeat, notes, results: [{op, case, attributes, shapes,
 direction, bytes, flops, plain, fast, ratio_min, ratio_median}]}; 'plain' and 'fast' hold the
@@ -81,7 +82,7 @@ Json report_json(const splat_device_info& plain, const splat_device_info& fast, 
 
 void print_table(const splat_device_info& info, int repeat, const std::vector<std::string>& notes,
                  const std::vector<bench::Measurement>& measurements) {
-    std::printf("%s; up to %d runs of each, in turns\n", device_sentence(info).c_str(), repeat);
+    std::printf("%s; up to %d runs of each, alternately\n", device_sentence(info).c_str(), repeat);
     for (const std::string& note : notes) std::printf("note: %s\n", note.c_str());
     std::printf("\n%s", bench::measurement_table(measurements).c_str());
 }
@@ -143,23 +144,23 @@ void add_bench_ops(CLI::App& bench, int& exit_code) {
         kBenchOpsFooter);
     const auto options = std::make_shared<BenchOpsOptions>();
     ops->add_option("--only", options->only,
-                    "Operators to measure, separated by commas:\n" + names_of_ops())
-        ->type_name("OP[,OP]")
+                    "Operators to measure; default: all of\n" + names_of_ops())
+        ->type_name("OP[,OP]...")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::Validator(check_op, ""));
     ops->add_option("--repeat", options->repeat,
-                    "Most runs of each set of kernels; 10,\nor 2 with --quick")
+                    "Runs of each set of kernels at most; default: 10,\nwith --quick 2")
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
     ops->add_option(
            "--seconds", options->seconds,
-           "Stop repeating a case in one direction after this\ntime, but not before 3 runs")
+           "Stop repeating a case in one direction after S seconds,\nbut not before 3 runs")
         ->type_name("S")
         ->default_str("4")
         ->check(CLI::Range(0.0, 1e6).description(""));
     add_device_option(*ops, options->device);
-    ops->add_flag("--quick", options->quick, "One small shape per operator: checks that all works");
+    ops->add_flag("--quick", options->quick, "Measure one small shape per operator, as a check");
     ops->add_flag("--table", options->table, "Print tables (the default)");
     add_json_flag(*ops, options->json);
     ops->callback([options, &exit_code] {

@@ -1,4 +1,5 @@
-// vkrun bench raster: how fast the rasterizer draws a scene, how right, and what each skip gains.
+// vkrun bench raster: the speed and the errors of the rasterizer on a scene, and the gain of each
+// skip.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -17,8 +18,8 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kBenchRasterFooter =
-    R"(Plain and fast kernels draw each view in turn (A B A B) in this one process, forward and
-backward: at least three timed rounds, or one if they take long.
+    R"(Plain and fast kernels draw each view alternately (A B A B) in this one process, forward and
+backward, in at least three timed rounds, or one if rounds take long.
 
   render             a forward pass alone; the row "forward" keeps what a backward pass needs
   min ms, median ms  wall time of a call, over all views and rounds
@@ -26,13 +27,13 @@ backward: at least three timed rounds, or one if they take long.
   ns/pair            blending, per pixel of a tile and entry of the tile's list
   typical, max error of the RGB at sampled pixels against float64 (95 % are below the typical
                      one; a pixel within rounding of a threshold may be off by 1/255); in
-                     backward rows of the gradients, relative to the largest of their tensor
-                     (of all tensors, if one is zero up to rounding)
-  without            the fast kernels without one kind of skip, in turns with all of them;
+                     backward rows the error of the gradients, relative to the largest of
+                     their tensor (of all tensors, if theirs is zero up to rounding)
+  without            the fast kernels without one kind of skip, alternating with all skips:
                      max difference of the two images (or gradients, relative), max error and
-                     with error against float64. "unchanged": a call that repeats the one
-                     before. "bands above D": spherical harmonics of all degrees against those
-                     up to D, which make another image
+                     with error against float64. "unchanged": a call that repeats the
+                     previous one. "bands above D": spherical harmonics of all degrees against
+                     those up to D, which make another image
 
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
@@ -93,32 +94,57 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         "Time the rasterizer on a scene, compare it with float64, and measure each skip.",
         kBenchRasterFooter);
     const auto options = std::make_shared<BenchRasterOptions>();
-    raster->add_option("SCENE", options->scene, scene_extensions())->check(CLI::ExistingFile);
-    raster->add_option("--cameras", options->cameras, "transforms.json, or a COLMAP folder")
-        ->check(CLI::ExistingPath);
+    raster
+        ->add_option("SCENE", options->scene,
+                     "Scene: " + scene_extensions() + "; default: random Gaussians")
+        ->type_name("")
+        ->check(CLI::ExistingFile.description(""));
+    raster
+        ->add_option("--cameras", options->cameras,
+                     "transforms.json, or the folder of a COLMAP model")
+        ->type_name("FILE")
+        ->check(CLI::ExistingPath.description(""));
     raster->add_flag("--ignore-distortion", options->ignore_distortion,
                      "Ignore the distortion of lenses");
-    raster->add_option("--orbit", options->orbit, "Views around the scene; 4 without --cameras")
+    raster
+        ->add_option("--orbit", options->orbit,
+                     "N cameras on a circle around the scene; default: 4 if there\n"
+                     "are no --cameras")
+        ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
-    raster->add_option("--distance", options->distance,
-                       "Their distance from its centre; default: it fills the image");
+    raster
+        ->add_option("--distance", options->distance,
+                     "Radius of the orbit, in scene units; default: the scene fills\nthe image")
+        ->type_name("X");
     raster
         ->add_option("--size", options->size,
-                     "Pixels of those views, of the random scene (640x360),\n"
-                     "or of a camera file that does not give it")
+                     "Size of the images, for an orbit, the random scene (default:\n"
+                     "640x360) or a camera file that does not give it")
         ->type_name("WxH");
-    raster->add_option("--scale", options->scale, "Multiply the size of the images");
+    raster->add_option("--scale", options->scale, "Multiply the size of the images by X")
+        ->type_name("X");
     raster->add_option("--convention", options->convention, "3dgs or gsplat")
-        ->check(CLI::IsMember({"3dgs", "gsplat"}));
-    raster->add_option("--background", options->background, "RGB")->delimiter(',')->expected(3);
-    raster->add_option("--device", options->device, "As 'vkrun devices' names them");
+        ->type_name("NAME")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
+    raster
+        ->add_option("--background", options->background, "Background colour, each channel 0 to 1")
+        ->type_name("R,G,B")
+        ->default_str("0,0,0")
+        ->delimiter(',')
+        ->expected(3);
+    add_device_option(*raster, options->device);
     raster->add_option("--seconds", options->seconds, "Time for each comparison")
+        ->type_name("S")
+        ->capture_default_str()
         ->check(CLI::Range(0.0, 3600.0).description(""));
-    raster->add_option("--samples", options->samples, "Pixels compared with float64")
+    raster->add_option("--samples", options->samples, "Number of pixels to compare with float64")
+        ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 100000).description(""));
-    raster->add_flag("--no-plain", options->no_plain, "Fast kernels only");
+    raster->add_flag("--no-plain", options->no_plain, "Measure the fast kernels only");
     raster->add_flag("--exact-pairs", options->exact_pairs,
-                     "Count the necessary pairs of tile and Gaussian, of all views");
+                     "Count the pairs of tile and Gaussian that a pixel needs");
     add_json_flag(*raster, options->json);
     raster->add_option("--csv", options->csv, "Also write all figures as a CSV file")
         ->type_name("FILE");

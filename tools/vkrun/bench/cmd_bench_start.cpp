@@ -1,4 +1,4 @@
-// vkrun bench start: how long a program takes from its start to the first result of a network.
+// vkrun bench start: the time from the start of a program to the first result of a network.
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -63,17 +63,21 @@ void add_bench_start(CLI::App& bench, int& exit_code) {
         kBenchStartFooter);
     const auto options = std::make_shared<BenchStartOptions>();
     options->rounds = 6;
-    start->add_option("--config", options->file, "JSON or YAML; default: the cars model")
+    start
+        ->add_option("--config", options->file,
+                     "Configuration, YAML or JSON; default: the cars model")
         ->type_name("FILE")
-        ->check(CLI::ExistingFile);
+        ->check(CLI::ExistingFile.description(""));
     start
         ->add_option("--weights", options->weights,
-                     "Weights of that network; default: random ones, in TMPDIR")
+                     "Weights of the network; default: random ones, in TMPDIR")
         ->type_name("FILE")
-        ->check(CLI::ExistingFile);
-    start->add_flag("--low-memory", options->low_memory, "SPLAT_MODEL_LOW_MEMORY");
-    start->add_option("--rounds", options->rounds, "Processes after the first; 6")
+        ->check(CLI::ExistingFile.description(""));
+    start->add_flag("--low-memory", options->low_memory,
+                    "Keep no prepared weights (SPLAT_MODEL_LOW_MEMORY)");
+    start->add_option("--rounds", options->rounds, "Processes after the first")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(1, 10000).description(""));
     start->add_flag("--once", options->once, "")->group("");  // the process of a round
     add_device_option(*start, options->device);

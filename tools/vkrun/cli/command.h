@@ -7,7 +7,7 @@ class App;
 namespace vkrun {
 
 /// Each adds one command to the command line; the command leaves its status in `exit_code`. The order is that
-/// of the help: as a user meets them.
+/// of the help, in which a user meets the commands.
 void add_doctor(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app, int& exit_code);
 void add_predict(CLI::App& app, int& exit_code);

@@ -20,8 +20,8 @@ constexpr Kind kDeviceKinds[] = {
 
 constexpr const char* kDeviceHelp =
     "Device to use: best (discrete before integrated,\n"
-    "virtual, cpu), one of these kinds, or an index or\n"
-    "UUID as 'vkrun devices' (--json) shows it";
+    "virtual, cpu), one of these kinds, or an index or UUID\n"
+    "from 'vkrun devices --json'";
 
 bool parse_uuid(std::string text, std::uint8_t (&uuid)[16]) {
     text.erase(std::remove(text.begin(), text.end(), '-'), text.end());

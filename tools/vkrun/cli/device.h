@@ -15,7 +15,7 @@ class App;
 
 namespace vkrun {
 
-/// Every device of this machine, usable or not. Throws if there is no loader or no driver.
+/// Every device of this machine, usable or not. Throws without a loader or a driver.
 std::vector<splat_device_info> all_devices();
 
 Device open_device(const splat_device_desc& desc);
@@ -27,7 +27,7 @@ std::string vulkan_version_text(std::uint32_t version);
 std::vector<std::string> feature_names(std::uint32_t features);
 Json device_json(const splat_device_info& info);
 
-/// "device 0: NAME (KIND, DRIVER); libsplat VERSION": what a report begins with.
+/// The first line of a report: "device 0: NAME (KIND, DRIVER); libsplat VERSION".
 std::string device_sentence(const splat_device_info& info);
 
 /// The position of the device that SPLAT_SELECT_BEST opens.

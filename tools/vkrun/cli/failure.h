@@ -13,7 +13,7 @@ enum ExitCode : int {
     kNoDevice = 3,
     kBadData = 4,
     kOutOfMemory = 5,
-    kGateMissed = 6,  ///< a comparison found a loss, a gate was missed
+    kGateMissed = 6,  ///< a comparison found something worse
     kNotFinite = 7,
     kInterrupted = 130,
 };

@@ -29,9 +29,10 @@ void check_target(const std::string& path, bool overwrite) {
 
 std::string read_text(const std::string& path) {
     std::ifstream file(path);
+    file.peek();  // a folder can be opened, but not read
     std::ostringstream text;
     text << file.rdbuf();
-    if (!file) throw Failure(kUsageError, "cannot read '" + path + "', or it is empty");
+    if (!file) throw Failure(kUsageError, "cannot read '" + path + "'");
     return text.str();
 }
 

@@ -11,7 +11,7 @@ void make_folder(const std::filesystem::path& path);
 /// Throws a usage Failure if the file exists and may not be replaced.
 void check_target(const std::string& path, bool overwrite);
 
-/// The text of a configuration. Throws a usage Failure if it cannot be read or is empty.
+/// The text of a configuration. Throws a usage Failure if it cannot be read.
 std::string read_text(const std::string& path);
 
 /// Write a file that nothing else depends on, such as a plot; nothing if the path is empty. Throws a

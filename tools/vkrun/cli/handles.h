@@ -53,8 +53,8 @@ T sized() {
     return value;
 }
 
-/// Throws a Failure with the library's message unless `result` is a success. `blame` is its code where the
-/// library refuses what it was given, such as a damaged file.
+/// Throws a Failure with the library's message unless `result` is a success. `blame` is its exit
+/// status where the library refuses its input, such as a damaged file.
 void check(splat_result result, ExitCode blame = kFailed);
 
 /// `data` may be empty: zeros.

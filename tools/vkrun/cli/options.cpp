@@ -6,6 +6,33 @@
 #include "vkrun/cli/text.h"
 
 namespace vkrun {
+namespace {
+
+/// Leaves out checks and "Needs" and "Excludes", which descriptions state where they matter.
+class HelpFormatter : public CLI::Formatter {
+  public:
+    std::string make_option_opts(const CLI::Option* option) const override {
+        std::string text;
+        if (option->get_type_size() != 0 && !option->get_type_name().empty())
+            text += " " + option->get_type_name();
+        if (option->get_required()) text += " REQUIRED";
+        return text;
+    }
+
+    std::string make_option_desc(const CLI::Option* option) const override {
+        const std::string value = option->get_default_str();
+        return option->get_description() + (value.empty() ? "" : "; default: " + value);
+    }
+};
+
+}  // namespace
+
+std::shared_ptr<CLI::Formatter> help_formatter() {
+    auto formatter = std::make_shared<HelpFormatter>();
+    formatter->column_width(28);
+    formatter->label("SUBCOMMAND", "COMMAND");
+    return formatter;
+}
 
 CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
                       const std::string& footer) {
@@ -25,14 +52,16 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite, const char* what) {
 
 void add_count_option(CLI::App& command, const char* name, std::uint32_t& value, const char* text,
                       int least, int most) {
-    command.add_option(name, value, std::string(text) + "; " + std::to_string(value))
+    command.add_option(name, value, text)
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(least, most).description(""));
 }
 
 void add_threads_option(CLI::App& command, std::uint32_t& threads) {
-    command.add_option("--threads", threads, "Threads; 0: one for each core")
+    command.add_option("--threads", threads, "Number of threads; 0: one per core")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(0, 256).description(""));
 }
 

@@ -1,14 +1,19 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace CLI {
 class App;
-}
+class Formatter;
+}  // namespace CLI
 
 namespace vkrun {
+
+/// The layout of all help texts: an option shows its value, and its default behind the description.
+std::shared_ptr<CLI::Formatter> help_formatter();
 
 /// A command below `parent`, in the list "Commands" of its help.
 CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
@@ -18,14 +23,14 @@ CLI::App* add_command(CLI::App& parent, const char* name, const char* sentence,
 
 void add_json_flag(CLI::App& command, bool& json);
 
-/// what  the argument that names what may be replaced
+/// what  the argument whose file may be replaced
 void add_overwrite_flag(CLI::App& command, bool& overwrite, const char* what);
 
 /// A whole number from `least` to `most`; `value` is its default, which the help names.
 void add_count_option(CLI::App& command, const char* name, std::uint32_t& value, const char* text,
                       int least, int most);
 
-/// --threads, 0 for one on each core.
+/// --threads, 0 for one per core.
 void add_threads_option(CLI::App& command, std::uint32_t& threads);
 
 /// --set KEY=VALUE, any number of times.

@@ -12,7 +12,8 @@ namespace vkrun {
 /// Whether a command was expected where an unknown word stands, as in `vkrun nonsense --help`.
 bool has_unknown_command(const CLI::App& app);
 
-/// What is wrong with a command line that was refused, with the nearest known word, and where the help is.
+/// The message about a refused command line: the problem, the nearest known word, and where the
+/// help is.
 std::string usage_sentence(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace vkrun

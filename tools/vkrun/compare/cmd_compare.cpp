@@ -216,15 +216,20 @@ void add_compare(CLI::App& app, int& exit_code) {
         app, "compare", "Test whether one evaluation is better than another.", kCompareFooter);
     const auto options = std::make_shared<CompareOptions>();
     command->add_option("A", options->a, "Scores of the baseline")->required()->type_name("");
-    command->add_option("B", options->b, "Scores to compare with them")->required()->type_name("");
+    command->add_option("B", options->b, "Scores to compare with the baseline")
+        ->required()
+        ->type_name("");
     command->add_flag("--unpaired", options->unpaired, "Ignore which object a score belongs to");
     command
-        ->add_option("--resamples", options->resample.permutations, "Random permutations; 300000")
+        ->add_option("--resamples", options->resample.permutations, "Number of random permutations")
         ->type_name("N")
+        ->capture_default_str()
         ->check(CLI::Range(100, 100000000).description(""));
-    command->add_option("--seed", options->resample.seed, "Seed of everything random; 0")
-        ->type_name("N");
-    command->add_option("--plot", options->plot, "Draw the distributions, .svg")->type_name("FILE");
+    command->add_option("--seed", options->resample.seed, "Seed of all random choices")
+        ->type_name("N")
+        ->capture_default_str();
+    command->add_option("--plot", options->plot, "Plot of the distributions, .svg")
+        ->type_name("FILE");
     add_overwrite_flag(*command, options->overwrite, "FILE");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = compare(*options); });

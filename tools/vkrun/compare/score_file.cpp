@@ -70,7 +70,7 @@ Columns columns_of(const std::string& first, const std::string& path) {
     return columns;
 }
 
-/// Without the number in front that scores.txt has, which depends on the data set.
+/// The name without the number before it in scores.txt, which depends on the data set.
 std::string object_name(const std::string& text, char separator) {
     if (separator == ',') return text;
     const std::size_t digits = text.find_first_not_of("0123456789");

@@ -15,8 +15,8 @@ struct ScoreFile {
 };
 
 /// Read per_object.csv or scores.txt ("index_name psnr ssim lpips") of an evaluation; a folder, or
-/// results.json, stands for the per_object.csv in it or beside it. Throws a Failure that names file and
-/// line if the file is neither, a number is malformed, or an object occurs twice.
+/// results.json, stands for the per_object.csv in the same folder. Throws a Failure that names file
+/// and line if the file is neither, a number is malformed, or an object occurs twice.
 ScoreFile read_scores(const std::string& path);
 
 /// Scores of one metric in A and B; if paired, of the same objects in the same order.

@@ -1,4 +1,4 @@
-// vkrun config: the keys of configurations, and what a configuration says. Needs no device.
+// vkrun config: the keys of configurations, and the values of a configuration. Needs no device.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -19,10 +19,10 @@ namespace {
 constexpr std::size_t kColumns = 100;
 
 constexpr const char* kListFooter =
-    R"(Each key with its type, default and range, and whether it is one of the published code (Splatter
-Image, or its fork with priors) or ours. PREFIX is a section, or how keys start: 'opt', 'opt.ema'.
+    R"(Lists each key with its type, default and range, and with its origin: the published code (Splatter
+Image, or its fork with priors) or libsplat. PREFIX is a section or the start of keys: 'opt', 'opt.ema'.
 
-Exit status: 0 done, 2 wrong usage, or no key starts so.
+Exit status: 0 done, 2 wrong usage, or no key starts with PREFIX.
 
 Examples:
   vkrun config list opt
@@ -30,9 +30,9 @@ Examples:
 )";
 
 constexpr const char* kShowFooter =
-    R"(CONFIG is YAML or JSON; without it the published cars model is shown. Each value is the default, or
-comes from the file or from --set. '-' stands for a key that says nothing in this configuration. With a
-KEY instead of CONFIG, all that is known of the key is printed.
+    R"(Prints every value of CONFIG, or of the published cars model, and its source: the default, the file or
+--set. '-' stands for a key without a value in this configuration. With a KEY instead of CONFIG, prints
+the row of the key: type, range, default, origin and meaning.
 
 Exit status: 0 done, 2 wrong usage, or a configuration that cannot be read.
 
@@ -69,7 +69,7 @@ std::string value_text(const Json& value) {
     return "[" + text + "]";
 }
 
-/// The default of a key; numbers in the fewest digits that give a float back.
+/// The default of a key; numbers in the fewest digits that read back as the same float.
 std::string default_text(const Json& row) {
     const Json& value = row.at("default");
     if (!value.is_number_float()) return value_text(value);
@@ -164,7 +164,7 @@ void explain(const Json& row, bool json) {
     std::fputs(text.c_str(), stdout);
 }
 
-/// The value of a key in a configuration; null if it is in none of its maps.
+/// The value of a key in a configuration; null if the configuration does not have it.
 Json value_in(const Json& config, const std::string& key) {
     const Json* at = &config;
     for (std::size_t from = 0; from <= key.size();) {
@@ -177,10 +177,17 @@ Json value_in(const Json& config, const std::string& key) {
     return *at;
 }
 
-/// Each key with its value, and where that comes from.
+/// The configuration without the changes of --set; null if it is wrong without them.
+Json unchanged_config(const ConfigOptions& options) try {
+    return merged_config(options.prefix, {});
+} catch (const Failure&) {
+    return nullptr;
+}
+
+/// Each key with its value, and the source of the value.
 Json show_values(const ConfigOptions& options, const Json& rows) {
-    const Json file = merged_config(options.prefix, {});
     const Json merged = merged_config(options.prefix, options.changes);
+    const Json file = unchanged_config(options);
     Json shown = Json::array();
     for (const Json& row : rows) {
         const std::string key = text_of(row, "key");
@@ -194,16 +201,17 @@ Json show_values(const ConfigOptions& options, const Json& rows) {
         else if (named)
             source = "set";
         else if (value != row.at("default"))
-            source = value == value_in(file, key) ? "file" : "set";
+            source = file.is_null() || value == value_in(file, key) ? "file" : "set";
         shown.push_back({{"key", key}, {"value", value}, {"source", source}});
     }
     return shown;
 }
 
-/// The row of `word`, or null where it names a configuration. Throws a usage Failure for what looks like a
-/// key and is none.
+/// The row of `word`, or null where it names a configuration. Throws a usage Failure for a word
+/// that looks like a key but is unknown.
 Json row_of(const std::string& word, const Json& rows) {
-    if (word.empty() || std::filesystem::exists(word)) return nullptr;
+    std::error_code ignored;
+    if (word.empty() || std::filesystem::exists(word, ignored)) return nullptr;
     bool key_like = false;
     for (const Json& row : rows) {
         const std::string key = text_of(row, "key");
@@ -247,12 +255,14 @@ int show(const ConfigOptions& options) {
 }  // namespace
 
 void add_config(CLI::App& app, int& exit_code) {
-    CLI::App* group = add_command(app, "config", "List the keys of configurations, show one.", "");
+    CLI::App* group =
+        add_command(app, "config", "List the keys of configurations, or show a configuration.",
+                    "'vkrun config COMMAND --help' describes a command.\n");
     group->require_subcommand(1);
     const auto options = std::make_shared<ConfigOptions>();
     CLI::App* all = add_command(*group, "list", "List every key with its type, range and default.",
                                 kListFooter);
-    all->add_option("PREFIX", options->prefix, "Only keys that start like this")->type_name("");
+    all->add_option("PREFIX", options->prefix, "Only keys that start with PREFIX")->type_name("");
     add_json_flag(*all, options->json);
     all->callback([options, &exit_code] { exit_code = list(*options); });
     CLI::App* one = add_command(*group, "show", "Show every value of a configuration, or one key.",

@@ -27,7 +27,7 @@ std::string config_beside(const std::string& weights, const std::string& given) 
     const std::filesystem::path folder = std::filesystem::path(weights).parent_path();
     for (const char* name : {"config.json", "config.yaml"})
         if (std::filesystem::exists(folder / name)) return (folder / name).string();
-    throw Failure(kUsageError, "no config.json or config.yaml beside '" + weights +
+    throw Failure(kUsageError, "no config.json or config.yaml in the folder of '" + weights +
                                    "': name the configuration with --config");
 }
 

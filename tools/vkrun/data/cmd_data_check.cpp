@@ -22,7 +22,7 @@ constexpr const char* kDataCheckFooter =
 be read or differ in size, poses that are not finite or not rotations, objects with a single view. Warnings:
 equal views or objects, images of one colour. The hash is that of the decoded images, maps and cameras.
 
-Exit status: 0 no problem, 2 wrong usage, 4 there are problems, or no data.
+Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.
 
 Examples:
   vkrun data check data
@@ -155,7 +155,7 @@ void print_split(const Json& split) {
     print_list("warning", split.at("warnings"));
 }
 
-/// The chosen split, or of "all" those that can be opened, at least one.
+/// The chosen split, or for "all" those that can be opened, at least one.
 std::vector<Json> check_splits(const CheckOptions& options) {
     std::vector<Json> splits;
     std::optional<Failure> missing;
@@ -198,12 +198,17 @@ void add_data_check(CLI::App& data, int& exit_code) {
         data, "check", "Read a whole data set and report what is wrong.", kDataCheckFooter);
     const auto options = std::make_shared<CheckOptions>();
     command->add_option("DIR", options->path, "Folder of the data set")->required()->type_name("");
-    command->add_option("--split", options->split, "train, val, test or all; default: all")
+    command->add_option("--split", options->split, "train, val, test or all")
         ->type_name("NAME")
+        ->capture_default_str()
         ->check(CLI::IsMember({"train", "val", "test", "all"}).description(""));
-    command->add_option("--format", options->format, "Format of the data; default: detected")
+    command->add_option("--format", options->format, "Format of the data set; default: detected")
         ->type_name("NAME");
-    command->add_option("--limit", options->limit, "Objects of each split; 0: all")->type_name("N");
+    command
+        ->add_option("--limit", options->limit,
+                     "Check only the first N objects of each split; 0: all")
+        ->type_name("N")
+        ->capture_default_str();
     add_threads_option(*command, options->threads);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = check_data(*options); });

@@ -128,15 +128,16 @@ void add_data_show(CLI::App& data, int& exit_code) {
     command->add_option("--out", options->out, "Image to write, .png")
         ->required()
         ->type_name("FILE");
-    command->add_option("--split", options->split, "train, val or test; default: train")
+    command->add_option("--split", options->split, "train, val or test")
         ->type_name("NAME")
+        ->capture_default_str()
         ->check(CLI::IsMember({"train", "val", "test"}).description(""));
-    command->add_option("--format", options->format, "Format of the data; default: detected")
+    command->add_option("--format", options->format, "Format of the data set; default: detected")
         ->type_name("NAME");
-    add_count_option(*command, "--objects", options->objects, "Rows", 1, 100);
+    add_count_option(*command, "--objects", options->objects, "Objects, one per row", 1, 100);
     add_count_option(*command, "--views", options->views, "Views of each object", 1, 100);
     add_count_option(*command, "--size", options->size,
-                     "Rows and columns of each picture, 0 as stored", 0, 1024);
+                     "Side of each picture, pixels; 0: as stored", 0, 1024);
     add_overwrite_flag(*command, options->overwrite, "FILE");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = show(*options); });

@@ -17,8 +17,8 @@ namespace {
 
 constexpr const char* kDataSynthFooter =
     R"(Writes OUT/srn_CLASS/CLASS_{train,val,test}/ in the layout of SRN's ShapeNet renders (intrinsics.txt,
-pose/, rgb/), with depth/, normal/ and mask/ beside rgb/. Training views are at random places around the
-object, those of val and test on a spiral from the horizon to the top. Existing objects are kept, so that an
+pose/, rgb/), with depth/, normal/ and mask/ next to rgb/. Training views are at random places around the
+object, views of val and test on a spiral from the horizon to the top. Existing objects are kept, so an
 interrupted run can be repeated and a set extended. The same seed gives the same files, with any number of
 threads.
 
@@ -56,7 +56,9 @@ int synth(const SynthOptions& options) {
     desc.val_objects = options.val;
     desc.test_objects = options.test;
     const std::uint32_t total = options.train + options.val + options.test;
-    if (total == 0) throw Failure(kUsageError, "no objects are wanted: --objects, --val or --test");
+    if (total == 0)
+        throw Failure(kUsageError,
+                      "--objects, --val and --test are all 0: ask for at least one object");
     const Stopwatch watch;
     for_each_index("objects", total, options.threads,
                    [&desc](std::uint32_t index) { check(splat_synthetic_write(&desc, index)); });
@@ -84,18 +86,21 @@ void add_data_synth(CLI::App& data, int& exit_code) {
         data, "synth", "Write a data set of procedural objects with exact maps.", kDataSynthFooter);
     const auto options = std::make_shared<SynthOptions>();
     command->add_option("OUT", options->out, "Folder to write to")->required()->type_name("");
-    add_count_option(*command, "--objects", options->train, "Objects to train on", 0, 1000000);
-    add_count_option(*command, "--val", options->val, "Objects to validate on", 0, 1000000);
-    add_count_option(*command, "--test", options->test, "Objects to test on", 0, 1000000);
+    add_count_option(*command, "--objects", options->train, "Training objects", 0, 1000000);
+    add_count_option(*command, "--val", options->val, "Validation objects", 0, 1000000);
+    add_count_option(*command, "--test", options->test, "Test objects", 0, 1000000);
     add_count_option(*command, "--views", options->views, "Views of each training object", 2,
                      100000);
-    add_count_option(*command, "--test-views", options->test_views, "Views of each other object", 2,
-                     100000);
-    add_count_option(*command, "--size", options->size, "Rows and columns of the images", 8, 2048);
-    command->add_option("--class", options->category, "cars, chairs or mixed; default: cars")
+    add_count_option(*command, "--test-views", options->test_views,
+                     "Views of each validation or test object", 2, 100000);
+    add_count_option(*command, "--size", options->size, "Side of the images, pixels", 8, 2048);
+    command->add_option("--class", options->category, "cars, chairs or mixed")
         ->type_name("NAME")
+        ->capture_default_str()
         ->check(CLI::IsMember({"cars", "chairs", "mixed"}).description(""));
-    command->add_option("--seed", options->seed, "Seed of everything random; 0")->type_name("N");
+    command->add_option("--seed", options->seed, "Seed of all random choices")
+        ->type_name("N")
+        ->capture_default_str();
     add_threads_option(*command, options->threads);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = synth(*options); });

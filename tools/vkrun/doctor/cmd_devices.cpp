@@ -17,10 +17,10 @@ namespace {
 
 constexpr const char* kDevicesFooter =
     R"(A device that libsplat cannot use is listed with the reason. '*' marks the one that is
-opened by default. 'kernels' says which shaders run on the device: plain ones everywhere,
-cpu or gpu ones where the device has subgroups of 8 or more lanes.
+opened by default. 'kernels' names the shaders that run on the device: plain ones on any device,
+cpu or gpu ones on a device with subgroups of 8 or more lanes.
 
-Exit status: 0 there is a usable device, 3 there is none, 2 wrong usage, 1 other failures.
+Exit status: 0 there is a usable device, 1 other failures, 2 wrong usage, 3 no usable device.
 
 Examples:
   vkrun devices
@@ -78,7 +78,7 @@ int run_devices(bool json) {
         print_table(devices, best);
     }
     if (!problem.empty())
-        std::fprintf(stderr, "vkrun: %s\n       'vkrun doctor' tells more\n", problem.c_str());
+        std::fprintf(stderr, "vkrun: %s\n       'vkrun doctor' says why\n", problem.c_str());
     return exit_code;
 }
 

@@ -1,4 +1,4 @@
-// vkrun doctor: what works on this machine, what does not, and what to do about it.
+// vkrun doctor: what works on this machine, what does not, and how to fix it.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -18,19 +18,19 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDoctorFooter =
-    R"(Checks what can be checked here: the library; the Vulkan loader and drivers; the devices, the
-one chosen and why; its limits, kernels and memory; variables of the environment; the
-validation layer; the folder of the pipeline cache; and a self-test that writes and reads a
-tensor, counts its NaNs, and compares operators, forward and backward, with float64. Each
-finding is ok, a warning (libsplat works, something could be better) or an error; warnings and
-errors come with a remedy.
-Package names are those of Debian 12.
+    R"(Checks the library, the Vulkan loader and drivers, the devices and the choice among them, the
+chosen device's limits, kernels and memory, environment variables, the validation layer and the
+folder of the pipeline cache. A self-test writes and reads a tensor, counts its NaNs, and
+compares operators, forward and backward, with float64.
+
+Each finding is ok, a warning (libsplat works, but something could be better) or an error.
+Warnings and errors come with a remedy. Package names are those of Debian 12.
 
 JSON: {library, state, exit_status, device, findings: [{check, state, sentence, remedy}]};
 device is null when none could be opened.
 
-Exit status: 0 no errors (there may be warnings), 1 errors, 3 no loader, driver or usable
-device, 2 wrong usage.
+Exit status: 0 no errors (there may be warnings), 1 errors, 2 wrong usage, 3 no loader, driver
+or usable device.
 
 Examples:
   vkrun doctor
@@ -80,7 +80,7 @@ struct Report {
 
 std::string choice_words(const std::string& wish, const splat_device_info& info,
                          std::size_t device_count) {
-    std::string why = wish != "best" ? "asked for by --device " + wish
+    std::string why = wish != "best" ? "named by --device " + wish
                       : device_count == 1
                           ? "the only one"
                           : "the first of the best kind: discrete before integrated, virtual, cpu";
@@ -201,7 +201,7 @@ void add_doctor(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<DoctorOptions>();
     add_device_option(*command, options->device);
     command->add_flag("--quick", options->quick,
-                      "Leave out the validation layer and the self-test,\nwhich compile shaders");
+                      "Skip the validation layer and the self-test, which\ncompile shaders");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = run_doctor(*options); });
 }

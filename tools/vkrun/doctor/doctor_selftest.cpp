@@ -1,4 +1,4 @@
-// vkrun doctor: does the device compute what it should?
+// vkrun doctor: whether the device computes correct results.
 
 #include <cmath>
 #include <cstring>
@@ -35,7 +35,7 @@ Finding errors_finding(const std::string& check, const std::string& what,
     return {check, State::kError, words + "; wrong: " + tensors, kWrong};
 }
 
-/// Odd sizes beside sizes that suit the fast kernels.
+/// Odd sizes, and sizes that suit the fast kernels.
 std::vector<bench::OpCase> self_test_cases() {
     return {bench::group_norm_case(2, 32, 9, 7, 4, true), bench::linear_case(37, 28, 19)};
 }

@@ -25,19 +25,19 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kEvalFooter =
-    R"(Each object is predicted from its conditioning views (of SRN's 251 test views number 64, for two inputs also
-128; else the first) and drawn in all its views. PSNR and SSIM are means over an object's views, then over
-objects, separately for conditioning and novel views. A view without any difference has no PSNR and is only
-counted. A view whose target is all black is skipped.
+    R"(Each object is predicted from its conditioning views and drawn in all its views. Conditioning views are
+number 64 (for two inputs also 128) of SRN's 251 test views, else the first ones. PSNR and SSIM are means over
+an object's views, then over objects, separately for conditioning and novel views. A view that equals its
+target has no PSNR; such views are counted. A view whose target is all black is skipped.
 
 LPIPS needs the weights of its network, which are not part of libsplat: pass --lpips twice, with a file of
-torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them it is nan.
+torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them LPIPS is nan.
 
 OUT gets results.json, per_object.csv, scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter
 Image writes it) and, with --images N, contact sheets of the first N objects: target above prediction.
 
---baseline scores something simpler in place of the network, for 'vkrun compare': "mean" is the mean of all
-training images for every object; "billboard" is the first conditioning view as a flat picture, at the depth
+--baseline scores a simple method in place of the network, for 'vkrun compare': "mean" shows the mean of all
+training images for every object; "billboard" shows the first conditioning view as a flat picture, at the depth
 (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
@@ -210,23 +210,46 @@ int evaluate(const EvalOptions& options) {
 void add_eval(CLI::App& app, int& exit_code) {
     CLI::App* command = add_command(app, "eval", "Score a network on a data set.", kEvalFooter);
     auto options = std::make_shared<EvalOptions>();
-    command->add_option("WEIGHTS", options->weights, ".safetensors, .pth or .npz")->required();
-    command->add_option("--data", options->data, "Folder of the data set")->required();
-    command->add_option("--split", options->split, "train, val or test")->capture_default_str();
-    command->add_option("--out", options->out, "Folder for the results")->required();
-    command->add_option("--config", options->config,
-                        "Configuration of the network; config.json or config.yaml beside WEIGHTS");
+    command
+        ->add_option("WEIGHTS", options->weights,
+                     "Weights of the network: .safetensors, .pth or .npz")
+        ->required()
+        ->type_name("");
+    command->add_option("--data", options->data, "Folder of the data set")
+        ->required()
+        ->type_name("DIR");
+    command->add_option("--split", options->split, "train, val or test")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command->add_option("--out", options->out, "Folder for the results")
+        ->required()
+        ->type_name("DIR");
+    command
+        ->add_option("--config", options->config,
+                     "Configuration of the network; default: config.json or config.yaml\n"
+                     "in the folder of WEIGHTS")
+        ->type_name("FILE");
     add_changes_option(*command, options->changes);
-    command->add_option("--objects", options->objects, "Only the first N objects");
-    command->add_option("--views", options->views,
-                        "Only N novel views of each object, evenly spread");
-    command->add_option("--images", options->images, "Write contact sheets of the first N objects");
-    command->add_option("--lpips", options->lpips, "Weights of VGG16, and once more those of LPIPS")
+    command->add_option("--objects", options->objects, "Only the first N objects; default: all")
+        ->type_name("N");
+    command
+        ->add_option("--views", options->views,
+                     "Only N novel views of each object, evenly spread; default: all")
+        ->type_name("N");
+    command
+        ->add_option("--images", options->images,
+                     "Write contact sheets of the first N objects; default: none")
+        ->type_name("N");
+    command->add_option("--lpips", options->lpips, "Weights for LPIPS, see below; may be repeated")
+        ->type_name("FILE")
         ->take_all()
         ->expected(1)
         ->allow_extra_args(false);
-    command->add_option("--baseline", options->baseline, "Score this instead: mean or billboard")
-        ->check(CLI::IsMember({"mean", "billboard"}));
+    command
+        ->add_option("--baseline", options->baseline,
+                     "Score a baseline instead of the network: mean or billboard")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"mean", "billboard"}).description(""));
     add_device_option(*command, options->device);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = evaluate(*options); });

@@ -30,7 +30,7 @@ struct ObjectScores {
     std::uint32_t drawn = 0;
 };
 
-/// Which views of an object are inputs and which are to be predicted.
+/// The views of an object that are inputs, and those to predict.
 struct EvaluatedViews {
     std::vector<std::uint32_t> conditioning, novel;
 };
@@ -40,7 +40,7 @@ struct EvaluatedViews {
 EvaluatedViews evaluated_views(std::uint32_t views_of_object, std::uint32_t inputs,
                                std::uint32_t most);
 
-/// What is scored: it draws all views of an object from the conditioning ones.
+/// The method under test: it draws all views of an object from the conditioning ones.
 class Predictor {
   public:
     virtual ~Predictor() = default;

@@ -16,12 +16,12 @@ namespace {
 
 constexpr const char* kPredictFooter =
     R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or by
-its difference from the colour of the border, and centred in a white square. Instead of a picture, --data with
---object takes an object of a data set and compares the prediction with its images.
+its difference from the colour of the border, and centred in a white square. Instead of a picture, --data and
+--object take an object of a data set, and the prediction is compared with its images.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
-which holds all pictures and facts. Gaussians of an opacity below 1/255 are left out of the scene, as no image
-shows them.
+which holds all pictures and facts. Gaussians with an opacity below 1/255 are left out of the scene, because no
+image shows them.
 
 Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
 
@@ -74,27 +74,49 @@ void add_predict(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<PredictionOptions>();
     auto json = std::make_shared<bool>(false);
     PredictionOptions& o = *options;
-    command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)");
-    command->add_option("--data", o.data, "Predict an object of this data set instead");
-    command->add_option("--split", o.split, "train, val or test")->capture_default_str();
-    command->add_option("--object", o.object, "Its number, from 0")->capture_default_str();
-    command->add_option("--weights", o.weights, ".safetensors, .pth or .npz");
-    command->add_option(
-        "--config", o.config,
-        "Configuration of the network; config.json or config.yaml beside the weights");
-    command->add_option("--mask", o.mask, "Mask of the object, as large as IMAGE");
-    command->add_option("--depth", o.depth, "Depth map, for networks that take one");
-    command->add_option("--normal", o.normal, "Normal map, for networks that take one");
+    command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)")->type_name("");
+    command
+        ->add_option("--data", o.data, "Folder of a data set that has the object, instead of IMAGE")
+        ->type_name("DIR");
+    command->add_option("--split", o.split, "Split of --data: train, val or test")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command->add_option("--object", o.object, "Number of the object in --split, from 0")
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        ->add_option("--weights", o.weights,
+                     "Weights of the network: .safetensors, .pth or .npz; default: built in")
+        ->type_name("FILE");
+    command
+        ->add_option("--config", o.config,
+                     "Configuration of the network; default: config.json or config.yaml\n"
+                     "in the folder of the weights")
+        ->type_name("FILE");
+    command->add_option("--mask", o.mask, "Mask of the object, of the size of IMAGE")
+        ->type_name("FILE");
+    command->add_option("--depth", o.depth, "Depth map, for networks that take one")
+        ->type_name("FILE");
+    command->add_option("--normal", o.normal, "Normal map, for networks that take one")
+        ->type_name("FILE");
     command->add_flag("--whole", o.whole,
                       "Use the central square instead of cutting out the object");
-    command->add_option("--foreground", o.foreground,
-                        "Part of the square that the object fills; 0.65");
-    command->add_option("--views", o.views, "Novel views")->capture_default_str();
-    command->add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
+    command->add_option("--foreground", o.foreground, "Share of the square that the object fills")
+        ->type_name("X")
+        ->default_str("0.65");
+    command->add_option("--views", o.views, "Number of novel views")
+        ->type_name("N")
         ->capture_default_str();
-    command->add_option("--true-depth", o.true_depth,
-                        "True depth map of IMAGE to compare with, at any scale; larger is farther");
-    command->add_option("--out", o.out, "Folder for the results")->capture_default_str();
+    command->add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
+        ->type_name("DEG")
+        ->capture_default_str();
+    command
+        ->add_option("--true-depth", o.true_depth,
+                     "True depth map of IMAGE to compare with, at any scale; larger is farther")
+        ->type_name("FILE");
+    command->add_option("--out", o.out, "Folder for the results")
+        ->type_name("DIR")
+        ->capture_default_str();
     add_device_option(*command, o.device);
     add_json_flag(*command, *json);
     command->callback([options, json, &exit_code] { exit_code = predict(*options, *json); });

@@ -25,7 +25,7 @@ namespace {
 /// Opacities below this do not show in 8 bits.
 constexpr double kInvisible = 1.0 / 255;
 
-/// The built-in weights, in the folder of the sources or beside an installed program.
+/// The built-in weights, in the folder of the sources or in the prefix of an installed program.
 std::string built_in_weights() {
     namespace fs = std::filesystem;
     std::error_code none;
@@ -222,8 +222,8 @@ std::vector<float> interleaved(const float* planes, std::size_t pixels) {
 constexpr std::uint32_t kSheetColumns = 8;
 constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
 
-/// Input views, each beside its prediction, then novel views: with truths, a row of them above each row of
-/// predictions.
+/// Input views, each next to its prediction, then novel views. With truths, a row of them stands
+/// above each row of predictions.
 std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>& images,
                                       std::size_t inputs, std::size_t plane) {
     const std::size_t count = images.size() / plane;
@@ -272,7 +272,7 @@ void write_pictures(const std::string& out, const Network& network, const Task& 
         .save(out + "/sheet.png");
 }
 
-/// The result as the page shows it, in words and rounded.
+/// The result for the page, in words and rounded.
 std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
     std::vector<std::pair<std::string, std::string>> facts = {
@@ -308,9 +308,10 @@ std::string write_report(const std::string& out, const Task& task, const Json& r
     page.facts(facts_of(result));
     page.heading("Views");
     page.picture(out + "/sheet.png",
-                 task.truths.empty() ? "the input, what was made of it, and novel views"
-                                     : "the input and what was made of it; then in turns a row of "
-                                       "true and a row of predicted novel views",
+                 task.truths.empty()
+                     ? "the input, its reconstruction, and novel views"
+                     : "the input and its reconstruction; then alternately a row of "
+                       "true and a row of predicted novel views",
                  kSheetWidth);
     const std::string path = out + "/report.html";
     replace_file(path, page.text());

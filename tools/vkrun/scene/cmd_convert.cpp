@@ -21,8 +21,8 @@ constexpr const char* kConvertFooter =
     R"(
 The extension of OUT chooses the format. OUT is written whole or not at all.
 
-Frames name the axes x, y, z: right or left, up or down, front or back. The table has the usual
-frame of each format.
+A frame names the axes x, y and z by their first letters: right or left, up or down, front or back.
+The table has the usual frame of each format.
 
 Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
@@ -100,18 +100,20 @@ void add_convert(CLI::App& app, int& exit_code) {
     command->add_option("OUT", options->out, "Scene to write: " + scene_extensions(true))
         ->required()
         ->type_name("");
-    command
-        ->add_option("--frame", options->frame,
-                     "Axes of OUT; default: the usual ones of the format")
+    command->add_option("--frame", options->frame, "Axes of OUT; default: those in the table below")
         ->type_name("FRAME");
     command
         ->add_option("--in-frame", options->in_frame,
-                     "Axes of IN; default: the usual ones of the format")
+                     "Axes of IN; default: those in the table below")
         ->type_name("FRAME");
-    command->add_option("--sh-degree", options->sh_degree, "Degree of OUT; default: that of IN")
+    command
+        ->add_option("--sh-degree", options->sh_degree,
+                     "Degree of spherical harmonics of OUT; default: that of IN")
         ->type_name("N")
         ->check(CLI::Range(0, 3).description(""));
-    command->add_option("--spz-version", options->spz_version, "3 (the default) or 4")
+    command
+        ->add_option("--spz-version", options->spz_version,
+                     "Version of a .spz file, 3 or 4; default: 3")
         ->type_name("N")
         ->check(CLI::Range(3, 4).description(""));
     add_overwrite_flag(*command, options->overwrite, "OUT");

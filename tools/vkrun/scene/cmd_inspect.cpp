@@ -23,13 +23,13 @@ constexpr const char* kInspectFooter =
     R"(
 Cameras: a NeRF transforms.json, or the folder of a COLMAP model.
 
-  frame       axes of the file: right or left, up or down, front or back
+  frame       axes x, y and z of the file: right or left, up or down, front or back
   centre      median of the means; 95 % of them are within the radius around it
   invisible   Gaussians of opacity below 1/255, which are never drawn
   degenerate  Gaussians with a scale below 1e-12
   fov_x       horizontal field of view, degrees
 
-A value that depends on an image size which the file lacks is "not given", in JSON null.
+A value that depends on an image size that the file lacks is "not given" (null in JSON).
 
 Exit status: 0 done, 2 wrong usage, 4 the file cannot be read.
 
@@ -185,11 +185,13 @@ void add_inspect(CLI::App& app, int& exit_code) {
                                     "Scenes:\n" + scene_formats_text() + kInspectFooter);
     const auto options = std::make_shared<InspectOptions>();
     command
-        ->add_option("FILE", options->path, "Scene, transforms.json, or folder of a COLMAP model")
+        ->add_option("FILE", options->path,
+                     "Scene, transforms.json, or the folder of a COLMAP model")
         ->required()
         ->type_name("");
     command
-        ->add_option("--size", options->size, "Image size of a camera file that does not give it")
+        ->add_option("--size", options->size,
+                     "Size of the images, for a camera file that does not give it")
         ->type_name("WxH");
     command->add_flag("--ignore-distortion", options->ignore_distortion,
                       "Ignore the distortion of lenses");

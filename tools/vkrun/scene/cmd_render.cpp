@@ -25,10 +25,10 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kRenderFooter =
-    R"(Images are named after those of the camera file, or numbered: NAME.png, and with --outputs also
-NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32 numbers. In a .png, 0 to 1 become 0
-to 255; depths (expected, along z) are divided by the largest of the image; normals, in the axes of
-the camera, are mapped from -1..1 to 0..1.
+    R"(Give either --cameras or --orbit. Images are named after those of the camera file, or numbered:
+NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32
+numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
+the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1.
 
 Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
 usage, 3 no device, 4 the scene or the cameras cannot be read.
@@ -322,47 +322,53 @@ void add_options(CLI::App& command, RenderOptions& options) {
         ->type_name("");
     command
         .add_option("--cameras", options.cameras,
-                    "Cameras: a transforms.json, or the folder of a\nCOLMAP model")
+                    "transforms.json, or the folder of a COLMAP model")
         ->type_name("FILE");
     command.add_option("--orbit", options.orbit, "N cameras on a circle around the scene")
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
     command
-        .add_option("--elevation", options.elevation, "Degrees of the orbit above the horizon; 11")
+        .add_option("--elevation", options.elevation,
+                    "Degrees of the orbit above the horizon; default: 11")
         ->type_name("DEG");
     command
         .add_option("--distance", options.distance,
-                    "Radius of the orbit, in scene units; else the\nscene fills the image")
+                    "Radius of the orbit, in scene units; default: the\nscene fills the image")
         ->type_name("X");
     command.add_option("--out", options.out, "Folder for the images, made if it is missing")
         ->required()
         ->type_name("DIR");
     command
-        .add_option(
-            "--size", options.size,
-            "Size of the images of an orbit (512x512), or of a\ncamera file that does not give it")
+        .add_option("--size", options.size,
+                    "Size of the images, for an orbit (default: 512x512)\nor a camera file that "
+                    "does not give it")
         ->type_name("WxH");
     command.add_flag("--ignore-distortion", options.ignore_distortion,
                      "Ignore the distortion of lenses");
     command
         .add_option("--near", options.near_plane,
-                    "Skip what is nearer, in scene units; 0.2, with\ngsplat 0.01")
+                    "Near plane, in scene units; default: 0.2, with\n--convention gsplat 0.01")
         ->type_name("X");
-    command.add_option("--far", options.far_plane, "Skip what is farther; 1e10")->type_name("X");
-    command.add_option("--format", options.format, "png (the default) or npy")
+    command.add_option("--far", options.far_plane, "Far plane, in scene units; default: 1e10")
+        ->type_name("X");
+    command.add_option("--format", options.format, "png or npy")
         ->type_name("NAME")
+        ->capture_default_str()
         ->check(CLI::IsMember({"png", "npy"}).description(""));
-    command.add_option("--convention", options.convention, "3dgs (the default) or gsplat")
+    command.add_option("--convention", options.convention, "3dgs or gsplat")
         ->type_name("NAME")
+        ->capture_default_str()
         ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
     command.add_flag("--antialiased", options.antialiased, "Compensate opacities for the dilation");
-    command.add_option("--background", options.background, "Colour, each 0 to 1; 0,0,0")
+    command
+        .add_option("--background", options.background, "Background colour, each channel 0 to 1")
         ->type_name("R,G,B")
+        ->default_str("0,0,0")
         ->delimiter(',')
         ->expected(3);
-    command
-        .add_option("--outputs", options.outputs, "Any of rgb (the default), alpha, depth, normal")
-        ->type_name("NAME[,NAME]")
+    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth and normal")
+        ->type_name("NAME[,NAME]...")
+        ->default_str("rgb")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"rgb", "alpha", "depth", "normal"}).description(""));

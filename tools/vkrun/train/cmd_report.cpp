@@ -14,9 +14,8 @@ namespace {
 
 constexpr const char* kReportFooter =
     R"(The page shows each run's facts, its curves of loss and validation PSNR, and its latest renders (input, then
-truth, prediction and error in turns); several runs share one chart. Runs with an evaluation in eval/ are
-compared with the first of them over the same objects. The page loads nothing from elsewhere. Without --out
-it is report.html in the first run's folder, where training writes one.
+truth, prediction and error alternately); several runs share one chart. Runs with an evaluation in eval/ are
+compared with the first of them over the same objects. The page loads nothing from elsewhere.
 
 Exit status: 0 done, 1 the page cannot be written, 2 wrong usage, 4 a folder holds no run.
 
@@ -46,9 +45,11 @@ void add_report(CLI::App& app, int& exit_code) {
     CLI::App* command =
         add_command(app, "report", "Write a page about training runs.", kReportFooter);
     auto options = std::make_shared<ReportOptions>();
-    command->add_option("RUN", options->runs, "Folders of runs")->required();
-    command->add_option("--out", options->out,
-                        "The page; default: report.html in the first folder");
+    command->add_option("RUN", options->runs, "Folders of runs")->required()->type_name("");
+    command
+        ->add_option("--out", options->out,
+                     "Page to write; default: report.html in the first folder")
+        ->type_name("FILE");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = report(*options); });
 }

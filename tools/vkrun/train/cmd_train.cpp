@@ -19,16 +19,16 @@ namespace {
 
 constexpr const char* kTrainFooter =
     R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it, the published cars model is
-trained. 'vkrun config list' explains every key, 'vkrun config show' prints every value.
+trained. 'vkrun config list' explains every key, and 'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/ and, at the end,
-report.html. Ctrl-C stops after the current step and saves everything; --resume continues from the last
-state, bit by bit. peak_bytes in metrics.jsonl and run.json is the most device memory used so far, by
-training and validation.
+report.html. Ctrl-C stops after the current step and saves everything. --resume continues from the last
+state; the resumed run has the same bits as an uninterrupted one. peak_bytes in metrics.jsonl and run.json
+is the most device memory used so far, by training and validation.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data,
-5 out of memory, 7 ten steps in a row were not finite, 130 interrupted.
+5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, 130 interrupted.
 
 Examples:
   vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
@@ -92,20 +92,27 @@ void add_train(CLI::App& app, int& exit_code) {
     CLI::App* command = add_command(app, "train", "Train a network on a data set.", kTrainFooter);
     auto options = std::make_shared<TrainOptions>();
     TrainingOptions& t = options->training;
-    command->add_option("CONFIG", t.config, "YAML or JSON; default: the cars model");
-    command->add_option("--data", t.data, "Folder of the data set, for data.root");
-    command->add_option("--out", t.out, "Folder of the run; default: runs/DATE");
+    command
+        ->add_option("CONFIG", t.config,
+                     "Configuration, YAML or JSON; default: the published cars model")
+        ->type_name("");
+    command->add_option("--data", t.data, "Folder of the data set; replaces data.root")
+        ->type_name("DIR");
+    command->add_option("--out", t.out, "Folder of the run; default: runs/DATE")->type_name("DIR");
     add_changes_option(*command, t.changes);
     command->add_flag("--resume", t.resume, "Continue the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
-    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ");
+    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ")
+        ->type_name("FILE");
     command
         ->add_option("--init-channels", t.init_channels,
-                     "Channels of those weights after RGB: depth,normal,mask")
+                     "Input channels of --init after RGB: any of depth,normal,mask")
+        ->type_name("LIST")
         ->delimiter(',');
     command->add_flag("--show", options->show, "Print the merged configuration and exit");
     add_device_option(*command, t.device);
-    command->add_flag("--json", options->json, "JSON on standard output at the end");
+    command->add_flag("--json", options->json,
+                      "Print one JSON object on standard output at the end");
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }
 

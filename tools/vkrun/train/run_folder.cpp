@@ -23,10 +23,11 @@ void RunFolder::check(const std::string& path, bool resume, bool overwrite) {
         throw Failure(kUsageError, "--resume: '" + path + "' holds no run (no config.json)");
     const bool empty = !fs::exists(root) || (fs::is_directory(root) && fs::is_empty(root));
     if (resume || empty || (run && overwrite)) return;
-    throw Failure(kUsageError, "'" + path + "' is there" +
-                                   (run ? ": go on with --resume, replace it with --overwrite, or "
-                                          "choose another --out"
-                                        : " and is no run: choose another --out"));
+    throw Failure(kUsageError,
+                  "'" + path + "' is there" +
+                      (run ? ": continue it with --resume, replace it with --overwrite, or "
+                             "choose another --out"
+                           : " and is not a run: choose another --out"));
 }
 
 RunFolder::RunFolder(const std::string& path, bool resume) : root_(path) {

@@ -10,7 +10,7 @@
 
 namespace vkrun {
 
-/// What a training leaves behind:
+/// The files of a training run:
 ///
 ///   config.json            every value of the configuration
 ///   run.json               state, versions, device, data, seed
@@ -22,7 +22,7 @@ namespace vkrun {
 ///   renders/               input, truth and prediction of validation objects
 class RunFolder {
   public:
-    /// Throws a Failure if there is a run that may not be replaced, or none to resume.
+    /// Throws a Failure for a run that may not be replaced, or without a run to resume.
     static void check(const std::string& path, bool resume, bool overwrite);
 
     /// A new folder, or that of the run to resume.

@@ -65,7 +65,7 @@ void add_run(HtmlPage& page, const Run& run) {
     }
     page.facts(rows);
     page.picture(latest_render(run),
-                 "validation objects: input, then truth, prediction and error in turns", 1000);
+                 "validation objects: input, then truth, prediction and error alternately", 1000);
 }
 
 /// The evaluations in the runs' folders, each compared with the first over the objects of both.

@@ -115,7 +115,7 @@ void TrainingRun::resume() {
         return;
     }
     throw Failure(kBadData, "--resume: no state in '" + folder_->path("checkpoints").string() +
-                                "' could be read; --overwrite starts again");
+                                "' can be read; --overwrite starts again");
 }
 
 std::uint64_t TrainingRun::setting(const char* name) const {

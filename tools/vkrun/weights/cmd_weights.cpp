@@ -42,8 +42,8 @@ Examples:
 constexpr const char* kDiffFooter =
     R"(Tensors are compared by name. NaN equals NaN.
 
-Exit status: 0 no difference above the tolerance, 1 there is one, 2 wrong usage, 4 a file cannot be
-read.
+Exit status: 0 no difference above the tolerance, 1 a difference above it, 2 wrong usage, 4 a file
+cannot be read.
 
 Examples:
   vkrun weights diff model_best.pth model.safetensors
@@ -275,7 +275,7 @@ void add_weights_convert(CLI::App& weights, int& exit_code) {
     command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
         ->required()
         ->type_name("");
-    command->add_flag("--half", options->half, "Write float16, half the size");
+    command->add_flag("--half", options->half, "Write float16, in half the bytes");
     add_overwrite_flag(*command, options->overwrite, "OUT");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = convert(*options); });
@@ -291,10 +291,11 @@ void add_diff(CLI::App& weights, int& exit_code) {
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    command->add_option("A", options->first, "Weights")->required()->type_name("");
+    command->add_option("A", options->first, "Weights to read")->required()->type_name("");
     command->add_option("B", options->second, "Weights to compare with")->required()->type_name("");
-    command->add_option("--tolerance", options->tolerance, "Largest difference to accept; 0")
+    command->add_option("--tolerance", options->tolerance, "Largest difference to accept")
         ->type_name("X")
+        ->capture_default_str()
         ->check(CLI::Range(0.0, 1e30).description(""));
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] {
@@ -307,7 +308,7 @@ void add_diff(CLI::App& weights, int& exit_code) {
 void add_weights(CLI::App& app, int& exit_code) {
     CLI::App* weights =
         add_command(app, "weights", "Show, convert, compare, graft and merge network weights.",
-                    "'vkrun weights COMMAND --help' tells more.\n");
+                    "'vkrun weights COMMAND --help' describes a command.\n");
     weights->require_subcommand(1);
     add_show(*weights, exit_code);
     add_weights_convert(*weights, exit_code);

@@ -37,8 +37,8 @@ Examples:
 
 constexpr const char* kMergeFooter =
     R"(OUT is the state dict of the configuration's network without adapters, which are folded into its
-weights: W + lora_alpha / lora_rank * B A. IN also holds the adapters, unless --adapters names a file
-with them alone, under the names of state dicts or of PEFT.
+weights: W + lora_alpha / lora_rank * B A. The adapters are in IN, or in the file of --adapters, which
+names them as state dicts or PEFT do.
 
 JSON: {in, out, adapters, config, folded}.
 
@@ -246,13 +246,13 @@ void add_unmerge(CLI::App& weights, int& exit_code) {
     command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
         ->required()
         ->type_name("");
-    command->add_option("--adapters", options->adapters, "The adapters that were folded in")
+    command->add_option("--adapters", options->adapters, "File of the adapters that were folded in")
         ->type_name("FILE")
         ->required();
     const CLI::Option* alpha =
         command
             ->add_option("--alpha", options->alpha,
-                         "opt.lora_alpha of their training; default: that of\nFILE's metadata")
+                         "opt.lora_alpha of the training; default: that in the\nmetadata of FILE")
             ->type_name("X");
     add_overwrite_flag(*command, options->overwrite, "OUT");
     add_json_flag(*command, options->json);
@@ -269,7 +269,9 @@ CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const c
     command->add_option("OUT", options.out, "Weights to write: .safetensors or .npz")
         ->required()
         ->type_name("");
-    command->add_option("--config", options.config, "The network of OUT, JSON or YAML")
+    command
+        ->add_option("--config", options.config,
+                     "Configuration of the network of OUT, YAML or JSON")
         ->type_name("FILE")
         ->required();
     add_device_option(*command, options.device);
@@ -284,17 +286,21 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
     const auto options = std::make_shared<WeightsModelOptions>();
     CLI::App* command = add(weights, "graft", "Load weights into a network of more input channels.",
                             kGraftFooter, *options);
-    command->add_option("--from", options->from, "Channels of IN after RGB: depth,normal,mask")
+    command
+        ->add_option("--from", options->from,
+                     "Input channels of IN after RGB: any of depth,normal,mask")
         ->type_name("LIST")
         ->delimiter(',')
-        ->check(CLI::IsMember({"depth", "normal", "mask"}));
-    command->add_option("--seed", options->seed, "Seed of what starts at random")->type_name("N");
+        ->check(CLI::IsMember({"depth", "normal", "mask"}).description(""));
+    command->add_option("--seed", options->seed, "Seed of what starts at random")
+        ->type_name("N")
+        ->capture_default_str();
     command->callback([options, &exit_code] { exit_code = graft(*options); });
 
     const auto merging = std::make_shared<WeightsModelOptions>();
     command =
         add(weights, "lora-merge", "Fold low-rank adapters into weights.", kMergeFooter, *merging);
-    command->add_option("--adapters", merging->adapters, "Adapters alone, where IN has none")
+    command->add_option("--adapters", merging->adapters, "File of the adapters, if IN has none")
         ->type_name("FILE");
     command->callback([merging, &exit_code] { exit_code = merge(*merging); });
 

@@ -15,8 +15,8 @@ std::uint32_t graft_flags(const char* option, const std::vector<std::string>& ch
 /// "215 tensors copied, 1 widened, 0 new, 0 left out": `load` of a model's report.
 std::string load_counts(const Json& load);
 
-/// A sentence if the ray grid of the file `path` differs from that of the model's configuration: which
-/// of the two is used, with the fields of view. Else empty.
+/// A sentence if the ray grid of the file `path` differs from that of the model's configuration:
+/// which of the two is used, and the fields of view. Empty if they agree.
 std::string rays_sentence(const std::string& path, splat_weights weights, const Json& report);
 
 /// That sentence as a warning on standard error.

@@ -9,11 +9,11 @@
 
 namespace splat::test {
 
-/// Adam on all blocks of a predictor's parameters, towards outputs of zero: the gradient of half the sum
-/// of squares is the outputs themselves.
-class Training {
+/// Adam on all blocks of a predictor's parameters, towards outputs of zero. The gradient of half
+/// the sum of their squares is the outputs themselves.
+class AdamSteps {
   public:
-    Training(vk::Context& context, model::Predictor& predictor)
+    AdamSteps(vk::Context& context, model::Predictor& predictor)
         : context_(context), predictor_(predictor) {
         for (const nn::ParameterBlock& block : predictor.parameters().blocks()) {
             const std::vector<float> zeros(block.values.bytes / 4, 0);
@@ -22,7 +22,7 @@ class Training {
         }
     }
 
-    void steps(std::uint64_t count, const model::PredictorInput& input) {
+    void run(std::uint64_t count, const model::PredictorInput& input) {
         for (std::uint64_t step = 1; step <= count; ++step) {
             ASSERT_OK(predictor_.parameters().zero_gradients());
             ASSERT_OK(predictor_.set_input(input));
@@ -35,7 +35,7 @@ class Training {
             ASSERT_OK(copies.copy(outputs.scales, gradients.scales));
             ASSERT_OK(copies.copy(outputs.rotations, gradients.rotations));
             ASSERT_OK(copies.copy(outputs.sh, gradients.sh));
-            run(copies);
+            submit(copies);
             ASSERT_OK(predictor_.backward());
             vk::Recorder update(context_);
             const auto blocks = predictor_.parameters().blocks();
@@ -43,13 +43,13 @@ class Training {
                 ASSERT_OK(ops::adam(update, {.step = step, .learning_rate = 1e-3}, blocks[i].values,
                                     blocks[i].grads, moments_[2 * i].range(),
                                     moments_[2 * i + 1].range()));
-            run(update);
+            submit(update);
             predictor_.parameters().changed();
         }
     }
 
   private:
-    void run(vk::Recorder& recorder) {
+    void submit(vk::Recorder& recorder) {
         auto list = recorder.finish();
         ASSERT_OK(list.status());
         ASSERT_OK(context_.run(list.value()));
