@@ -1,4 +1,4 @@
-# Install rules: header, library, pkg-config file, CMake package, and vkrun where it is built.
+# Install rules: headers, library, pkg-config file, CMake package, and vkrun where it is built.
 # Included by the root CMakeLists.txt after all targets exist.
 
 include(CMakePackageConfigHelpers)
@@ -12,7 +12,8 @@ if(NOT TARGET splat::splat)
   add_library(splat::splat ALIAS splat)
 endif()
 
-install(FILES ${PROJECT_SOURCE_DIR}/include/splat.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+        FILES_MATCHING PATTERN "*.h")
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 

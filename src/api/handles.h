@@ -126,8 +126,8 @@ struct ModuleObject : OfDevice {
     OnDevice<std::unique_ptr<model::Module>> module{*this};
 };
 
-/// SPLAT_PRECISION_* of a desc's `field`. Errors: kInvalidArgument.
-Result<model::Precision> precision_of(std::int32_t precision, const char* field);
+/// The precision in a desc's `field`; 0: balanced. Errors: kInvalidArgument.
+Result<model::Precision> precision_of(splat_precision precision, const char* field);
 
 /// The object behind splat_trainer.
 struct TrainerObject : OfDevice {

@@ -44,6 +44,14 @@ constexpr CodeRow kCodes[] = {
      "The device was lost; destroy it with all its objects and create it again."},
     {Code::kInternal, "SPLAT_ERROR_INTERNAL",
      "A defect in the library or the driver; please report the message."},
+    {Code::kNotFound, "SPLAT_ERROR_NOT_FOUND",
+     "A file, a folder or an entry of that name does not exist; the message names it."},
+    {Code::kIo, "SPLAT_ERROR_IO",
+     "The system refused to read or write a file; the message gives its path and the reason."},
+    {Code::kFormat, "SPLAT_ERROR_FORMAT",
+     "Bytes are damaged, truncated or of another format; the message says where."},
+    {Code::kCancelled, "SPLAT_CANCELLED",
+     "The call was cancelled; its results are undefined, and the object can be used again."},
 };
 
 const CodeRow* find(Code code) {

@@ -24,6 +24,10 @@ enum class Code : std::int32_t {
     kTimeout = -9,
     kDeviceLost = -10,
     kInternal = -11,
+    kNotFound = -12,
+    kIo = -13,
+    kFormat = -14,
+    kCancelled = -15,
 };
 
 /// The constant's name and its sentence; the only table of both is in status.cpp.

@@ -31,6 +31,10 @@ constexpr NamedCode kCodes[] = {
     SPLAT_NAMED(SPLAT_ERROR_TIMEOUT, -9),
     SPLAT_NAMED(SPLAT_ERROR_DEVICE_LOST, -10),
     SPLAT_NAMED(SPLAT_ERROR_INTERNAL, -11),
+    SPLAT_NAMED(SPLAT_ERROR_NOT_FOUND, -12),
+    SPLAT_NAMED(SPLAT_ERROR_IO, -13),
+    SPLAT_NAMED(SPLAT_ERROR_FORMAT, -14),
+    SPLAT_NAMED(SPLAT_CANCELLED, -15),
 };
 #undef SPLAT_NAMED
 
@@ -55,7 +59,7 @@ TEST(ApiResult, EveryCodeHasItsNumberNameAndSentence) {
 }
 
 TEST(ApiResult, UnknownCodesAreNamedSo) {
-    for (const splat_result code : {2, 1000, -12, INT32_MAX, INT32_MIN}) {
+    for (const splat_result code : {2, 1000, -16, INT32_MAX, INT32_MIN}) {
         EXPECT_STREQ(splat_result_name(code), "SPLAT_UNKNOWN_RESULT") << code;
         EXPECT_GT(std::strlen(splat_result_sentence(code)), 15U) << code;
     }

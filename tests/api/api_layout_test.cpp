@@ -2,14 +2,13 @@
 // may change.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "api/layout/layout_network.h"
+#include "api/public_headers.h"
 
 namespace splat::test {
 namespace {
@@ -215,6 +214,22 @@ const Layout kCamera = {  // clang-format off
     SPLAT_FIELD(splat_camera, world_to_camera, 40, 128),}
 };  // clang-format on
 
+const Layout kImage = {  // clang-format off
+    "splat_image",
+    sizeof(splat_image),
+    56,
+    {
+    SPLAT_FIELD(splat_image, pixels, 0, 8),
+    SPLAT_FIELD(splat_image, bytes, 8, 8),
+    SPLAT_FIELD(splat_image, type, 16, 4),
+    SPLAT_FIELD(splat_image, width, 20, 4),
+    SPLAT_FIELD(splat_image, height, 24, 4),
+    SPLAT_FIELD(splat_image, channels, 28, 4),
+    SPLAT_FIELD(splat_image, row_stride, 32, 8),
+    SPLAT_FIELD(splat_image, pixel_stride, 40, 8),
+    SPLAT_FIELD(splat_image, channel_stride, 48, 8),}
+};  // clang-format on
+
 const Layout kOrbitDesc = {  // clang-format off
     "splat_orbit_desc",
     sizeof(splat_orbit_desc),
@@ -326,7 +341,7 @@ const Layout kLayouts[] = {kPhotoDesc,      kDatasetDesc,    kDatasetViews,  kSy
                            kTensorStats,    kOpDesc,         kSceneDesc,     kSceneFileDesc,
                            kSimilarity,     kSceneInfo,      kCamera,        kOrbitDesc,
                            kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc,
-                           kRasterizerInfo, kWeightsInfo,    kModuleDesc};
+                           kRasterizerInfo, kWeightsInfo,    kModuleDesc,    kImage};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {
@@ -365,8 +380,7 @@ TEST(ApiLayout, FindsWhatChanged) {
 }
 
 TEST(ApiLayout, KnowsEveryStructOfTheHeader) {
-    std::ifstream file(SPLAT_HEADER);
-    const std::string header{std::istreambuf_iterator<char>(file), {}};
+    const std::string header = public_headers();
     std::set<std::string> known;
     for (const Layout& layout : kLayouts) known.insert(layout.name);
     const std::regex definition(R"(typedef struct (splat_\w+) \{)");

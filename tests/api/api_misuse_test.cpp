@@ -1,11 +1,11 @@
 // Calls every function of the header with each parameter wrong. Each call returns a documented code
 // and a sentence, leaves its outputs alone, and does not crash.
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
 
 #include "api/misuse/misuse_table.h"
+#include "api/public_headers.h"
 
 namespace splat::test {
 namespace {
@@ -48,13 +48,8 @@ std::vector<std::string> missing(const Prototypes& prototypes, const std::vector
     return gaps;
 }
 
-std::string header_text() {
-    std::ifstream file(SPLAT_HEADER);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(ApiMisuse, HasARowForEachParameterOfTheHeader) {
-    const Prototypes prototypes = prototypes_of(header_text());
+    const Prototypes prototypes = prototypes_of(public_headers());
     ASSERT_GE(prototypes.size(), 31U) << "the header was not understood";
     const MisuseTable table;
     for (const std::string& gap : missing(prototypes, table.rows()))

@@ -22,8 +22,12 @@ constexpr Code kAllCodes[] = {
     Code::kTimeout,
     Code::kDeviceLost,
     Code::kInternal,
+    Code::kNotFound,
+    Code::kIo,
+    Code::kFormat,
+    Code::kCancelled,
 };
-constexpr int kLowest = -11;
+constexpr int kLowest = -15;
 constexpr int kHighest = 1;
 
 TEST(Status, TableIsCompleteAndUnique) {
@@ -36,7 +40,8 @@ TEST(Status, TableIsCompleteAndUnique) {
         const std::string sentence = code_sentence(code);
         EXPECT_TRUE(names.insert(name).second) << name;
         EXPECT_TRUE(sentences.insert(sentence).second) << sentence;
-        EXPECT_TRUE(name.starts_with(number < 0 ? "SPLAT_ERROR_" : "SPLAT_")) << name;
+        const bool failure = number < 0 && code != Code::kCancelled;
+        EXPECT_TRUE(name.starts_with(failure ? "SPLAT_ERROR_" : "SPLAT_")) << name;
         EXPECT_NE(name, "SPLAT_UNKNOWN_RESULT") << number;
         EXPECT_TRUE(sentence.ends_with(".")) << sentence;
     }

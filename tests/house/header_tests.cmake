@@ -1,4 +1,4 @@
-# include/splat.h compiles alone in every language that it supports, with both compilers, without warnings and
+# The public headers compile in every language that they support, with both compilers, without warnings and
 # without padding in its structs. Samples that break a rule must not compile.
 
 set(c_standards c99 c11 c17)
@@ -33,6 +33,10 @@ foreach(compiler IN ITEMS gcc clang)
   foreach(standard IN LISTS cxx_standards)
     header_test(Header.${compiler}_${standard} ${${program}} c++ ${standard}
                 ${CMAKE_CURRENT_SOURCE_DIR}/header_unit.c)
+  endforeach()
+  foreach(header IN ITEMS core scene render model train)
+    header_test(Header.${compiler}_${header}_alone ${${program}} c c99
+                ${PROJECT_SOURCE_DIR}/include/splat/${header}.h)
   endforeach()
   header_test(Header.${compiler}_refuses_padding ${${program}} c c99 ${refused}/padding.c
               "error: .*padd")

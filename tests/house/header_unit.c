@@ -2,6 +2,7 @@
  * that -Wpadded sees them; a test of the house checks that none is left out. */
 #include <splat.h>
 
+splat_image sample_image;
 splat_device_info sample_device_info;
 splat_device_desc sample_device_desc;
 splat_memory_info sample_memory_info;

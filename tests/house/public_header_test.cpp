@@ -1,4 +1,4 @@
-// Rules for the text of include/splat.h that no compiler checks.
+// Rules for the text of the public headers that no compiler checks.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,17 @@ std::set<std::string> matches(const std::string& text, const std::regex& pattern
     return found;
 }
 
-Findings check_header(const std::string& header) {
+/// A function without a comment of its own above it.
+Findings check_docstrings(const TextFile& header) {
+    Findings findings;
+    const std::vector<std::string> lines = lines_of(header.text);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        if (starts_with(lines[i], "SPLAT_API ") && (i == 0 || !ends_with(lines[i - 1], "*/")))
+            findings.push_back(at(header, i, "a function without a docstring of its own"));
+    return findings;
+}
+
+Findings check_header(const TextFile& header) {
     struct Word {
         std::regex pattern;
         const char* why;
@@ -29,14 +39,14 @@ Findings check_header(const std::string& header) {
         {std::regex(R"(,\s*\.\.\.\s*\))"), "variable arguments"},
         {std::regex(R"(\w\s*:\s*\d+\s*;)"), "a bit-field"},
     };
-    const std::string code = without_comments(header);
-    Findings findings;
+    const std::string code = without_comments(header.text);
+    Findings findings = check_docstrings(header);
     for (const Word& word : words)
         if (std::regex_search(code, word.pattern))
-            findings.push_back(std::string("include/splat.h has ") + word.why);
-    const std::set<std::string> allowed = {"<stddef.h>", "<stdint.h>"};
+            findings.push_back(header.path + " has " + word.why);
+    static const std::regex allowed(R"(<std(def|int)\.h>|"(splat/)?\w+\.h")");
     for (const std::string& name : matches(code, std::regex(R"(#\s*include\s*(\S+))")))
-        if (allowed.count(name) == 0) findings.push_back("include/splat.h includes " + name);
+        if (!std::regex_match(name, allowed)) findings.push_back(header.path + " includes " + name);
     return findings;
 }
 
@@ -52,20 +62,28 @@ Findings check_unit(const std::string& header, const std::string& unit) {
 }
 
 TEST(PublicHeader, FollowsTheRules) {
-    const std::string& header = repository_file("include/splat.h").text;
-    expect_none(check_header(header));
-    expect_none(check_unit(header, repository_file("tests/house/header_unit.c").text));
+    std::size_t headers = 0;
+    for (const TextFile& file : repository()) {
+        if (!starts_with(file.path, "include/")) continue;
+        ++headers;
+        expect_none(check_header(file));
+        expect_none(check_unit(file.text, repository_file("tests/house/header_unit.c").text));
+    }
+    EXPECT_EQ(headers, 6U);
 }
 
 TEST(PublicHeader, RuleFindsWhatBindingsCannotCarry) {
-    expect_none(check_header("#include <stdint.h>\n/* bool */ enum { SPLAT_A = 1 };\n"));
-    expect_found(check_header("#include <stdbool.h>\n"), 1, "<stdbool.h>");
-    expect_found(check_header("SPLAT_API bool splat_a(void);\n"), 1, "varying size");
-    expect_found(check_header("SPLAT_API int splat_a(const char* text, ...);\n"), 1,
+    const auto check = [](const char* text) { return check_header({"include/a.h", text}); };
+    expect_none(check("#include <stdint.h>\n/* bool */ enum { SPLAT_A = 1 };\n"));
+    expect_none(check("#include \"core.h\"\n/* Effect. */\nSPLAT_API int splat_a(void);\n"));
+    expect_found(check("#include <stdbool.h>\n"), 1, "<stdbool.h>");
+    expect_found(check("/* Effect. */\nSPLAT_API bool splat_a(void);\n"), 1, "varying size");
+    expect_found(check("/* Effect. */\nSPLAT_API int splat_a(const char* text, ...);\n"), 1,
                  "variable arg");
-    expect_found(check_header("typedef enum splat_a { SPLAT_B } splat_a;\n"), 1, "named C enum");
-    expect_found(check_header("typedef struct splat_a { uint32_t b : 3; } splat_a;\n"), 1,
-                 "bit-field");
+    expect_found(check("typedef enum splat_a { SPLAT_B } splat_a;\n"), 1, "named C enum");
+    expect_found(check("typedef struct splat_a { uint32_t b : 3; } splat_a;\n"), 1, "bit-field");
+    expect_found(check("/* Effect. */\nSPLAT_API int splat_a(void);\nSPLAT_API int b(void);\n"), 1,
+                 "a.h:3: a function without a docstring");
 }
 
 TEST(PublicHeader, RuleFindsStructsNotSampled) {

@@ -1,4 +1,4 @@
-// libsplat.so exports exactly the functions that include/splat.h declares.
+// libsplat.so exports exactly the functions that the public headers declare.
 
 #include <gtest/gtest.h>
 
@@ -40,18 +40,20 @@ Findings compare(const Names& declared, const Names& exported) {
         if (!starts_with(name, "splat_"))
             findings.push_back("exported without the prefix splat_: " + name);
         else if (declared.count(name) == 0)
-            findings.push_back("exported, but not declared in include/splat.h: " + name);
+            findings.push_back("exported, but not declared in include/splat/: " + name);
     }
     for (const std::string& name : declared)
         if (exported.count(name) == 0)
-            findings.push_back("declared in include/splat.h, but not exported: " + name);
+            findings.push_back("declared in include/splat/, but not exported: " + name);
     return findings;
 }
 
 TEST(Symbols, ExportedAreThoseDeclared) {
     const Output nm = run(SPLAT_NM " -D --defined-only " SPLAT_LIBRARY);
     ASSERT_EQ(nm.status, 0);
-    const Names declared = declared_in(repository_file("include/splat.h").text);
+    Names declared;
+    for (const TextFile& file : repository())
+        if (starts_with(file.path, "include/")) declared.merge(declared_in(file.text));
     EXPECT_GE(declared.size(), 10U);
     expect_none(compare(declared, exported_in(nm.text)));
 }

@@ -32,6 +32,7 @@ one_of() {
     printf '%s\n' "$found"
 }
 one_of include/splat.h >"$temp/found"
+for name in core scene render model train; do one_of "include/splat/$name.h" >>"$temp/found"; done
 one_of "lib*/libsplat.so" >>"$temp/found"
 one_of "lib*/libsplat.so.$version" >>"$temp/found"
 library=$(one_of "lib*/libsplat.so.0")

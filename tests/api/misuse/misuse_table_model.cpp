@@ -28,7 +28,7 @@ void MisuseTable::model_rows() {
         add("splat_model_create", "desc", what, kArgument,
             [this, desc] { return splat_model_create(device_, &desc, outputs.model.out()); });
     };
-    invalid("an unknown precision", [](splat_model_desc& d) { d.precision = 3; });
+    invalid("an unknown precision", [](splat_model_desc& d) { d.precision = 4; });
     invalid("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
     invalid("an invalid configuration", [](splat_model_desc& d) { d.config = "]"; });
     invalid("an unknown key", [](splat_model_desc& d) { d.config = "model: {base_dims: 8}"; });
@@ -175,7 +175,7 @@ void MisuseTable::module_rows() {
     invalid("invalid attributes", [](splat_module_desc& d) { d.attributes = "]"; });
     invalid("no ports", [](splat_module_desc& d) { d.ports = nullptr; });
     invalid("too many ports", [](splat_module_desc& d) { d.port_count = 65; });
-    invalid("an unknown precision", [](splat_module_desc& d) { d.precision = 3; });
+    invalid("an unknown precision", [](splat_module_desc& d) { d.precision = 4; });
     invalid("a port without a name", [](splat_module_desc& d) { d.ports = &kNameless; });
     invalid("an integer port", [](splat_module_desc& d) { d.ports = &kWhole; });
     invalid("a scalar port", [](splat_module_desc& d) { d.ports = &scalar; });

@@ -12,7 +12,7 @@ namespace vkrun::bench {
 struct ModelBenchOptions {
     std::string config;   ///< text; empty: the cars model
     std::string weights;  ///< a file; empty: random
-    std::int32_t precision = SPLAT_PRECISION_BALANCED;
+    splat_precision precision = SPLAT_PRECISION_BALANCED;
     std::uint32_t objects = 1;
     std::uint32_t lora = 0;  ///< rank; 0: as the configuration says
     bool backward = false;

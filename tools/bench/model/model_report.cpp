@@ -13,7 +13,7 @@
 namespace vkrun::bench {
 namespace {
 
-const char* precision_name(std::int32_t precision) {
+const char* precision_name(splat_precision precision) {
     return precision == SPLAT_PRECISION_STRICT ? "strict"
            : precision == SPLAT_PRECISION_FAST ? "fast"
                                                : "balanced";

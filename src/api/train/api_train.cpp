@@ -1,9 +1,9 @@
 #include <cstddef>
 
 #include "api/api_guard.h"
-#include "api/camera_value.h"
 #include "api/handles.h"
-#include "api/network_arrays.h"
+#include "api/model/network_arrays.h"
+#include "api/scene/camera_value.h"
 #include "config/config_file.h"
 #include "core/json_writer.h"
 #include "eval/image_scores.h"

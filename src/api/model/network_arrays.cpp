@@ -1,4 +1,4 @@
-#include "api/network_arrays.h"
+#include "api/model/network_arrays.h"
 
 namespace splat::api {
 namespace {

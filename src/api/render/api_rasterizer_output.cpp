@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "api/api_guard.h"
-#include "api/tensor_arguments.h"
+#include "api/core/tensor_arguments.h"
 #include "ops/strided_copy.h"
 
 using namespace splat;

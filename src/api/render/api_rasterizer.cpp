@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "api/api_guard.h"
-#include "api/camera_value.h"
-#include "api/tensor_arguments.h"
+#include "api/core/tensor_arguments.h"
+#include "api/scene/camera_value.h"
 
 using namespace splat;
 

@@ -77,6 +77,10 @@ static_assert(static_cast<splat_result>(Code::kOutOfDeviceMemory) ==
 static_assert(static_cast<splat_result>(Code::kTimeout) == SPLAT_ERROR_TIMEOUT);
 static_assert(static_cast<splat_result>(Code::kDeviceLost) == SPLAT_ERROR_DEVICE_LOST);
 static_assert(static_cast<splat_result>(Code::kInternal) == SPLAT_ERROR_INTERNAL);
+static_assert(static_cast<splat_result>(Code::kNotFound) == SPLAT_ERROR_NOT_FOUND);
+static_assert(static_cast<splat_result>(Code::kIo) == SPLAT_ERROR_IO);
+static_assert(static_cast<splat_result>(Code::kFormat) == SPLAT_ERROR_FORMAT);
+static_assert(static_cast<splat_result>(Code::kCancelled) == SPLAT_CANCELLED);
 
 const char* splat_result_name(splat_result code) {
     return splat::code_name(static_cast<Code>(code));

@@ -1,4 +1,4 @@
-#include "api/scene_attribute.h"
+#include "api/scene/scene_attribute.h"
 
 #include <cmath>
 #include <string>

@@ -2,9 +2,9 @@
 #include <cstring>
 
 #include "api/api_guard.h"
+#include "api/core/strides.h"
+#include "api/core/tensor_arguments.h"
 #include "api/handles.h"
-#include "api/strides.h"
-#include "api/tensor_arguments.h"
 #include "ops/tensor_stats.h"
 
 using namespace splat;

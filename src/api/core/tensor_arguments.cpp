@@ -1,4 +1,4 @@
-#include "api/tensor_arguments.h"
+#include "api/core/tensor_arguments.h"
 
 namespace splat::api {
 namespace {

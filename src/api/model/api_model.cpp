@@ -5,7 +5,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "api/network_arrays.h"
+#include "api/model/network_arrays.h"
 #include "config/config_file.h"
 #include "core/finite.h"
 #include "core/json_writer.h"
@@ -178,8 +178,9 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
 
 }  // namespace
 
-Result<config::Precision> api::precision_of(std::int32_t precision, const char* field) {
+Result<config::Precision> api::precision_of(splat_precision precision, const char* field) {
     switch (precision) {
+        case 0:
         case SPLAT_PRECISION_BALANCED:
             return config::Precision::kBalanced;
         case SPLAT_PRECISION_STRICT:
@@ -269,11 +270,11 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
     });
 }
 
-splat_result splat_model_export(splat_model model, uint32_t what, splat_weights* weights) {
+splat_result splat_model_export(splat_model model, splat_export what, splat_weights* weights) {
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
-            return error(Code::kInvalidArgument, "what is %u, expected SPLAT_EXPORT_*", what);
+            return error(Code::kInvalidArgument, "what is %d, expected SPLAT_EXPORT_*", what);
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file, model::save_adapters(*object.predictor));
         if (what == SPLAT_EXPORT_MERGED) {

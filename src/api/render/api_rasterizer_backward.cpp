@@ -1,5 +1,5 @@
 #include "api/api_guard.h"
-#include "api/tensor_arguments.h"
+#include "api/core/tensor_arguments.h"
 #include "ops/strided_copy.h"
 
 using namespace splat;

@@ -3,7 +3,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "api/scene_attribute.h"
+#include "api/scene/scene_attribute.h"
 #include "scene/arrays.h"
 #include "scene/select.h"
 #include "scene/statistics.h"

@@ -2,8 +2,8 @@
 #include <filesystem>
 
 #include "api/api_guard.h"
-#include "api/camera_value.h"
 #include "api/handles.h"
+#include "api/scene/camera_value.h"
 #include "core/json_writer.h"
 #include "io/colmap.h"
 #include "io/file.h"

@@ -1,4 +1,4 @@
-#include "api/strides.h"
+#include "api/core/strides.h"
 
 #include <algorithm>
 #include <array>

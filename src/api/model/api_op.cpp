@@ -1,6 +1,6 @@
 #include "api/api_guard.h"
+#include "api/core/tensor_arguments.h"
 #include "api/handles.h"
-#include "api/tensor_arguments.h"
 #include "core/json_writer.h"
 #include "ops/op_table.h"
 

@@ -1,0 +1,434 @@
+/* libsplat: results, logging, devices and tensors.
+ *
+ * Conventions of all headers
+ *   Results     every function that can fail returns splat_result: 0 is success, negative is an
+ *               error, positive is success with a remark. On an error the outputs are untouched and
+ *               splat_last_error_message() says what failed and where, what was expected, what was
+ *               got, and what to do.
+ *   Handles     opaque and typed. A destroyed handle, or one of another kind, is refused with
+ *               SPLAT_ERROR_INVALID_HANDLE and never followed. Destroying NULL is a no-op. Children
+ *               keep their parents alive, so any order of destruction is legal.
+ *   Structs     *_desc, *_info and other structs start with struct_size, which the caller sets to
+ *               sizeof; zero in any other field means its default, so a zeroed struct with its size
+ *               is valid. They only ever grow at the end. Structs that stand in arrays have no
+ *               struct_size; they are frozen.
+ *   Arrays      the length stands beside the pointer. Sets may be empty.
+ *   Text        NUL-terminated UTF-8. Functions that write text take (buffer, capacity, needed):
+ *               needed receives the size in bytes of the whole text with its NUL; with a smaller
+ *               capacity the text is cut and the result is SPLAT_INCOMPLETE.
+ *   Threads     each kind of object says whether its calls may run at once. Calls on one device are
+ *               serialised by the library. It compiles shaders on up to four threads of its own,
+ *               which never call the caller's code.
+ *   Silence     the library never prints; see splat_log_set_callback.
+ *
+ * A program that opens the best device:
+ *
+ *   splat_device device;
+ *   if (splat_device_create(NULL, &device) != SPLAT_OK)
+ *       fprintf(stderr, "%s\n", splat_last_error_message());
+ *
+ * Only <stddef.h> and <stdint.h> are needed; the headers compile as C99 and later and as C++11 and
+ * later. */
+#ifndef SPLAT_CORE_H
+#define SPLAT_CORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(SPLAT_BUILD)
+#define SPLAT_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define SPLAT_API __declspec(dllimport)
+#else
+#define SPLAT_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Version --------------------------------------------------------------------------------- */
+
+#define SPLAT_VERSION_MAJOR 0
+#define SPLAT_VERSION_MINOR 1
+#define SPLAT_VERSION_PATCH 0
+#define SPLAT_MAKE_VERSION(major, minor, patch) \
+    (((uint32_t)(major) << 22) | ((uint32_t)(minor) << 12) | (uint32_t)(patch))
+#define SPLAT_VERSION \
+    SPLAT_MAKE_VERSION(SPLAT_VERSION_MAJOR, SPLAT_VERSION_MINOR, SPLAT_VERSION_PATCH)
+
+/* Version of the loaded library, packed as by SPLAT_MAKE_VERSION. */
+SPLAT_API uint32_t splat_version(void);
+
+/* The version as text, "major.minor.patch". Lives as long as the library. */
+SPLAT_API const char* splat_version_string(void);
+
+/* JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
+ * hash, bytes}; the hash is the SHA-256 of the SPIR-V). Lives as long as the library. */
+SPLAT_API const char* splat_build_info(void);
+
+/* ---- Results --------------------------------------------------------------------------------- */
+
+typedef int32_t splat_result;
+enum {
+    SPLAT_OK = 0,
+    SPLAT_INCOMPLETE = 1,              /* the buffer was too small; what fits was written */
+    SPLAT_ERROR_INVALID_ARGUMENT = -1, /* an argument is outside its documented range */
+    SPLAT_ERROR_INVALID_HANDLE = -2,   /* NULL, destroyed, or a handle of another kind */
+    /* the call does not fit the object's state, e.g. unmap without map */
+    SPLAT_ERROR_INVALID_STATE = -3,
+    SPLAT_ERROR_SHAPE_MISMATCH = -4, /* tensors whose shapes do not fit together */
+    SPLAT_ERROR_UNSUPPORTED = -5,    /* beyond a limit or a feature of this device or build */
+    /* no Vulkan loader, no driver, or no device that fits the request */
+    SPLAT_ERROR_NO_DEVICE = -6,
+    SPLAT_ERROR_OUT_OF_HOST_MEMORY = -7, /* host allocation failed */
+    /* device allocation failed, or the device's memory budget is used up */
+    SPLAT_ERROR_OUT_OF_DEVICE_MEMORY = -8,
+    SPLAT_ERROR_TIMEOUT = -9, /* the device did not finish in time; it may still be working */
+    /* sticky: every later call on the device returns it; destroy it and create it again */
+    SPLAT_ERROR_DEVICE_LOST = -10,
+    /* a defect in the library or the driver; please report the message */
+    SPLAT_ERROR_INTERNAL = -11,
+    SPLAT_ERROR_NOT_FOUND = -12, /* no such file or folder, or no entry of that name */
+    SPLAT_ERROR_IO = -13,        /* the system refused to read or write: permission, disk full */
+    SPLAT_ERROR_FORMAT = -14,    /* damaged or truncated bytes, or bytes of another format */
+    SPLAT_CANCELLED = -15        /* the call was cancelled; its results are undefined */
+};
+
+/* Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number.
+ * Never NULL. */
+SPLAT_API const char* splat_result_name(splat_result code);
+
+/* One sentence: what a result code means and what to do. Never NULL. */
+SPLAT_API const char* splat_result_sentence(splat_result code);
+
+/* Text of the last error on the calling thread. Empty before the first error. A success does not
+ * clear it, so check the result first. Valid until the next call of this library on
+ * this thread. Never NULL. */
+SPLAT_API const char* splat_last_error_message(void);
+
+/* Copy the text of the last error.
+ * buffer    out, capacity bytes, may be NULL when capacity is 0
+ * needed    out, bytes with the NUL, may be NULL
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. Never changes the text. */
+SPLAT_API splat_result splat_last_error_copy(char* buffer, size_t capacity, size_t* needed);
+
+/* ---- Log ------------------------------------------------------------------------------------- */
+
+typedef int32_t splat_log_level;
+enum { SPLAT_LOG_DEBUG = 1, SPLAT_LOG_INFO = 2, SPLAT_LOG_WARNING = 3, SPLAT_LOG_ERROR = 4 };
+
+/* Called on the thread that caused the message; must not call the library and must not throw. */
+typedef void (*splat_log_callback)(void* user, splat_log_level level, const char* message);
+
+/* Send messages of `min_level` and above to `callback`, for the whole process. Without a callback
+ * the library is silent.
+ * callback  may be NULL: silence
+ * user      passed back; must live until the callback is replaced
+ * min_level 0 = SPLAT_LOG_WARNING
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed */
+SPLAT_API splat_result splat_log_set_callback(splat_log_callback callback, void* user,
+                                              splat_log_level min_level);
+
+/* ---- Handles --------------------------------------------------------------------------------- */
+
+/* The kinds of objects; the section of each says what it is and which calls may run at once. */
+typedef struct splat_device_s* splat_device;
+typedef struct splat_tensor_s* splat_tensor;
+typedef struct splat_op_s* splat_op;
+typedef struct splat_scene_s* splat_scene;
+typedef struct splat_rasterizer_s* splat_rasterizer;
+typedef struct splat_weights_s* splat_weights;
+typedef struct splat_model_s* splat_model;
+typedef struct splat_module_s* splat_module;
+typedef struct splat_dataset_s* splat_dataset;
+typedef struct splat_trainer_s* splat_trainer;
+typedef struct splat_lpips_s* splat_lpips;
+
+/* ---- Images in memory ------------------------------------------------------------------------ */
+
+typedef int32_t splat_pixel;
+enum {
+    SPLAT_PIXEL_U8 = 1,  /* 0 to 255 stand for 0 to 1 */
+    SPLAT_PIXEL_F16 = 2, /* IEEE 754 binary16 */
+    SPLAT_PIXEL_F32 = 3
+};
+
+/* The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
+ * read `pixels`, those that give one write there, and no others touch it. */
+typedef struct splat_image {
+    void* pixels;
+    size_t bytes; /* of `pixels`, checked against the layout; 0: trusted */
+    splat_pixel type;
+    uint32_t width; /* pixels */
+    uint32_t height;
+    uint32_t channels; /* 1 to 4: gray, gray and alpha, RGB, RGB and alpha */
+    /* bytes from one row, pixel and channel to the next; all 0: packed rows of interleaved
+     * channels.
+     * Planes [channels,height,width] of float32 are {4 width, 4, 4 width height} */
+    int64_t row_stride;
+    int64_t pixel_stride;
+    int64_t channel_stride;
+} splat_image;
+
+/* ---- Device ---------------------------------------------------------------------------------- */
+
+typedef int32_t splat_device_kind;
+enum {
+    SPLAT_DEVICE_KIND_OTHER = 1,
+    SPLAT_DEVICE_KIND_CPU = 2,
+    SPLAT_DEVICE_KIND_VIRTUAL = 3,
+    SPLAT_DEVICE_KIND_INTEGRATED = 4,
+    SPLAT_DEVICE_KIND_DISCRETE = 5
+};
+
+/* Which shaders a device runs. The plain ones are the specification; the others compute the same
+ * within the operator's stated error and are faster on their kind of device. The environment
+ * variable SPLAT_KERNELS=plain|cpu|gpu overrides the choice. */
+typedef int32_t splat_kernels;
+enum {
+    SPLAT_KERNELS_AUTO = 0,
+    SPLAT_KERNELS_PLAIN = 1,
+    SPLAT_KERNELS_CPU = 2,
+    SPLAT_KERNELS_GPU = 3
+};
+
+enum {
+    SPLAT_FEATURE_TIMESTAMPS = 1u << 0,
+    SPLAT_FEATURE_SUBGROUP_SHUFFLE = 1u << 1,
+    SPLAT_FEATURE_SUBGROUP_ARITHMETIC = 1u << 2,
+    SPLAT_FEATURE_INT64 = 1u << 3,
+    /* device memory is host-visible: tensors map without a copy */
+    SPLAT_FEATURE_UNIFIED_MEMORY = 1u << 4
+};
+
+typedef struct splat_device_info {
+    uint32_t struct_size;
+    uint32_t index; /* position in the enumeration of this process */
+    splat_device_kind kind;
+    uint32_t usable; /* 1, or 0 with the reason in `reason` */
+    uint32_t vendor_id;
+    uint32_t device_id;
+    uint32_t vulkan_version; /* packed as Vulkan does */
+    uint32_t driver_version; /* vendor's packing */
+    uint8_t uuid[16];
+    uint64_t heap_bytes;               /* device-local memory */
+    uint64_t max_allocation_bytes;     /* one allocation */
+    uint64_t max_storage_buffer_bytes; /* one shader binding, so one tensor */
+    uint32_t max_workgroup_invocations;
+    uint32_t shared_memory_bytes;
+    uint32_t subgroup_size;
+    uint32_t features;     /* SPLAT_FEATURE_ bits */
+    splat_kernels kernels; /* what SPLAT_KERNELS_AUTO means on this device */
+    uint32_t reserved;
+    char name[256];
+    char driver[256]; /* name and version, in the driver's words */
+    char reason[256]; /* why the device is not usable; empty if it is */
+} splat_device_info;
+
+/* Count the Vulkan devices of this machine, usable or not.
+ * count     out
+ * Returns SPLAT_OK (count may be 0), or
+ *   SPLAT_ERROR_NO_DEVICE      the Vulkan loader is missing or has no driver at all; the message
+ *                              says what to install */
+SPLAT_API splat_result splat_device_count(uint32_t* count);
+
+/* Describe device `index` without creating it.
+ * info      in/out, struct_size set
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index >= count), SPLAT_ERROR_NO_DEVICE. */
+SPLAT_API splat_result splat_device_describe(uint32_t index, splat_device_info* info);
+
+typedef int32_t splat_device_select;
+enum {
+    SPLAT_SELECT_BEST = 0, /* discrete, then integrated, virtual, CPU; lowest index within a kind */
+    SPLAT_SELECT_BY_INDEX = 1, /* field `index` */
+    SPLAT_SELECT_BY_UUID = 2,  /* field `uuid` */
+    SPLAT_SELECT_BY_KIND = 3   /* field `kind`; lowest index */
+};
+
+enum {
+    /* Khronos validation: core, synchronisation and GPU-assisted; messages go to the log */
+    SPLAT_DEVICE_VALIDATION = 1u << 0,
+    /* time every dispatch, see splat_device_profile_json */
+    SPLAT_DEVICE_PROFILE = 1u << 1
+};
+
+typedef struct splat_device_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_DEVICE_ bits */
+    const void* next; /* NULL; reserved for extensions */
+    splat_device_select select;
+    uint32_t index;
+    splat_device_kind kind;
+    splat_kernels kernels;
+    uint8_t uuid[16];
+    /* budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical
+     * memory */
+    uint64_t max_device_bytes;
+    /* longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE */
+    uint64_t timeout_ns;
+    /* pipeline cache; NULL = libsplat/ in the user's cache folder, "" = none */
+    const char* cache_folder;
+} splat_device_desc;
+
+/* Open a device.
+ * desc      may be NULL for defaults
+ * device    out, owned by the caller
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      struct_size, flags, next, an enum, or SPLAT_KERNELS in the
+ *                                     environment
+ *   SPLAT_ERROR_NO_DEVICE             no loader, no driver, or no device that fits `select`; the
+ *                                     message lists the devices
+ *   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
+ *                                     validation layer is missing
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_device* device);
+
+/* Release a device. Its tensors and operators stay usable; the device closes with the last of them.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_device_destroy(splat_device device);
+
+/* Describe an open device. `kernels` is what it runs, not what AUTO would choose.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_device_get_info(splat_device device, splat_device_info* info);
+
+typedef struct splat_memory_info {
+    uint32_t struct_size;
+    uint32_t allocations; /* live allocations of the driver */
+    uint64_t used_bytes;  /* allocated from the driver now */
+    uint64_t live_bytes;  /* part of used_bytes that tensors and operators use */
+    uint64_t peak_bytes;  /* highest used_bytes since creation */
+    uint64_t budget_bytes;
+} splat_memory_info;
+
+/* Report device memory.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_device_get_memory(splat_device device, splat_memory_info* info);
+
+/* Report the time of every kind of dispatch since creation or the last reset, on a device with
+ * SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
+ * "min_ms", "median_ms", "bytes", "flops"}]}; bytes and flops are means over the dispatches, as the
+ * operator counts them.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE */
+SPLAT_API splat_result splat_device_profile_json(splat_device device, char* buffer, size_t capacity,
+                                                 size_t* needed);
+
+/* Write the same as a table for people: longest total time first, with rates over that time.
+ * Returns as splat_device_profile_json. */
+SPLAT_API splat_result splat_device_profile_table(splat_device device, char* buffer,
+                                                  size_t capacity, size_t* needed);
+
+/* Forget the times measured so far.
+ * Returns as splat_device_profile_json. */
+SPLAT_API splat_result splat_device_profile_reset(splat_device device);
+
+/* ---- Tensor ---------------------------------------------------------------------------------- */
+
+#define SPLAT_MAX_RANK 8
+
+typedef int32_t splat_dtype;
+enum { SPLAT_DTYPE_F32 = 1, SPLAT_DTYPE_I32 = 2, SPLAT_DTYPE_U32 = 3 };
+
+typedef struct splat_tensor_desc {
+    uint32_t struct_size;
+    uint32_t flags;               /* 0 */
+    const void* next;             /* NULL */
+    const char* name;             /* used in messages; may be NULL */
+    splat_dtype dtype;            /* 0 = SPLAT_DTYPE_F32 */
+    uint32_t rank;                /* 0 (a scalar) to SPLAT_MAX_RANK */
+    int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first; each >= 1 */
+} splat_tensor_desc;
+
+/* Create a tensor on the device, row-major and contiguous, filled with zeros.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      rank, dtype, a dimension < 1, or 2^31 elements or more
+ *   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
+                                           splat_tensor* tensor);
+
+/* Create a tensor and fill it as splat_tensor_write does.
+ * Returns what splat_tensor_create and splat_tensor_write return. */
+SPLAT_API splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
+                                              const void* data, size_t bytes,
+                                              const int64_t* strides, splat_tensor* tensor);
+
+/* Copy host memory into the tensor.
+ * data      in, `bytes` bytes of the tensor's dtype
+ * strides   elements between neighbours, one per dimension, >= 0 (0 repeats); NULL = row-major
+ *           contiguous
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL data, a negative stride, or strides that reach beyond
+ *                                     `bytes`
+ *   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
+SPLAT_API splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
+                                          const int64_t* strides);
+
+/* Copy the tensor into host memory; `data` is untouched on error. Strides are as above, but > 0,
+ * and no two elements may share a place.
+ * Returns what splat_tensor_write returns. */
+SPLAT_API splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
+                                         const int64_t* strides);
+
+typedef int32_t splat_access;
+enum { SPLAT_ACCESS_READ = 1, SPLAT_ACCESS_WRITE = 2, SPLAT_ACCESS_READ_WRITE = 3 };
+
+/* Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
+ * Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
+ * contents are undefined until written. While a tensor is mapped no other call may use it.
+ * pointer   out, owned by the library
+ * bytes     out, may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (access),
+ *   SPLAT_ERROR_INVALID_STATE (mapped already), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
+                                        size_t* bytes);
+
+/* End a mapping. With write access the written values become the tensor's contents.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the
+ * device's errors. */
+SPLAT_API splat_result splat_tensor_unmap(splat_tensor tensor);
+
+typedef struct splat_tensor_info {
+    uint32_t struct_size;
+    splat_dtype dtype;
+    uint32_t rank;
+    uint32_t mapped; /* 1 while mapped */
+    int64_t dims[SPLAT_MAX_RANK];
+    uint64_t elements;
+    uint64_t bytes;
+    char name[64]; /* cut if longer */
+} splat_tensor_info;
+
+/* Describe a tensor.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info);
+
+typedef struct splat_tensor_stats {
+    uint32_t struct_size;
+    uint32_t reserved;
+    uint64_t nan_count;
+    uint64_t inf_count;
+    double min;  /* of the finite elements; +inf if there are none */
+    double max;  /* of the finite elements; -inf if there are none */
+    double mean; /* of the finite elements; 0 if there are none */
+} splat_tensor_stats;
+
+/* Measure an SPLAT_DTYPE_F32 tensor on the device.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (struct or dtype),
+ * SPLAT_ERROR_INVALID_STATE (mapped), and the device's errors. */
+SPLAT_API splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats);
+
+/* Destroy a tensor, mapped or not.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_tensor_destroy(splat_tensor tensor);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_CORE_H */

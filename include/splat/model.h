@@ -1,0 +1,414 @@
+/* libsplat: weights, operators, and networks from images to Gaussians.
+ *
+ * A network of the cars model with published weights:
+ *
+ *   splat_model model;
+ *   splat_weights weights;
+ *   splat_model_desc desc = {sizeof desc};
+ *   splat_model_create(device, &desc, &model);
+ *   splat_weights_load("model_best.pth", &weights);
+ *   splat_model_load(model, weights, 0); */
+#ifndef SPLAT_MODEL_H
+#define SPLAT_MODEL_H
+
+#include "scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Weights --------------------------------------------------------------------------------- */
+
+/* Named tensors of a file of network weights; needs no device. float32 values of a .safetensors
+ * file of 1 MiB or more are not copied: the file stays open and mapped. The file may be removed or
+ * replaced by a new file of the same name, but must not be written in place, as cp does. Functions
+ * that use values, including those of folded weights, refuse a file whose size or time has changed
+ * (SPLAT_ERROR_INVALID_ARGUMENT). A write racing with the call may be read. A file that is
+ * truncated during a call, or lost with its disk, ends the process (SIGBUS). */
+enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */
+
+typedef struct splat_weights_info {
+    uint32_t struct_size;
+    uint32_t rank;
+    int64_t dims[SPLAT_MAX_RANK]; /* outermost first; a 0 means no elements */
+    uint64_t elements;
+    const char* name;  /* this and dtype live as long as the weights */
+    const char* dtype; /* in the file: "float32", "bfloat16", "int64", ...; read as float32 */
+} splat_weights_info;
+
+/* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
+ * its contents. Values that are not finite are kept.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, or a file that cannot be read or is
+ * damaged),
+ *   SPLAT_ERROR_UNSUPPORTED (a pickle that holds more than weights, another number type),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_weights_load(const char* path, splat_weights* weights);
+
+/* Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
+ * all. flags: SPLAT_WEIGHTS_HALF
+ * Returns as splat_weights_load, SPLAT_ERROR_INVALID_HANDLE; refuses other extensions, and finite
+ *   values beyond float16 */
+SPLAT_API splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags);
+
+/* Count the tensors.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL). */
+SPLAT_API splat_result splat_weights_count(splat_weights weights, uint32_t* count);
+
+/* Describe a tensor.
+ * index     from 0, in the order of the file
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such
+ * index). */
+SPLAT_API splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
+                                              splat_weights_info* info);
+
+/* Find the index of a tensor by its name.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
+ * name). */
+SPLAT_API splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index);
+
+/* Copy the values of a tensor as float32.
+ * values    out, `bytes` bytes, at least those of the values
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
+ *   too few bytes, a file that has changed). */
+SPLAT_API splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
+                                          size_t bytes);
+
+/* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
+                                            size_t* needed);
+
+enum { SPLAT_FOLD_OUT = 1u << 0 }; /* undo: take folded adapters out of weights */
+
+/* Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
+ * SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
+ * lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
+ * as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
+ * again restores a weight up to two roundings. adapters  "<layer>.lora_A" [rank,in * k * k] and
+ *           ".lora_B" [out,rank], or PEFT's names and shapes, see splat_model_export; other tensors
+ * are ignored; NULL: those among `weights` alpha     finite; opt.lora_alpha of the training
+ * flags     SPLAT_FOLD_OUT
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
+ *   missing layer, a weight that would not be finite) */
+SPLAT_API splat_result splat_weights_fold(splat_weights weights, splat_weights adapters,
+                                          double alpha, uint32_t flags, splat_weights* folded);
+
+/* Destroy weights.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
+
+/* ---- Operators ------------------------------------------------------------------------------- */
+
+/* A single differentiable operator, as the network uses it; for tests, benchmarks and autograd
+ * bindings. */
+/* JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
+ * "attributes": [{"name", "type", "default", "about"}], "equation"}.
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed);
+
+enum {
+    /* add gradients of parameters to the tensor's contents instead of overwriting them */
+    SPLAT_OP_ACCUMULATE = 1u << 0
+};
+
+typedef struct splat_op_desc {
+    uint32_t struct_size;
+    uint32_t flags;         /* SPLAT_OP_ bits */
+    const void* next;       /* NULL */
+    const char* type;       /* a name of splat_op_list */
+    const char* attributes; /* JSON object; NULL = defaults */
+    uint32_t input_count;
+    uint32_t output_count;
+    const splat_tensor* inputs;  /* in the operator's order; an optional one may be NULL */
+    const splat_tensor* outputs; /* in the operator's order; an optional one may be NULL */
+    /* NULL for an operator without backward; else output_count tensors */
+    const splat_tensor* grad_outputs;
+    /* input_count tensors; gradients of NULL entries are not computed */
+    const splat_tensor* grad_inputs;
+} splat_op_desc;
+
+/* Record an operator on the given tensors, whose contents may change between runs. All tensors are
+ * SPLAT_DTYPE_F32.
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
+ *   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
+ *                                     device
+ *   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor, its shape and the one expected
+ *   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_op_create(splat_device device, const splat_op_desc* desc,
+                                       splat_op* op);
+
+/* Compute the outputs from the inputs.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
+ *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined. */
+SPLAT_API splat_result splat_op_forward(splat_op op);
+
+/* Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
+ * activations of the last forward and the current parameters.
+ * Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without
+ * grad_outputs. */
+SPLAT_API splat_result splat_op_backward(splat_op op);
+
+/* Destroy an operator; its tensors stay.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_op_destroy(splat_op op);
+
+/* ---- Precision ------------------------------------------------------------------------------- */
+
+/* Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest
+ * errors, FAST the shortest times. The attribute "precision" of conv2d has the same numbers. */
+typedef int32_t splat_precision;
+enum {
+    SPLAT_PRECISION_STRICT = 1,
+    SPLAT_PRECISION_BALANCED = 2, /* what 0 means, except in attributes of operators */
+    SPLAT_PRECISION_FAST = 3
+};
+
+/* ---- Models ---------------------------------------------------------------------------------- */
+
+/* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
+ * embeddings and low-rank adapters), with its parameters on a device. M = views * R * R Gaussians
+ * per object; N = objects * views images of R x R pixels. The caller synchronises calls on one
+ * model.
+ * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters,
+ * lists of parts of parameter names, choose what gets gradients. */
+enum {
+    SPLAT_MODEL_GRADIENTS = 1u << 0, /* enable splat_model_backward: takes memory for gradients */
+    SPLAT_MODEL_TRAINING = 1u << 1,  /* apply dropout */
+    /* Prepare weights anew in every pass, which is slower. Without this flag and without gradients,
+     * the second pass of the same weights keeps them prepared (0.7 GiB for the cars model) if the
+     * device has the memory. */
+    SPLAT_MODEL_LOW_MEMORY = 1u << 2,
+    /* With GRADIENTS: recompute each block's activations in the backward pass instead of keeping
+     * them. The same numbers in less memory and more time. */
+    SPLAT_MODEL_RECOMPUTE = 1u << 3,
+    SPLAT_MODEL_INPUT_GRADIENTS = 1u << 4 /* with GRADIENTS: also of images, embedding and tokens */
+};
+
+typedef struct splat_model_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_MODEL_* */
+    const void* next;
+    /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
+    const char* config;
+    /* of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch
+     * runs in equal slices. A backward pass then repeats the forward pass of all slices except the
+     * last, and dropout differs from that of an undivided batch */
+    uint32_t objects;
+    splat_precision precision; /* 0: SPLAT_PRECISION_BALANCED */
+} splat_model_desc;
+
+/* Create a model; its parameters are zero.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an
+ *   unknown key of the configuration or a value outside its range; a model.base_dim whose multiples
+ *   do not divide into a layer's groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED,
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+SPLAT_API splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
+                                          splat_model* model);
+
+/* Initialise the parameters at random, as the published code does. Returns SPLAT_OK and errors of
+ * the device. */
+SPLAT_API splat_result splat_model_init(splat_model model, uint64_t seed);
+
+enum {
+    SPLAT_LOAD_GRAFT = 1u << 0, /* widen the first convolution; ignore tensors the model lacks */
+    SPLAT_LOAD_TAKE_RAYS = 1u << 1,  /* use the file's field of view */
+    SPLAT_LOAD_FROM_DEPTH = 1u << 2, /* channels after RGB that the file's network had; for GRAFT */
+    SPLAT_LOAD_FROM_NORMAL = 1u << 3,
+    SPLAT_LOAD_FROM_MASK = 1u << 4,
+    SPLAT_LOAD_ADAPTERS = 1u << 5 /* the file has only adapters; other parameters stay */
+};
+
+/* Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
+ * that the file lacks keep their values. With GRAFT each channel goes to the one of the same
+ * meaning, and the outputs stay those of the file's network until the new channels are trained.
+ * Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier
+ * versions. flags: SPLAT_LOAD_*
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
+ *   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
+ *   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
+ *   model without adapters) */
+SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
+
+/* Store the model as a state dict, with the buffers of published files.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of
+ * the device. */
+SPLAT_API splat_result splat_model_store(splat_model model, splat_weights* weights);
+
+typedef int32_t splat_export;
+enum {
+    SPLAT_EXPORT_ADAPTERS = 1, /* only adapters, with PEFT's names and shapes: for each layer
+                                * base_model.model.<layer>.lora_A.weight and .lora_B.weight */
+    SPLAT_EXPORT_MERGED = 2    /* the state dict with adapters folded into the weights */
+};
+
+/* Export a model's parameters in another form.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
+ *   SPLAT_ERROR_INVALID_STATE (a model without adapters) */
+SPLAT_API splat_result splat_model_export(splat_model model, splat_export what,
+                                          splat_weights* weights);
+
+/* JSON: {"config", "parameters", "trainable", "slices" (of a batch), "bytes": {"activations" (of a
+ * slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "load":
+ * {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT */
+SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_t capacity,
+                                          size_t* needed);
+
+typedef struct splat_model_input {
+    uint32_t struct_size;
+    uint32_t step; /* of the optimiser; with seed it determines dropout */
+    uint64_t seed;
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance */
+    const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
+    const float* quaternions;   /* [N,4] w x y z of that rotation; NULL with view_to_world */
+    const float* focals;        /* [N,2] pixels; NULL unless the configuration's fov is 0 */
+    const float* embedding;     /* [N,length] of a custom embedding, else NULL */
+    const float* tokens;        /* [N,token_dim,tokens], else NULL */
+    uint32_t channels; /* of each image, checked against the configuration; 0: not checked */
+    uint32_t objects;  /* in the arrays, checked against the model's; 0: not checked */
+} splat_model_input;
+
+/* Run the network. Arrays are read before the call returns.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects),
+ *   SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it
+ *   does not need, values that are not finite), in each case with the last pass unchanged;
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_input* input);
+
+/* Read a result of the latest splat_model_forward, by name: "means" [objects,M,3] scene units,
+ * "opacities" [objects,M,1], "scales" [objects,M,3], "rotations" [objects,M,4] w x y z, "sh"
+ * [objects,M,K,3] with the constant term first, "raw" [N,output channels,R,R]; parameters by the
+ * names of the state dict, and their gradients as "grad:" and the name. With
+ * SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass: "grad:images" [N,channels
+ * that the network sees,R,R], "grad:embedding" (custom ones), "grad:tokens", shaped as in
+ * splat_model_input. bytes: at least those of the values.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such name, too few
+ *   bytes), SPLAT_ERROR_INVALID_STATE (before the first pass, or no gradient) */
+SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,
+                                        size_t bytes);
+
+/* Set a parameter, by the name of the state dict; bytes: exactly those of its values.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
+ *   parameter, a value that is not finite), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_model_write(splat_model model, const char* name, const float* values,
+                                         size_t bytes);
+
+/* Copy the Gaussians of one object into a new scene. Returns as splat_model_read. */
+SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
+
+/* Add the gradients of a loss to the gradients of parameters. The loss is given by its gradients
+ * with respect to "means", "opacities", "scales", "rotations" and "sh", in this order; NULL entries
+ * are zero.
+ * Call it once after each splat_model_forward, whose results stay readable.
+ * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a
+ *   pass, or after parameters have changed, with gradients unchanged. After other errors the
+ *   gradients may hold part of the batch: call splat_model_zero_gradients */
+SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
+
+/* Set the gradients of all parameters to zero.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device. */
+SPLAT_API splat_result splat_model_zero_gradients(splat_model model);
+
+/* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_model_destroy(splat_model model);
+
+/* ---- Modules --------------------------------------------------------------------------------- */
+
+/* One operator or one block of the network with its parameters: the parts of models, for building
+ * other networks. The caller synchronises calls on one module.
+ *
+ * Ports and parameters are named. For an operator of splat_op_list, row-major inputs with gradients
+ * (weight, bias, gamma, beta) are parameters, the other inputs are inputs. `ports` gives the shapes
+ * of all of them; optional ones may be omitted. "residual_block" is the block of Song et al.'s
+ * U-Net as Splatter Image uses it:
+ *   inputs      x [N,C,H,W]; embedding [N,E] adds FiLM; tokens [N,D,T,1] add attention to them;
+ *               random_counter [4] if dropout acts (the bits of seed, seed >> 32, step and 0)
+ *   output      y
+ *   parameters  as in the state dict, after "block."; if there are adapters, only they are trained
+ *   attributes  out_channels (0: C), up, down, attention (self-attention), views (images that
+ *               attend to each other), affine_film, dropout, lora_rank, lora_alpha, lora_dropout */
+enum {
+    SPLAT_MODULE_GRADIENTS = 1u << 0,       /* enable splat_module_backward */
+    SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also of inputs */
+    SPLAT_MODULE_TRAINING =
+        1u << 2 /* apply dropout in a residual_block; an operator always applies it */
+};
+
+typedef struct splat_module_desc {
+    uint32_t struct_size;
+    uint32_t flags;                 /* SPLAT_MODULE_* */
+    const void* next;               /* NULL */
+    const char* type;               /* a name of splat_op_list, or "residual_block" */
+    const char* attributes;         /* JSON object; NULL: defaults */
+    const splat_tensor_desc* ports; /* with name, rank, dims */
+    uint32_t port_count;
+    splat_precision precision; /* only for residual_block; conv2d has an attribute */
+} splat_module_desc;
+
+/* Create a module; its parameters, inputs and gradients of outputs are zero.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or
+ *   attribute that the type does not have, GRADIENTS for a type without any),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit),
+ *   SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+SPLAT_API splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
+                                           splat_module* module);
+
+/* Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
+ * other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK and errors
+ * of the device. */
+SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
+
+/* JSON: {"type", "inputs": [{"name", "shape"}], "outputs": [...], "parameters": [{"name", "shape",
+ * "trainable"}], "bytes" (activations and workspaces)}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
+                                           size_t* needed);
+
+/* Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
+ * values    in, row-major, exactly `bytes` bytes of the tensor
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such name, a value that is not finite, except in an
+ *                                     input without gradient
+ *   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_module_write(splat_module module, const char* name,
+                                          const float* values, size_t bytes);
+
+/* Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
+ * ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
+ * values    out, row-major, exactly `bytes` bytes of the tensor
+ * Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes
+ * it. */
+SPLAT_API splat_result splat_module_read(splat_module module, const char* name, float* values,
+                                         size_t bytes);
+
+/* Compute the outputs.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST. */
+SPLAT_API splat_result splat_module_forward(splat_module module);
+
+/* Add to the gradients of parameters and overwrite those of inputs. Call it once after each
+ * forward.
+ * Returns as splat_module_forward, or
+ *   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
+ *                                     or after inputs or parameters were written; gradients stay */
+SPLAT_API splat_result splat_module_backward(splat_module module);
+
+/* Set the gradients of parameters to zero.
+ * Returns as splat_module_forward. */
+SPLAT_API splat_result splat_module_zero_gradients(splat_module module);
+
+/* Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_module_destroy(splat_module module);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_MODEL_H */

@@ -1,0 +1,306 @@
+/* libsplat: the rasterizer, image files, and scores of images.
+ *
+ * The colours of a scene of `count` Gaussians from one camera:
+ *
+ *   splat_rasterizer rasterizer;
+ *   splat_rasterizer_desc desc = {sizeof desc, .gaussians = count, .width = 512, .height = 512};
+ *   splat_rasterizer_create(device, &desc, &rasterizer);
+ *   splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, NULL);
+ *   splat_rasterizer_read(rasterizer, SPLAT_OUTPUT_RGB, pixels, sizeof pixels); */
+#ifndef SPLAT_RENDER_H
+#define SPLAT_RENDER_H
+
+#include "scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Rasterizer ------------------------------------------------------------------------------ */
+
+/* Draws a fixed number of Gaussians into a fixed number of views, and computes gradients. */
+typedef int32_t splat_convention;
+enum {
+    SPLAT_CONVENTION_3DGS = 1,  /* Kerbl et al. 2023: extents of 3 sigma, quaternions as given */
+    SPLAT_CONVENTION_GSPLAT = 2 /* gsplat 1.6: exactly alpha >= 1/255, quaternions normalised */
+};
+
+/* What a rasterizer can do. */
+enum {
+    SPLAT_RASTERIZER_DIRECT_COLORS = 1u << 0, /* colours are RGB, not spherical harmonics */
+    SPLAT_RASTERIZER_ANTIALIASED = 1u << 1,   /* opacity compensates for the dilation */
+    SPLAT_RASTERIZER_DEPTH = 1u << 2,         /* outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */
+    SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
+    /* gradients from the depth; of the pose (SPLAT_CONVENTION_GSPLAT); of means2d; imply
+     * BACKWARD */
+    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,
+    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,
+    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6,
+    /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
+    SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
+    SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
+};
+
+/* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
+ * SPLAT_OUTPUT_MEANS2D) are always culled. */
+enum {
+    SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* the region where alpha < 1/255 */
+    SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
+    SPLAT_SKIP_CULL = 1u << 2, /* sorting Gaussians that reach no tile: too faint, too small */
+    /* blending where every pixel has stopped; not in plain kernels */
+    SPLAT_SKIP_EARLY_OUT = 1u << 3,
+    /* drawing if scene, cameras and background are unchanged; never for tensors, which may have
+     * been written */
+    SPLAT_SKIP_UNCHANGED = 1u << 4,
+    /* Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs */
+    SPLAT_SKIP_BLOCKS = 1u << 5
+};
+
+typedef struct splat_rasterizer_desc {
+    uint32_t struct_size;
+    uint32_t flags;              /* SPLAT_RASTERIZER_ bits */
+    const void* next;            /* NULL */
+    uint32_t gaussians;          /* N, >= 0 */
+    uint32_t views;              /* V; 0 = 1 */
+    uint32_t width;              /* W, pixels */
+    uint32_t height;             /* H, pixels */
+    uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
+    uint32_t disabled_skips;     /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
+    splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
+    float near_plane;            /* scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */
+    float far_plane;             /* scene units; 0 = 1e10 */
+    uint32_t reserved;
+} splat_rasterizer_desc;
+
+/* Create a rasterizer with its memory; the memory for intersections grows on demand.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
+ *                                     other
+ *   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes at
+ *                                     once
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_rasterizer_create(splat_device device,
+                                               const splat_rasterizer_desc* desc,
+                                               splat_rasterizer* rasterizer);
+
+typedef struct splat_gaussians_desc {
+    uint32_t struct_size;
+    uint32_t flags;         /* 0 */
+    const void* next;       /* NULL */
+    splat_tensor means;     /* [N,3] scene units */
+    splat_tensor scales;    /* [N,3] standard deviations, scene units */
+    splat_tensor rotations; /* [N,4] w, x, y, z */
+    splat_tensor opacities; /* [N] 0 to 1 */
+    splat_tensor sh;        /* [N,(sh_degree+1)^2,3]; NULL with direct colours */
+    splat_tensor colors;    /* [N,3]; NULL without direct colours */
+} splat_gaussians_desc;
+
+/* Draw a scene; the images stay in the rasterizer, see splat_rasterizer_output. Gaussians that are
+ * not finite or have no extent are left out. A scene keeps its packed copy on the device for later
+ * calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
+ * and device are destroyed earlier.
+ * scene           N Gaussians; bands beyond the rasterizer's degree are ignored
+ * cameras         `count` = V cameras of W x H pixels
+ * background      3 floats RGB; NULL = black
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
+ *                                     wrong count; a background that is not finite; a scene with
+ *                                     another number of Gaussians; a tensor of another device or
+ *                                     dtype
+ *   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
+ *   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor and the shape expected
+ *   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST
+ * After an error before the device starts, the last images stay; after a later one there are
+ * none. */
+SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer,
+                                                      splat_scene scene,
+                                                      const splat_camera* cameras, uint32_t count,
+                                                      const float* background);
+
+/* Draw Gaussians that are tensors.
+ * gaussians       tensors of the rasterizer's device; all NULL for N = 0
+ * Other parameters and results as splat_rasterizer_forward_scene. */
+SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
+                                                const splat_gaussians_desc* gaussians,
+                                                const splat_camera* cameras, uint32_t count,
+                                                const float* background);
+
+typedef int32_t splat_output;
+enum {
+    SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] over the background */
+    SPLAT_OUTPUT_ALPHA = 2,          /* [V,H,W] */
+    SPLAT_OUTPUT_DEPTH = 3,          /* [V,H,W] sum of weight * depth, scene units along z */
+    SPLAT_OUTPUT_EXPECTED_DEPTH = 4, /* [V,H,W] depth / alpha */
+    SPLAT_OUTPUT_CONTRIBUTORS = 5,   /* [V,H,W] Gaussians of weight > 0 */
+    /* Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside
+     * the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes
+     * them. */
+    SPLAT_OUTPUT_MEANS2D = 6,     /* [V,N,2] pixels */
+    SPLAT_OUTPUT_RADII = 7,       /* [V,N,2] pixels */
+    SPLAT_OUTPUT_CONICS = 8,      /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
+    SPLAT_OUTPUT_DEPTHS = 9,      /* [V,N] scene units along z */
+    SPLAT_OUTPUT_VISIBILITY = 10, /* [V,N] 1, or 0 if culled */
+    /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
+    SPLAT_OUTPUT_NORMALS = 11
+};
+
+/* Copy an output of the last forward call, float32, to a tensor.
+ * tensor    on the rasterizer's device, with the output's shape
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
+ *   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
+ *                                     created without SPLAT_RASTERIZER_DEPTH or _NORMALS
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
+SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_output output,
+                                               splat_tensor tensor);
+
+/* Copy an output of the last forward call, float32, to host memory.
+ * values    out, `bytes` bytes, at least those of the output; untouched on error
+ * Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes. */
+SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_output output,
+                                             float* values, size_t bytes);
+
+enum {
+    /* add gradients to the tensors' contents instead of overwriting them */
+    SPLAT_GRADIENTS_ACCUMULATE = 1u << 0
+};
+
+typedef struct splat_gradients_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_GRADIENTS_ bits */
+    const void* next; /* NULL */
+    /* in: gradients of the loss with respect to outputs; NULL: zeros */
+    splat_tensor grad_rgb;   /* [V,H,W,3] */
+    splat_tensor grad_alpha; /* [V,H,W] */
+    splat_tensor grad_depth; /* [V,H,W] */
+    /* out: gradients of the loss with respect to inputs; NULL: not computed */
+    splat_tensor grad_means;           /* [N,3] */
+    splat_tensor grad_scales;          /* [N,3] */
+    splat_tensor grad_rotations;       /* [N,4] */
+    splat_tensor grad_opacities;       /* [N] */
+    splat_tensor grad_sh;              /* [N,(sh_degree+1)^2,3] */
+    splat_tensor grad_colors;          /* [N,3] direct colours */
+    splat_tensor grad_means2d;         /* [V,N,2] per pixel */
+    splat_tensor grad_means2d_abs;     /* [V,N,2] sums over the pixels of absolute values */
+    splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
+} splat_gradients_desc;
+
+/* Compute gradients at the inputs of the last forward call. The rasterizer keeps a copy of them.
+ * Gradients of a scene are with respect to its activated attributes.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
+ *                                     also another tensor of the call
+ *   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a gradient
+ *                                     that the rasterizer's flags do not include
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined */
+SPLAT_API splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
+                                                 const splat_gradients_desc* gradients);
+
+typedef struct splat_rasterizer_info {
+    uint32_t struct_size;
+    uint32_t passes; /* groups of tile rows that the last forward call drew one by one */
+    /* (Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that the convention
+     * keeps); the maximum over passes */
+    uint64_t visible;
+    uint64_t pairs;       /* (tile, Gaussian, view) triples */
+    uint64_t longest;     /* Gaussians in the fullest tile */
+    uint64_t tiles;       /* of all views */
+    uint64_t empty_tiles; /* tiles without Gaussians */
+    /* device memory of the rasterizer, without the packed copies of scenes, which rasterizers
+     * share */
+    uint64_t bytes;
+    uint32_t runs; /* 0: nothing had changed; 2 or more: memory had to grow */
+    uint32_t reserved;
+} splat_rasterizer_info;
+
+/* Describe the last forward call; zeros before the first.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
+                                                 splat_rasterizer_info* info);
+
+/* Destroy a rasterizer; scenes, with their packed copies on the device, and tensors stay.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
+
+/* ---- Image files ----------------------------------------------------------------------------- */
+
+/* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy
+ * (float32 [height,width,channels], unchanged). The file appears whole or not at all.
+ * values    height * width * channels floats, rows from the top
+ * channels  1 to 4: gray, gray and alpha, RGB, RGB and alpha
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a side outside 1 to 16384, channels, or the file cannot
+ *                                     be written
+ *   SPLAT_ERROR_UNSUPPORTED           another extension */
+SPLAT_API splat_result splat_image_save(const char* path, const float* values, uint32_t width,
+                                        uint32_t height, uint32_t channels);
+
+/* Write `frames` images, consecutive in `values`, as an animation that repeats for ever, by the
+ * extension of the path: .png (animated PNG) or .gif (252 colours, dithered; no alpha).
+ * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
+ * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif. */
+SPLAT_API splat_result splat_image_save_animation(const char* path, const float* values,
+                                                  uint32_t frames, uint32_t width, uint32_t height,
+                                                  uint32_t channels, uint32_t milliseconds);
+
+/* ---- Scores of images ------------------------------------------------------------------------ */
+
+typedef struct splat_image_scores {
+    uint32_t struct_size;
+    uint32_t reserved;
+    double squared_error; /* mean */
+    double psnr;          /* dB, for values from 0 to 1; infinite for equal images */
+    double ssim;
+} splat_image_scores;
+
+/* Compare two images [channels,height,width] in double precision: PSNR, and SSIM with a Gaussian
+ * window of 11 x 11 pixels (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are not finite),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (a size of 0) */
+SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint32_t channels,
+                                           uint32_t height, uint32_t width,
+                                           splat_image_scores* scores);
+
+/* Learned perceptual image patch similarity, version 0.1 with VGG16 (Zhang et al. 2018): its
+ * network with weights on a device, for images of one size. The caller synchronises calls on one
+ * object. */
+typedef struct splat_lpips_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    /* of torchvision's vgg16 and of the lpips package, one file or two; read
+                                     before the call returns */
+    const splat_weights* weights;
+    uint32_t weight_count;
+    uint32_t side; /* pixels, both ways; >= 16 */
+} splat_lpips_desc;
+
+/* Create the network of LPIPS.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor
+ *   missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network),
+ *   SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
+                                          splat_lpips* lpips);
+
+/* Measure the distance of two RGB images [3,side,side] with values nominally 0 to 1, not clamped;
+ * equal images have 0. Within 1e-4 of PyTorch's.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that
+ *   are not finite), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b,
+                                           double* value);
+
+/* Destroy it.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_lpips_destroy(splat_lpips lpips);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_RENDER_H */

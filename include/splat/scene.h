@@ -1,0 +1,321 @@
+/* libsplat: scenes of 3D Gaussians and cameras, in memory and in files. Needs no device.
+ *
+ * A scene seen from 24 places around it:
+ *
+ *   splat_scene scene;
+ *   splat_camera cameras[24];
+ *   splat_scene_load("scene.ply", NULL, &scene);
+ *   splat_camera_orbit(scene, NULL, 24, cameras); */
+#ifndef SPLAT_SCENE_H
+#define SPLAT_SCENE_H
+
+#include "core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Scene ----------------------------------------------------------------------------------- */
+
+/* A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device.
+ * A rasterizer that draws it leaves a packed copy on its device, which keeps that device open until
+ * the scene changes or is destroyed. Axes are those of 3DGS .ply files: x right, y down, z forward
+ * (SPLAT_FRAME_RDF).
+ *
+ * Attributes, float32, row-major, n Gaussians, K = (sh_degree + 1)^2:
+ *   "means" [n,3] scene units             "log_scales" [n,3] or activated "scales" [n,3], > 0
+ *   "rotations" [n,4] w, x, y, z          "opacity_logits" [n] or activated "opacities" [n], 0 to 1
+ *   "sh" [n,K,3] constant term first; colour = max(0, 0.5 + sum sh_k Y_k(direction)) */
+typedef struct splat_scene_desc {
+    uint32_t struct_size;
+    uint32_t flags;     /* 0 */
+    const void* next;   /* NULL */
+    uint64_t count;     /* Gaussians; 0 makes an empty scene */
+    uint32_t sh_degree; /* 0 to 3 */
+    uint32_t reserved;
+    /* arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0) */
+    const float* means;
+    const float* log_scales;
+    const float* rotations;
+    const float* opacity_logits;
+    const float* sh;
+} splat_scene_desc;
+
+/* Create a scene.
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree > 3
+ *   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene);
+
+typedef int32_t splat_scene_format;
+enum {
+    SPLAT_SCENE_PLY = 1,            /* 3DGS, ascii or binary, properties in any order */
+    SPLAT_SCENE_COMPRESSED_PLY = 2, /* read only */
+    SPLAT_SCENE_SPLAT = 3,          /* 8-bit colours, no higher SH bands */
+    SPLAT_SCENE_SPZ = 4             /* quantised; versions 1 to 4 are read, 3 and 4 written */
+};
+
+/* JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
+ * "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}.
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed);
+
+/* Axes x, y, z of a file: right or left, up or down, front or back. */
+typedef int32_t splat_frame;
+enum {
+    SPLAT_FRAME_RDF = 1, /* .ply, .splat, COLMAP, OpenCV; and scenes in memory */
+    SPLAT_FRAME_RUB = 2, /* .spz, OpenGL, three.js */
+    SPLAT_FRAME_LUF = 3,
+    SPLAT_FRAME_RUF = 4, /* Unity */
+    SPLAT_FRAME_LDB = 5,
+    SPLAT_FRAME_RDB = 6,
+    SPLAT_FRAME_LUB = 7,
+    SPLAT_FRAME_LDF = 8
+};
+
+/* For splat_scene_file_desc.sh_degree: only the constant colour. */
+#define SPLAT_SH_CONSTANT (-1)
+
+typedef struct splat_scene_file_desc {
+    uint32_t struct_size;
+    uint32_t flags;            /* 0 */
+    const void* next;          /* NULL */
+    splat_scene_format format; /* 0 = by the first bytes, else by the extension of the path */
+    splat_frame frame;         /* of the file; 0 = the format's usual one */
+    /* drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0 = keep
+     * all */
+    int32_t sh_degree;
+    uint32_t spz_version; /* to write: 3 or 4; 0 = 3 */
+    uint64_t max_count;   /* refuse files with more Gaussians; 0 = 2^27 */
+} splat_scene_file_desc;
+
+/* Read a scene from a file.
+ * desc      may be NULL for defaults
+ * Returns SPLAT_OK, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read, is damaged, truncated, not a scene
+ *                                     or not of desc.format; a field of desc
+ *   SPLAT_ERROR_UNSUPPORTED           a known format that cannot be read, or more than max_count
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
+                                        splat_scene* scene);
+
+/* Read a scene from the bytes of a file.
+ * data      in, `bytes` bytes; .splat has no magic bytes, so desc.format must name it
+ * desc      may be NULL for defaults
+ * Returns as splat_scene_load. */
+SPLAT_API splat_result splat_scene_load_memory(const void* data, size_t bytes,
+                                               const splat_scene_file_desc* desc,
+                                               splat_scene* scene);
+
+/* Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
+ * "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
+                                               size_t* needed);
+
+/* Write a scene to a file, which appears whole or not at all.
+ * desc      may be NULL for defaults
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, or the file cannot be written; an old file stays
+ *   SPLAT_ERROR_UNSUPPORTED           a format or extension that cannot be written
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_scene_save(splat_scene scene, const char* path,
+                                        const splat_scene_file_desc* desc);
+
+/* Write the bytes of such a file to memory.
+ * desc      names the format
+ * buffer    out, `capacity` bytes; untouched if they are too few
+ * needed    out, bytes of the file; may be NULL
+ * Returns as splat_scene_save, or SPLAT_INCOMPLETE (capacity). */
+SPLAT_API splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_desc* desc,
+                                               void* buffer, size_t capacity, size_t* needed);
+
+/* Copy an attribute out of a scene.
+ * name      as listed above
+ * values    out, `bytes` bytes, at least those of the attribute
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      name; too few bytes. Nothing is changed */
+SPLAT_API splat_result splat_scene_read(splat_scene scene, const char* name, float* values,
+                                        size_t bytes);
+
+/* Replace the values of an attribute.
+ * name      as listed above
+ * values    in, `bytes` bytes, at least those of the attribute
+ * Returns as splat_scene_read; also SPLAT_ERROR_INVALID_ARGUMENT for a value of "scales" or
+ * "opacities" outside its range. */
+SPLAT_API splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
+                                         size_t bytes);
+
+/* Copy an attribute to a new tensor of its shape.
+ * Returns what splat_scene_read and splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a
+ * scene without Gaussians. */
+SPLAT_API splat_result splat_scene_to_tensor(splat_scene scene, const char* name,
+                                             splat_device device, splat_tensor* tensor);
+
+/* x -> scale * rotation x + translation. Frozen. */
+typedef struct splat_similarity {
+    double rotation[4];    /* w, x, y, z, of any length > 0 */
+    double translation[3]; /* scene units */
+    double scale;          /* > 0 */
+} splat_similarity;
+
+/* Move, turn and scale a scene, including its spherical harmonics.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged. */
+SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity);
+
+/* Keep the Gaussians whose mean lies in a box.
+ * low, high  3 doubles each, scene units; the faces belong to the box
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
+
+enum {
+    SPLAT_FILTER_FINITE = 1u << 0, /* drop NaN, infinities and rotations of length 0 */
+    SPLAT_FILTER_SORT = 1u << 1    /* order the remaining ones along a Morton curve */
+};
+
+/* Keep the Gaussians of opacity >= min_opacity, in their order.
+ * flags        SPLAT_FILTER_ bits
+ * min_opacity  0 to 1
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity);
+
+/* Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
+ *   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count,
+                                         splat_scene* scene);
+
+typedef struct splat_scene_info {
+    uint32_t struct_size;
+    uint32_t sh_degree;
+    uint64_t count;
+    double low[3];    /* lower bounds of the finite means */
+    double high[3];   /* upper bounds of the finite means */
+    double center[3]; /* median of the finite means, axis by axis */
+    double radius;    /* distance from the centre that holds 95 % of the finite means */
+    double scale_min; /* of the finite standard deviations, scene units */
+    double scale_max;
+    double scale_mean;
+    double opacity_min; /* 0 to 1 */
+    double opacity_max;
+    double opacity_mean;
+    uint64_t non_finite;    /* values of all attributes */
+    uint64_t bad_rotations; /* of length 0, or not finite */
+    uint64_t degenerate;    /* Gaussians with a scale below 1e-12 */
+    uint64_t invisible;     /* Gaussians of opacity below 1/255 */
+} splat_scene_info;
+
+/* Measure a scene.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info);
+
+/* Destroy a scene.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_scene_destroy(splat_scene scene);
+
+/* ---- Camera ---------------------------------------------------------------------------------- */
+
+/* A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5). */
+typedef struct splat_camera {
+    uint32_t width; /* pixels */
+    uint32_t height;
+    double fx; /* pixels */
+    double fy;
+    double cx;
+    double cy;
+    /* row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward */
+    double world_to_camera[16];
+} splat_camera;
+
+/* Intrinsics of an image whose horizontal field of view is `fov_x` radians, square pixels,
+ * principal point in the middle; the pose is the identity.
+ * camera    out
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a side outside 1 to 16384, or an angle outside
+ * 0 to pi. */
+SPLAT_API splat_result splat_camera_from_fov(uint32_t width, uint32_t height, double fov_x,
+                                             splat_camera* camera);
+
+/* Set the pose: at `eye`, looking at `target`, with `up` (a direction of the world) upwards in the
+ * image.
+ * camera    in/out, the intrinsics stay
+ * eye, target, up  3 doubles each, scene units
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: eye and target coincide, `up` is parallel to
+ * the view, or a value is not finite. */
+SPLAT_API splat_result splat_camera_look_at(splat_camera* camera, const double* eye,
+                                            const double* target, const double* up);
+
+/* Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards; NeRF's
+ * transform_matrix).
+ * camera    in/out, the intrinsics stay
+ * camera_to_world  16 doubles, row-major
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is not a rotation with a
+ * translation. */
+SPLAT_API splat_result splat_camera_from_opengl(splat_camera* camera,
+                                                const double* camera_to_world);
+
+/* Give the pose as such a matrix.
+ * camera_to_world  out, 16 doubles, row-major
+ * Returns as splat_camera_from_opengl, for the camera's own matrix. */
+SPLAT_API splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_to_world);
+
+typedef struct splat_orbit_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* 0 */
+    const void* next; /* NULL */
+    uint32_t width;   /* pixels; 0 = 512 */
+    uint32_t height;  /* pixels; 0 = 512 */
+    double fov_x;     /* radians; 0 = 0.7 */
+    double elevation; /* radians above the horizon */
+    double start;     /* angle of the first camera, radians; 0: in front, looking along +z */
+    double distance;  /* scene units from the centre; 0 = the scene's radius fills the image */
+    double up[3];     /* a direction of the world; 0, 0, 0 = 0, -1, 0 */
+} splat_orbit_desc;
+
+/* `count` cameras at equal angles on a circle around the centre of a scene.
+ * desc      may be NULL for defaults
+ * cameras   out, `count` of them
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
+ *                                     without extent if distance is 0 */
+SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
+                                          uint32_t count, splat_camera* cameras);
+
+enum {
+    /* read cameras with lens distortion as if they had none, instead of refusing them */
+    SPLAT_CAMERA_IGNORE_DISTORTION = 1u << 0
+};
+
+typedef struct splat_camera_file_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_CAMERA_ bits */
+    const void* next; /* NULL */
+    uint32_t width;   /* pixels, for a transforms.json without size; else 0 */
+    uint32_t height;
+} splat_camera_file_desc;
+
+/* Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
+ * desc      may be NULL for defaults
+ * cameras   out, `capacity` of them; may be NULL when capacity is 0
+ * count     out, number of cameras in the file; may be NULL
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (the first `capacity` are written), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read or is damaged, an invalid camera
+ *   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_camera_load(const char* path, const splat_camera_file_desc* desc,
+                                         splat_camera* cameras, uint32_t capacity, uint32_t* count);
+
+/* Report on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
+ * "warnings": [sentences]}.
+ * Returns as splat_camera_load. */
+SPLAT_API splat_result splat_camera_load_report(const char* path,
+                                                const splat_camera_file_desc* desc, char* buffer,
+                                                size_t capacity, size_t* needed);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_SCENE_H */
