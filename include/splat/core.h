@@ -64,7 +64,8 @@ SPLAT_API uint32_t splat_version(void);
 SPLAT_API const char* splat_version_string(void);
 
 /* JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
- * hash, bytes}; the hash is the SHA-256 of the SPIR-V). Lives as long as the library. */
+ * hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the headers,
+ * by its name). Lives as long as the library. */
 SPLAT_API const char* splat_build_info(void);
 
 /* ---- Results --------------------------------------------------------------------------------- */

@@ -392,6 +392,18 @@ TEST(ApiLayout, KnowsEveryStructOfTheHeader) {
     EXPECT_EQ(count, known.size());
 }
 
+TEST(ApiLayout, BuildInfoHasTheSizeOfEveryStruct) {
+    const std::string info = splat_build_info();
+    const std::size_t start = info.find("\"structs\"");
+    ASSERT_NE(start, std::string::npos);
+    for (const Layout& layout : kLayouts) {
+        const std::string name = std::string("\"") + layout.name + "\"";
+        const std::size_t at = info.find(name, start);
+        ASSERT_NE(at, std::string::npos) << layout.name << " is not in splat_build_info";
+        EXPECT_EQ(std::stoul(info.substr(info.find(':', at) + 1)), layout.size) << layout.name;
+    }
+}
+
 TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(std::is_same_v<splat_result, std::int32_t>);
     static_assert(std::is_same_v<splat_log_level, std::int32_t>);

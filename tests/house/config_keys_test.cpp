@@ -22,7 +22,8 @@ bool is_known(const std::string& name) {
 
 /// "model.safetensors", "data.pkl"
 bool is_file_name(const std::string& name) {
-    static const std::set<std::string> extensions = {"pkl", "pth", "safetensors", "json", "yaml"};
+    static const std::set<std::string> extensions = {"h",   "json",        "pkl",
+                                                     "pth", "safetensors", "yaml"};
     return extensions.count(extension_of(name)) != 0;
 }
 

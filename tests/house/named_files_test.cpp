@@ -118,7 +118,7 @@ Findings check_comments(const TextFile& file, const std::set<std::string>& endin
 /// What `cmake --install` copies: these files, and the folder of weights (cmake/SplatInstall.cmake).
 bool is_installed(const std::string& path) {
     static const std::set<std::string> files = {"cmake/SplatConfig.cmake.in", "cmake/splat.pc.in"};
-    return files.count(path) != 0 || starts_with(path, "include/") ||
+    return files.count(path) != 0 || (starts_with(path, "include/") && ends_with(path, ".h")) ||
            starts_with(path, "tools/weights/cars64/");
 }
 

@@ -15,6 +15,46 @@ constexpr bool kAssertions = false;
 constexpr bool kAssertions = true;
 #endif
 
+struct StructSize {
+    const char* name;
+    std::size_t bytes;
+};
+
+constexpr StructSize kStructs[] = {
+    {"splat_camera", sizeof(splat_camera)},
+    {"splat_camera_file_desc", sizeof(splat_camera_file_desc)},
+    {"splat_dataset_desc", sizeof(splat_dataset_desc)},
+    {"splat_dataset_views", sizeof(splat_dataset_views)},
+    {"splat_device_desc", sizeof(splat_device_desc)},
+    {"splat_device_info", sizeof(splat_device_info)},
+    {"splat_gaussians_desc", sizeof(splat_gaussians_desc)},
+    {"splat_gradients_desc", sizeof(splat_gradients_desc)},
+    {"splat_image", sizeof(splat_image)},
+    {"splat_image_scores", sizeof(splat_image_scores)},
+    {"splat_lpips_desc", sizeof(splat_lpips_desc)},
+    {"splat_memory_info", sizeof(splat_memory_info)},
+    {"splat_model_desc", sizeof(splat_model_desc)},
+    {"splat_model_input", sizeof(splat_model_input)},
+    {"splat_module_desc", sizeof(splat_module_desc)},
+    {"splat_op_desc", sizeof(splat_op_desc)},
+    {"splat_orbit_desc", sizeof(splat_orbit_desc)},
+    {"splat_photo_desc", sizeof(splat_photo_desc)},
+    {"splat_rasterizer_desc", sizeof(splat_rasterizer_desc)},
+    {"splat_rasterizer_info", sizeof(splat_rasterizer_info)},
+    {"splat_scene_desc", sizeof(splat_scene_desc)},
+    {"splat_scene_file_desc", sizeof(splat_scene_file_desc)},
+    {"splat_scene_info", sizeof(splat_scene_info)},
+    {"splat_similarity", sizeof(splat_similarity)},
+    {"splat_synthetic_desc", sizeof(splat_synthetic_desc)},
+    {"splat_tensor_desc", sizeof(splat_tensor_desc)},
+    {"splat_tensor_info", sizeof(splat_tensor_info)},
+    {"splat_tensor_stats", sizeof(splat_tensor_stats)},
+    {"splat_trainer_batch", sizeof(splat_trainer_batch)},
+    {"splat_trainer_desc", sizeof(splat_trainer_desc)},
+    {"splat_trainer_info", sizeof(splat_trainer_info)},
+    {"splat_weights_info", sizeof(splat_weights_info)},
+};
+
 std::string make_build_info() {
     splat::JsonWriter json;
     json.begin_object().member("version", splat_version_string()).member("compiler", __VERSION__);
@@ -24,6 +64,8 @@ std::string make_build_info() {
         json.newline(2).begin_object().member("name", module.name).member("hash", module.sha256);
         json.member("bytes", module.words.size_bytes()).end();
     }
+    json.end().newline(1).key("structs").begin_object();
+    for (const StructSize& row : kStructs) json.member(row.name, row.bytes);
     json.end().end();
     return json.text();
 }
