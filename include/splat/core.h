@@ -64,8 +64,8 @@ SPLAT_API uint32_t splat_version(void);
 SPLAT_API const char* splat_version_string(void);
 
 /* JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
- * hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the headers,
- * by its name). Lives as long as the library. */
+ * hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the
+ * headers, by its name). Lives as long as the library. */
 SPLAT_API const char* splat_build_info(void);
 
 /* ---- Results --------------------------------------------------------------------------------- */
@@ -174,6 +174,8 @@ typedef struct splat_image {
 } splat_image;
 
 /* ---- Device ---------------------------------------------------------------------------------- */
+
+/* An open Vulkan device. Thread-safe: calls that use it run one after the other. */
 
 typedef int32_t splat_device_kind;
 enum {
@@ -326,6 +328,8 @@ SPLAT_API splat_result splat_device_profile_table(splat_device device, char* buf
 SPLAT_API splat_result splat_device_profile_reset(splat_device device);
 
 /* ---- Tensor ---------------------------------------------------------------------------------- */
+
+/* An array of numbers on a device. Thread-safe. */
 
 #define SPLAT_MAX_RANK 8
 

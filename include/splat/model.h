@@ -19,12 +19,14 @@ extern "C" {
 
 /* ---- Weights --------------------------------------------------------------------------------- */
 
-/* Named tensors of a file of network weights; needs no device. float32 values of a .safetensors
- * file of 1 MiB or more are not copied: the file stays open and mapped. The file may be removed or
+/* Named tensors of a file of network weights; needs no device. Thread-safe.
+ * float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and
+ * mapped. The file may be removed or
  * replaced by a new file of the same name, but must not be written in place, as cp does. Functions
  * that use values, including those of folded weights, refuse a file whose size or time has changed
  * (SPLAT_ERROR_INVALID_ARGUMENT). A write racing with the call may be read. A file that is
  * truncated during a call, or lost with its disk, ends the process (SIGBUS). */
+
 enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */
 
 typedef struct splat_weights_info {
@@ -101,7 +103,8 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 /* ---- Operators ------------------------------------------------------------------------------- */
 
 /* A single differentiable operator, as the network uses it; for tests, benchmarks and autograd
- * bindings. */
+ * bindings. Thread-safe. */
+
 /* JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
  * "attributes": [{"name", "type", "default", "about"}], "equation"}.
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
@@ -174,6 +177,7 @@ enum {
  * model.
  * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters,
  * lists of parts of parameter names, choose what gets gradients. */
+
 enum {
     SPLAT_MODEL_GRADIENTS = 1u << 0, /* enable splat_model_backward: takes memory for gradients */
     SPLAT_MODEL_TRAINING = 1u << 1,  /* apply dropout */
@@ -333,6 +337,7 @@ SPLAT_API splat_result splat_model_destroy(splat_model model);
  *   parameters  as in the state dict, after "block."; if there are adapters, only they are trained
  *   attributes  out_channels (0: C), up, down, attention (self-attention), views (images that
  *               attend to each other), affine_film, dropout, lora_rank, lora_alpha, lora_dropout */
+
 enum {
     SPLAT_MODULE_GRADIENTS = 1u << 0,       /* enable splat_module_backward */
     SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also of inputs */

@@ -18,7 +18,9 @@ extern "C" {
 
 /* ---- Rasterizer ------------------------------------------------------------------------------ */
 
-/* Draws a fixed number of Gaussians into a fixed number of views, and computes gradients. */
+/* Draws a fixed number of Gaussians into a fixed number of views, and computes gradients.
+ * The caller synchronises calls on one rasterizer. */
+
 typedef int32_t splat_convention;
 enum {
     SPLAT_CONVENTION_3DGS = 1,  /* Kerbl et al. 2023: extents of 3 sigma, quaternions as given */
@@ -268,6 +270,7 @@ SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint3
 /* Learned perceptual image patch similarity, version 0.1 with VGG16 (Zhang et al. 2018): its
  * network with weights on a device, for images of one size. The caller synchronises calls on one
  * object. */
+
 typedef struct splat_lpips_desc {
     uint32_t struct_size;
     uint32_t flags; /* 0 */

@@ -18,6 +18,7 @@ extern "C" {
 /* ---- Scene ----------------------------------------------------------------------------------- */
 
 /* A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device.
+ * Thread-safe.
  * A rasterizer that draws it leaves a packed copy on its device, which keeps that device open until
  * the scene changes or is destroyed. Axes are those of 3DGS .ply files: x right, y down, z forward
  * (SPLAT_FRAME_RDF).
@@ -26,6 +27,7 @@ extern "C" {
  *   "means" [n,3] scene units             "log_scales" [n,3] or activated "scales" [n,3], > 0
  *   "rotations" [n,4] w, x, y, z          "opacity_logits" [n] or activated "opacities" [n], 0 to 1
  *   "sh" [n,K,3] constant term first; colour = max(0, 0.5 + sum sh_k Y_k(direction)) */
+
 typedef struct splat_scene_desc {
     uint32_t struct_size;
     uint32_t flags;     /* 0 */

@@ -38,7 +38,8 @@ SPLAT_API splat_result splat_config_merge(const char* text, const char* const* v
 /* ---- Data sets ------------------------------------------------------------------------------- */
 
 /* Objects seen by several cameras, stored in a folder and read into host memory; needs no
- * device. */
+ * device. Thread-safe. */
+
 enum {
     SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
     SPLAT_DATA_NORMAL = 1u << 1,
@@ -89,7 +90,7 @@ typedef struct splat_dataset_views {
 } splat_dataset_views;
 
 /* Read views of one object, in the given order (a view may occur twice). The camera of the first is
- * exactly the identity. Several threads may read one data set at once.
+ * exactly the identity.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, missing maps, a damaged file
  *                                     (the message has its path and the fault); arrays may be
@@ -100,8 +101,7 @@ SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object
 
 /* Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
  * images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
- * [sentences on views that are duplicate or blank]}. Several threads may check one data set at
- * once.
+ * [sentences on views that are duplicate or blank]}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
  *   such object) */
 SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
@@ -169,6 +169,7 @@ SPLAT_API splat_result splat_photo_read(const splat_photo_desc* desc, splat_data
 
 /* A network in training: parameters, Adam's moments, averaged weights, and the rasterizer that
  * draws its Gaussians. The caller synchronises calls on one trainer. */
+
 typedef struct splat_trainer_desc {
     uint32_t struct_size;
     uint32_t flags; /* 0 */
