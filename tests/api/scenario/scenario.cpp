@@ -180,7 +180,8 @@ class Scenario : ScenarioCalls {
                 untouched))
             return false;
         return call(
-            "splat_device_count", [&] { return splat_device_count(count.out()); }, untouched);
+            "splat_device_count", [&] { return splat_device_count(count.out()); },
+            [&] { return count.untouched(); });
     }
 
     bool profiled_ = false;
