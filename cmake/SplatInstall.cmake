@@ -17,6 +17,10 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INC
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
+# The built-in weights; src/predict/weights_place.cpp looks for them here.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
+
 # The prefix follows from the location of the file, so an installed folder can be moved.
 file(RELATIVE_PATH SPLAT_PC_PREFIX /${SPLAT_PC_DIR} /)
 string(REGEX REPLACE "/$" "" SPLAT_PC_PREFIX "${SPLAT_PC_PREFIX}")
@@ -37,7 +41,4 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  # The default weights of `vkrun predict`; tools/vkrun/predict/prediction.cpp looks for them here.
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
-          DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
 endif()

@@ -5,13 +5,17 @@
  *   splat/scene.h   scenes and cameras
  *   splat/render.h  rasterizer, image files, scores of images
  *   splat/model.h   weights, operators, networks
- *   splat/train.h   configurations, data sets, pictures, training
+ *   splat/predict.h pictures of an object to a scene
+ *   splat/train.h   configurations, data sets, training
+ *   splat/evaluate.h scores of networks on data sets, and their comparison
  */
 #ifndef SPLAT_H
 #define SPLAT_H
 
 #include "splat/core.h"
+#include "splat/evaluate.h"
 #include "splat/model.h"
+#include "splat/predict.h"
 #include "splat/render.h"
 #include "splat/scene.h"
 #include "splat/train.h"

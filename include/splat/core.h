@@ -8,17 +8,26 @@
  *   Handles     opaque and typed. A destroyed handle, or one of another kind, is refused with
  *               SPLAT_ERROR_INVALID_HANDLE and never followed. Destroying NULL is a no-op. Children
  *               keep their parents alive, so any order of destruction is legal.
- *   Structs     *_desc, *_info and other structs start with struct_size, which the caller sets to
- *               sizeof; zero in any other field means its default, so a zeroed struct with its size
- *               is valid. They only ever grow at the end. Structs that stand in arrays have no
- *               struct_size; they are frozen.
+ *   Structs     *_desc, *_info, *_input and all others with a struct_size, which the caller sets to
+ *               sizeof, only ever grow at the end. Zero in any other field means its default, so a
+ *               zeroed struct with its size is valid. Of a struct that the library reads, it takes
+ *               the members that both versions know; a member that only the caller's version knows
+ *               must be zero, else the call is SPLAT_ERROR_UNSUPPORTED. Of a struct that it fills,
+ *               it fills those members and leaves the rest as it was, so zero it before. A struct
+ *               without struct_size is frozen; arrays hold only such structs.
  *   Arrays      the length stands beside the pointer. Sets may be empty.
  *   Text        NUL-terminated UTF-8. Functions that write text take (buffer, capacity, needed):
  *               needed receives the size in bytes of the whole text with its NUL; with a smaller
  *               capacity the text is cut and the result is SPLAT_INCOMPLETE.
  *   Threads     each kind of object says whether its calls may run at once. Calls on one device are
- *               serialised by the library. It compiles shaders on up to four threads of its own,
- *               which never call the caller's code.
+ *               serialised by the library, but *_destroy, *_get_info, *_report and
+ *               splat_device_get_memory never wait for a call of another thread: they tell what the
+ *               last one left, and memory of what is destroyed beside a call is freed when it ends.
+ *               The library compiles shaders on up to four threads of its own, which never call the
+ *               caller's code.
+ *   Fork        in a forked child, objects of a device that the parent opened are refused with
+ *               SPLAT_ERROR_INVALID_STATE, and destroying them frees nothing of the device. Scenes,
+ *               weights and data sets work. The child may open a device of its own.
  *   Silence     the library never prints; see splat_log_set_callback.
  *
  * A program that opens the best device:
@@ -119,13 +128,18 @@ SPLAT_API splat_result splat_last_error_copy(char* buffer, size_t capacity, size
 typedef int32_t splat_log_level;
 enum { SPLAT_LOG_DEBUG = 1, SPLAT_LOG_INFO = 2, SPLAT_LOG_WARNING = 3, SPLAT_LOG_ERROR = 4 };
 
-/* Called on the thread that caused the message; must not call the library and must not throw. */
+/* Called on the thread that caused the message, at the end of the call that caused it, with no lock
+ * of the library held. It may call the library; messages that it causes itself are dropped, and the
+ * last error of the interrupted call stays. It must not throw. */
 typedef void (*splat_log_callback)(void* user, splat_log_level level, const char* message);
 
 /* Send messages of `min_level` and above to `callback`, for the whole process. Without a callback
  * the library is silent.
  * callback  may be NULL: silence
- * user      passed back; must live until the callback is replaced
+ * user      passed back. When this function returns, no other thread runs the callback before, so
+ *           its `user` may be freed. It waits for those that run; from inside a callback it does
+ *           not.
+ *           Call it without holding a lock that the callback before takes
  * min_level 0 = SPLAT_LOG_WARNING
  * Returns SPLAT_OK, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed */
@@ -140,12 +154,19 @@ typedef struct splat_tensor_s* splat_tensor;
 typedef struct splat_op_s* splat_op;
 typedef struct splat_scene_s* splat_scene;
 typedef struct splat_rasterizer_s* splat_rasterizer;
+typedef struct splat_raster_state_s* splat_raster_state;
 typedef struct splat_weights_s* splat_weights;
 typedef struct splat_model_s* splat_model;
 typedef struct splat_module_s* splat_module;
+typedef struct splat_predictor_s* splat_predictor;
 typedef struct splat_dataset_s* splat_dataset;
 typedef struct splat_trainer_s* splat_trainer;
+typedef struct splat_optimizer_s* splat_optimizer;
+typedef struct splat_batches_s* splat_batches;
+typedef struct splat_training_s* splat_training;
 typedef struct splat_lpips_s* splat_lpips;
+typedef struct splat_evaluator_s* splat_evaluator;
+typedef struct splat_comparison_s* splat_comparison;
 
 /* ---- Images in memory ------------------------------------------------------------------------ */
 
@@ -165,9 +186,10 @@ typedef struct splat_image {
     uint32_t width; /* pixels */
     uint32_t height;
     uint32_t channels; /* 1 to 4: gray, gray and alpha, RGB, RGB and alpha */
-    /* bytes from one row, pixel and channel to the next; all 0: packed rows of interleaved
-     * channels.
-     * Planes [channels,height,width] of float32 are {4 width, 4, 4 width height} */
+    /* Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved
+     * channels; only row_stride: such rows that far apart. Planes [channels,height,width] of
+     * float32 are {4 width, 4, 4 width height}. Pictures that are read may repeat samples (a
+     * stride of 0). Negative strides need bytes = 0 */
     int64_t row_stride;
     int64_t pixel_stride;
     int64_t channel_stride;
@@ -292,6 +314,15 @@ SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_device_destroy(splat_device device);
 
+/* Cancel the calls that run on a device or wait for it now, on any threads. Each returns
+ * SPLAT_CANCELLED as soon as the command list that it runs ends, and what it was to write is
+ * undefined, as after an error of the device. The objects stay usable, and later calls are not
+ * affected. A training step that already updates the weights ends as usual; one that is cancelled
+ * leaves them as they were.
+ * May be called from any thread and from a signal handler, except for handles that are not live.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked). */
+SPLAT_API splat_result splat_device_cancel(splat_device device);
+
 /* Describe an open device. `kernels` is what it runs, not what AUTO would choose.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
 SPLAT_API splat_result splat_device_get_info(splat_device device, splat_device_info* info);
@@ -397,6 +428,32 @@ SPLAT_API splat_result splat_tensor_map(splat_tensor tensor, splat_access access
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the
  * device's errors. */
 SPLAT_API splat_result splat_tensor_unmap(splat_tensor tensor);
+
+/* Give the host a pointer to the tensor's elements, row-major contiguous, that is good until the
+ * tensor is destroyed: no copy, no map and unmap. No call that uses the tensor may run on another
+ * thread while the host reads or writes there; nothing has to be flushed, because every call has
+ * ended on the device when it returns (not after SPLAT_ERROR_TIMEOUT).
+ * pointer   out, owned by the library
+ * bytes     out, may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, or
+ *   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
+ *                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map */
+SPLAT_API splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer,
+                                                 size_t* bytes);
+
+/* A DLPack tensor, version 1.x of its ABI; the header of DLPack defines the struct. */
+struct DLManagedTensorVersioned;
+
+/* Share the tensor's memory with other libraries, as a DLPack tensor on kDLCPU without a copy. It
+ * has
+ * its own reference: the memory lives until its deleter is called, even if the tensor is destroyed.
+ * The deleter may be called from any thread, never waits for a call on the device, and must be
+ * called
+ * once. When the host may read and write: see splat_tensor_host_pointer.
+ * managed   out, owned by the caller, who calls managed->deleter(managed)
+ * Returns as splat_tensor_host_pointer, or SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_tensor_to_dlpack(splat_tensor tensor,
+                                              struct DLManagedTensorVersioned** managed);
 
 typedef struct splat_tensor_info {
     uint32_t struct_size;

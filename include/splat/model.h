@@ -6,7 +6,7 @@
  *   splat_weights weights;
  *   splat_model_desc desc = {sizeof desc};
  *   splat_model_create(device, &desc, &model);
- *   splat_weights_load("model_best.pth", &weights);
+ *   splat_weights_load("model_best.pth", 0, &weights);
  *   splat_model_load(model, weights, 0); */
 #ifndef SPLAT_MODEL_H
 #define SPLAT_MODEL_H
@@ -19,15 +19,18 @@ extern "C" {
 
 /* ---- Weights --------------------------------------------------------------------------------- */
 
-/* Named tensors of a file of network weights; needs no device. Thread-safe.
+/* Named tensors of network weights; needs no device and never changes. Thread-safe.
+ *
  * float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and
- * mapped. The file may be removed or
- * replaced by a new file of the same name, but must not be written in place, as cp does. Functions
- * that use values, including those of folded weights, refuse a file whose size or time has changed
- * (SPLAT_ERROR_INVALID_ARGUMENT). A write racing with the call may be read. A file that is
- * truncated during a call, or lost with its disk, ends the process (SIGBUS). */
-
-enum { SPLAT_WEIGHTS_HALF = 1u << 0 }; /* write float16 */
+ * mapped (see SPLAT_WEIGHTS_COPY). It may be removed or replaced by a new file of the same name,
+ * but must not be written in place, as cp does. Functions that use values, including those of
+ * folded weights, refuse a file whose size or time has changed (SPLAT_ERROR_IO). A write racing
+ * with the call may be read. A file that is truncated during a call, or lost with its disk, ends
+ * the process (SIGBUS). */
+enum {
+    SPLAT_WEIGHTS_HALF = 1u << 0, /* to write: float16 */
+    SPLAT_WEIGHTS_COPY = 1u << 1  /* to load: copy all values, and leave no file open */
+};
 
 typedef struct splat_weights_info {
     uint32_t struct_size;
@@ -40,17 +43,58 @@ typedef struct splat_weights_info {
 
 /* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
  * its contents. Values that are not finite are kept.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, or a file that cannot be read or is
- * damaged),
- *   SPLAT_ERROR_UNSUPPORTED (a pickle that holds more than weights, another number type),
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
-SPLAT_API splat_result splat_weights_load(const char* path, splat_weights* weights);
+ * flags     SPLAT_WEIGHTS_COPY
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+ *   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
+ *   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type */
+SPLAT_API splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights);
+
+/* Load weights from the bytes of such a file, which are copied.
+ * data      in, `bytes` bytes
+ * Returns as splat_weights_load. */
+SPLAT_API splat_result splat_weights_load_memory(const void* data, size_t bytes,
+                                                 splat_weights* weights);
+
+/* A tensor in the caller's memory, row-major. Frozen. */
+typedef struct splat_named_array {
+    const char* name;
+    const float* values;
+    uint64_t value_count;         /* floats: the product of dims, 1 for rank 0 */
+    int64_t dims[SPLAT_MAX_RANK]; /* outermost first; a 0 means no elements */
+    uint32_t rank;
+    uint32_t reserved; /* 0 */
+} splat_named_array;
+
+/* Make weights of arrays, which are copied, in their order.
+ * arrays    `count` of them; no array at all makes empty weights
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
+ *   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims */
+SPLAT_API splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
+                                                 splat_weights* weights);
 
 /* Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
- * all. flags: SPLAT_WEIGHTS_HALF
- * Returns as splat_weights_load, SPLAT_ERROR_INVALID_HANDLE; refuses other extensions, and finite
- *   values beyond float16 */
+ * all.
+ * flags     SPLAT_WEIGHTS_HALF
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, a finite value beyond float16
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder
+ *   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
+ *   SPLAT_ERROR_UNSUPPORTED           another extension */
 SPLAT_API splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags);
+
+typedef int32_t splat_weights_format;
+enum { SPLAT_WEIGHTS_SAFETENSORS = 1, SPLAT_WEIGHTS_NPZ = 2 };
+
+/* Write the same bytes to memory.
+ * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+ *           SPLAT_INCOMPLETE and nothing is written to `buffer`
+ * Returns as splat_weights_save, SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_weights_save_memory(splat_weights weights, splat_weights_format format,
+                                                 uint32_t flags, void* buffer, size_t capacity,
+                                                 size_t* needed);
 
 /* Count the tensors.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL). */
@@ -64,16 +108,24 @@ SPLAT_API splat_result splat_weights_get_info(splat_weights weights, uint32_t in
                                               splat_weights_info* info);
 
 /* Find the index of a tensor by its name.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
- * name). */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+ *   SPLAT_ERROR_NOT_FOUND. */
 SPLAT_API splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index);
 
 /* Copy the values of a tensor as float32.
  * values    out, `bytes` bytes, at least those of the values
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
- *   too few bytes, a file that has changed). */
+ *   too few bytes), SPLAT_ERROR_IO (the mapped file has changed). */
 SPLAT_API splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
                                           size_t bytes);
+
+/* Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
+ * of mapped values must not be written in place as long as they are read.
+ * values    out, row-major, read only; lives as long as the weights; NULL if there are no elements
+ * count     out, floats, may be NULL
+ * Returns as splat_weights_read. */
+SPLAT_API splat_result splat_weights_data(splat_weights weights, uint32_t index,
+                                          const float** values, uint64_t* count);
 
 /* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences]}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
@@ -169,6 +221,25 @@ enum {
     SPLAT_PRECISION_FAST = 3
 };
 
+/* ---- Ports ----------------------------------------------------------------------------------- */
+
+typedef int32_t splat_port_kind;
+enum { SPLAT_PORT_KIND_INPUT = 1, SPLAT_PORT_KIND_OUTPUT = 2, SPLAT_PORT_KIND_PARAMETER = 3 };
+
+enum {
+    SPLAT_PORT_OPTIONAL = 1u << 0,  /* an input with a default */
+    SPLAT_PORT_TRAINABLE = 1u << 1, /* a parameter that is trained */
+    SPLAT_PORT_GRADIENT = 1u << 2   /* "grad:" and the name is its gradient */
+};
+
+/* A named tensor of a model or a module. Frozen. */
+typedef struct splat_port {
+    const char* name; /* the library's live as long as the model or module */
+    uint32_t rank;
+    uint32_t flags; /* SPLAT_PORT_ bits; 0 in a splat_module_desc */
+    int64_t dims[SPLAT_MAX_RANK];
+} splat_port;
+
 /* ---- Models ---------------------------------------------------------------------------------- */
 
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
@@ -254,66 +325,167 @@ enum {
 SPLAT_API splat_result splat_model_export(splat_model model, splat_export what,
                                           splat_weights* weights);
 
-/* JSON: {"config", "parameters", "trainable", "slices" (of a batch), "bytes": {"activations" (of a
- * slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "load":
- * {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}}.
+/* JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
+ * slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
+ * {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape",
+ * "optional"}], "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape",
+ * "trainable"}], "load": {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"},
+ * "config"}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT */
 SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_t capacity,
                                           size_t* needed);
 
+/* What a model was made for, and what its latest pass gave. */
+typedef struct splat_model_info {
+    uint32_t struct_size;
+    uint32_t flags;      /* SPLAT_MODEL_ bits of its creation */
+    uint32_t objects;    /* of a batch */
+    uint32_t views;      /* input images of an object */
+    uint32_t resolution; /* R */
+    uint32_t channels;   /* of splat_model_input.images */
+    /* of the tensor "images": without the plane of origin distances */
+    uint32_t image_channels;
+    uint32_t output_channels;  /* of "raw" */
+    uint32_t gaussians;        /* M, of an object */
+    uint32_t sh_degree;        /* K = (sh_degree + 1)^2 */
+    uint32_t embedding_length; /* of a custom embedding; 0: none */
+    uint32_t token_dim;
+    uint32_t tokens; /* 0: none */
+    uint32_t slices; /* passes of a batch */
+    float fov;       /* degrees; 0: each image has its focal lengths */
+    uint32_t reserved;
+    uint64_t parameters; /* numbers */
+    uint64_t trainable;
+    /* the latest pass, over all objects; zeros before the first */
+    uint64_t predicted;  /* Gaussians */
+    uint64_t non_finite; /* numbers of "raw" and of their attributes that are NaN or infinite */
+    uint64_t faint;      /* Gaussians of an opacity below 1/255, which no pixel shows */
+} splat_model_info;
+
+/* Describe a model. Does not wait for a pass of another thread.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_model_get_info(splat_model model, splat_model_info* info);
+
+/* List the inputs, outputs or parameters of a model.
+ * ports     out, `capacity` of them; may be NULL when capacity is 0
+ * count     out, how many there are; may be NULL
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
+ *   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL). */
+SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_port* ports,
+                                         uint32_t capacity, uint32_t* count);
+
+/* Get a tensor that shares the model's memory, float32 and row-major, by name:
+ *   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
+ *               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
+ *               configuration has them; at first zeros, identity poses and focal lengths of R
+ *   outputs     as in splat_model_read; undefined before the first pass
+ *   parameters  the names of the state dict
+ *   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
+ *               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
+ * "means[1]" is the part of object 1 of an output or its gradient, in the shape that a
+ * rasterizer takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+ *
+ * A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
+ * the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
+ * given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
+ * parameters, ends what splat_model_backward needs. No pass runs while one of these tensors is
+ * mapped. The tensor, which the caller destroys, keeps the model's memory alive.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
+ *   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
+ *   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
+ *   of the device */
+SPLAT_API splat_result splat_model_tensor(splat_model model, const char* name,
+                                          splat_tensor* tensor);
+
+enum {
+    /* the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers are not
+     * checked */
+    SPLAT_PASS_TENSORS = 1u << 0
+};
+
+/* Counts are of numbers in the array beside them; 0: trusted. */
 typedef struct splat_model_input {
     uint32_t struct_size;
-    uint32_t step; /* of the optimiser; with seed it determines dropout */
-    uint64_t seed;
-    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance */
-    const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
-    const float* quaternions;   /* [N,4] w x y z of that rotation; NULL with view_to_world */
-    const float* focals;        /* [N,2] pixels; NULL unless the configuration's fov is 0 */
-    const float* embedding;     /* [N,length] of a custom embedding, else NULL */
-    const float* tokens;        /* [N,token_dim,tokens], else NULL */
+    uint32_t flags;    /* SPLAT_PASS_ bits */
+    uint64_t seed;     /* of dropout, with step */
+    uint32_t step;     /* of the optimiser */
     uint32_t channels; /* of each image, checked against the configuration; 0: not checked */
     uint32_t objects;  /* in the arrays, checked against the model's; 0: not checked */
+    uint32_t picture_count;
+    /* images in the caller's layout, instead of `images`; the planes of an image may come from
+     * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
+    const splat_image* pictures;
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance */
+    uint64_t images_count;
+    const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
+    uint64_t view_to_world_count;
+    const float* quaternions; /* [N,4] w x y z of that rotation; NULL with view_to_world */
+    uint64_t quaternions_count;
+    const float* focals; /* [N,2] pixels; NULL unless the configuration's fov is 0 */
+    uint64_t focals_count;
+    const float* embedding; /* [N,length] of a custom embedding, else NULL */
+    uint64_t embedding_count;
+    const float* tokens; /* [N,token_dim,tokens], else NULL */
+    uint64_t tokens_count;
 } splat_model_input;
 
-/* Run the network. Arrays are read before the call returns.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects),
- *   SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it
- *   does not need, values that are not finite), in each case with the last pass unchanged;
+/* Run the network. Arrays are read before the call returns; they become what the tensors of inputs
+ * hold.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
+ *   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
+ *   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE
+ *   (a tensor of the model is mapped), in each case with the last pass unchanged;
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_input* input);
 
-/* Read a result of the latest splat_model_forward, by name: "means" [objects,M,3] scene units,
- * "opacities" [objects,M,1], "scales" [objects,M,3], "rotations" [objects,M,4] w x y z, "sh"
- * [objects,M,K,3] with the constant term first, "raw" [N,output channels,R,R]; parameters by the
- * names of the state dict, and their gradients as "grad:" and the name. With
- * SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass: "grad:images" [N,channels
- * that the network sees,R,R], "grad:embedding" (custom ones), "grad:tokens", shaped as in
- * splat_model_input. bytes: at least those of the values.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such name, too few
- *   bytes), SPLAT_ERROR_INVALID_STATE (before the first pass, or no gradient) */
+/* Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
+ * [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
+ * [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
+ * channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+ * "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
+ * "grad:tokens", shaped as in splat_model_input. bytes: at least those of the values.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
+ *   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, or no
+ *   gradient) */
 SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,
                                         size_t bytes);
 
 /* Set a parameter, by the name of the state dict; bytes: exactly those of its values.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
- *   parameter, a value that is not finite), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
+ *   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                          size_t bytes);
 
 /* Copy the Gaussians of one object into a new scene. Returns as splat_model_read. */
 SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
 
-/* Add the gradients of a loss to the gradients of parameters. The loss is given by its gradients
- * with respect to "means", "opacities", "scales", "rotations" and "sh", in this order; NULL entries
- * are zero.
- * Call it once after each splat_model_forward, whose results stay readable.
+/* Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers;
+ * 0: trusted. */
+typedef struct splat_model_gradients {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_PASS_ bits */
+    const float* means;
+    uint64_t means_count;
+    const float* opacities;
+    uint64_t opacities_count;
+    const float* scales;
+    uint64_t scales_count;
+    const float* rotations;
+    uint64_t rotations_count;
+    const float* sh;
+    uint64_t sh_count;
+} splat_model_gradients;
+
+/* Add the gradients of a loss to the gradients of parameters. Call it once after each
+ * splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and
+ * so on hold.
  * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a
- *   pass, or after parameters have changed, with gradients unchanged. After other errors the
- *   gradients may hold part of the batch: call splat_model_zero_gradients */
-SPLAT_API splat_result splat_model_backward(splat_model model, const float* const gradients[5]);
+ *   pass, or after inputs or parameters have changed, with gradients unchanged. After other errors
+ *   the gradients may hold part of the batch: call splat_model_zero_gradients */
+SPLAT_API splat_result splat_model_backward(splat_model model,
+                                            const splat_model_gradients* gradients);
 
 /* Set the gradients of all parameters to zero.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device. */
@@ -347,11 +519,11 @@ enum {
 
 typedef struct splat_module_desc {
     uint32_t struct_size;
-    uint32_t flags;                 /* SPLAT_MODULE_* */
-    const void* next;               /* NULL */
-    const char* type;               /* a name of splat_op_list, or "residual_block" */
-    const char* attributes;         /* JSON object; NULL: defaults */
-    const splat_tensor_desc* ports; /* with name, rank, dims */
+    uint32_t flags;          /* SPLAT_MODULE_* */
+    const void* next;        /* NULL */
+    const char* type;        /* a name of splat_op_list, or "residual_block" */
+    const char* attributes;  /* JSON object; NULL: defaults */
+    const splat_port* ports; /* with name, rank, dims */
     uint32_t port_count;
     splat_precision precision; /* only for residual_block; conv2d has an attribute */
 } splat_module_desc;
@@ -369,17 +541,23 @@ SPLAT_API splat_result splat_module_create(splat_device device, const splat_modu
  * of the device. */
 SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
 
-/* JSON: {"type", "inputs": [{"name", "shape"}], "outputs": [...], "parameters": [{"name", "shape",
- * "trainable"}], "bytes" (activations and workspaces)}.
+/* JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
+ * "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                            size_t* needed);
 
+/* List the inputs, outputs or parameters of a module. Parameters and returns as
+ * splat_model_ports. */
+SPLAT_API splat_result splat_module_ports(splat_module module, splat_port_kind kind,
+                                          splat_port* ports, uint32_t capacity, uint32_t* count);
+
 /* Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
  * values    in, row-major, exactly `bytes` bytes of the tensor
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such name, a value that is not finite, except in an
- *                                     input without gradient
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a value that is not finite, except in an input without
+ *                                     gradient
+ *   SPLAT_ERROR_NOT_FOUND             no such name
  *   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_module_write(splat_module module, const char* name,

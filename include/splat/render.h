@@ -5,8 +5,13 @@
  *   splat_rasterizer rasterizer;
  *   splat_rasterizer_desc desc = {sizeof desc, .gaussians = count, .width = 512, .height = 512};
  *   splat_rasterizer_create(device, &desc, &rasterizer);
- *   splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, NULL);
- *   splat_rasterizer_read(rasterizer, SPLAT_OUTPUT_RGB, pixels, sizeof pixels); */
+ *   splat_rasterizer_forward_scene(rasterizer, NULL, scene, &camera, 1, NULL);
+ *   splat_rasterizer_read(rasterizer, NULL, SPLAT_OUTPUT_RGB, pixels, sizeof pixels);
+ *
+ * The same as a picture with 8 bits and alpha:
+ *
+ *   splat_image image = {bytes, sizeof bytes, SPLAT_PIXEL_U8, 512, 512, 4};
+ *   splat_rasterizer_read_images(rasterizer, NULL, SPLAT_OUTPUT_RGB, 0, &image, 1); */
 #ifndef SPLAT_RENDER_H
 #define SPLAT_RENDER_H
 
@@ -18,8 +23,12 @@ extern "C" {
 
 /* ---- Rasterizer ------------------------------------------------------------------------------ */
 
-/* Draws a fixed number of Gaussians into a fixed number of views, and computes gradients.
- * The caller synchronises calls on one rasterizer. */
+/* Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n <=
+ * N
+ * and v <= V may differ from the last one's; the results are those of a rasterizer made for exactly
+ * n and v, to the bit. Calls that keep n and v are faster than calls that change them.
+ * The caller synchronises calls on one rasterizer and its states; splat_rasterizer_get_info may be
+ * called at any time. */
 
 typedef int32_t splat_convention;
 enum {
@@ -62,8 +71,8 @@ typedef struct splat_rasterizer_desc {
     uint32_t struct_size;
     uint32_t flags;              /* SPLAT_RASTERIZER_ bits */
     const void* next;            /* NULL */
-    uint32_t gaussians;          /* N, >= 0 */
-    uint32_t views;              /* V; 0 = 1 */
+    uint32_t gaussians;          /* N, most Gaussians of a call; >= 0 */
+    uint32_t views;              /* V, most cameras of a call; 0 = 1 */
     uint32_t width;              /* W, pixels */
     uint32_t height;             /* H, pixels */
     uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
@@ -89,26 +98,39 @@ typedef struct splat_gaussians_desc {
     uint32_t struct_size;
     uint32_t flags;         /* 0 */
     const void* next;       /* NULL */
-    splat_tensor means;     /* [N,3] scene units */
-    splat_tensor scales;    /* [N,3] standard deviations, scene units */
-    splat_tensor rotations; /* [N,4] w, x, y, z */
-    splat_tensor opacities; /* [N] 0 to 1 */
-    splat_tensor sh;        /* [N,(sh_degree+1)^2,3]; NULL with direct colours */
-    splat_tensor colors;    /* [N,3]; NULL without direct colours */
+    splat_tensor means;     /* [n,3] scene units; its n counts */
+    splat_tensor scales;    /* [n,3] standard deviations, scene units */
+    splat_tensor rotations; /* [n,4] w, x, y, z */
+    splat_tensor opacities; /* [n] 0 to 1 */
+    splat_tensor sh;        /* [n,(sh_degree+1)^2,3]; NULL with direct colours */
+    splat_tensor colors;    /* [n,3]; NULL without direct colours */
 } splat_gaussians_desc;
 
-/* Draw a scene; the images stay in the rasterizer, see splat_rasterizer_output. Gaussians that are
+/* Create one more state: the memory of one forward call with its images and with what its backward
+ * call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls
+ * stay alive, and their backward calls come in any order. States of one rasterizer share the memory
+ * of gradients.
+ * Returns as splat_rasterizer_create. */
+SPLAT_API splat_result splat_raster_state_create(splat_rasterizer rasterizer,
+                                                 splat_raster_state* state);
+
+/* Destroy a state. Its rasterizer may have been destroyed before.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
+
+/* Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are
  * not finite or have no extent are left out. A scene keeps its packed copy on the device for later
  * calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
  * and device are destroyed earlier.
- * scene           N Gaussians; bands beyond the rasterizer's degree are ignored
- * cameras         `count` = V cameras of W x H pixels
- * background      3 floats RGB; NULL = black
+ * state           of this rasterizer; NULL: its own
+ * scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
+ * cameras         `count` = v <= V cameras of W x H pixels; may be NULL for 0
+ * background      exactly 3 floats RGB; NULL = black
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
- *                                     wrong count; a background that is not finite; a scene with
- *                                     another number of Gaussians; a tensor of another device or
- *                                     dtype
+ *                                     background that is not finite; more cameras or Gaussians than
+ *                                     the rasterizer was made for; a state of another rasterizer; a
+ *                                     tensor of another device or dtype
  *   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
  *   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor and the shape expected
  *   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
@@ -117,18 +139,20 @@ typedef struct splat_gaussians_desc {
  * After an error before the device starts, the last images stay; after a later one there are
  * none. */
 SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer,
-                                                      splat_scene scene,
+                                                      splat_raster_state state, splat_scene scene,
                                                       const splat_camera* cameras, uint32_t count,
                                                       const float* background);
 
 /* Draw Gaussians that are tensors.
- * gaussians       tensors of the rasterizer's device; all NULL for N = 0
+ * gaussians       tensors of the rasterizer's device; all NULL for n = 0
  * Other parameters and results as splat_rasterizer_forward_scene. */
 SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
+                                                splat_raster_state state,
                                                 const splat_gaussians_desc* gaussians,
                                                 const splat_camera* cameras, uint32_t count,
                                                 const float* background);
 
+/* Shapes are those of the last forward call: V views, N Gaussians. */
 typedef int32_t splat_output;
 enum {
     SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] over the background */
@@ -156,14 +180,31 @@ enum {
  *                                     created without SPLAT_RASTERIZER_DEPTH or _NORMALS
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
-SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_output output,
+SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer,
+                                               splat_raster_state state, splat_output output,
                                                splat_tensor tensor);
 
 /* Copy an output of the last forward call, float32, to host memory.
  * values    out, `bytes` bytes, at least those of the output; untouched on error
  * Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes. */
-SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_output output,
-                                             float* values, size_t bytes);
+SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_state state,
+                                             splat_output output, float* values, size_t bytes);
+
+/* Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
+ * rounded
+ * and clamped, as in the files of splat_image_save.
+ * first     the first view
+ * images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
+ * of
+ *           which the last is alpha (the colours stay over the background); untouched on error
+ * Returns as splat_rasterizer_output, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
+ *                                     that is too short, or has two samples in one place
+ *   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels */
+SPLAT_API splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer,
+                                                    splat_raster_state state, splat_output output,
+                                                    uint32_t first, const splat_image* images,
+                                                    uint32_t count);
 
 enum {
     /* add gradients to the tensors' contents instead of overwriting them */
@@ -190,7 +231,11 @@ typedef struct splat_gradients_desc {
     splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
 } splat_gradients_desc;
 
-/* Compute gradients at the inputs of the last forward call. The rasterizer keeps a copy of them.
+/* Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
+ * are
+ * that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
+ * changed
+ * since: the state has its own copy.
  * Gradients of a scene are with respect to its activated attributes.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
@@ -200,6 +245,7 @@ typedef struct splat_gradients_desc {
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined */
 SPLAT_API splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
+                                                 splat_raster_state state,
                                                  const splat_gradients_desc* gradients);
 
 typedef struct splat_rasterizer_info {
@@ -212,42 +258,97 @@ typedef struct splat_rasterizer_info {
     uint64_t longest;     /* Gaussians in the fullest tile */
     uint64_t tiles;       /* of all views */
     uint64_t empty_tiles; /* tiles without Gaussians */
-    /* device memory of the rasterizer, without the packed copies of scenes, which rasterizers
-     * share */
+    /* device memory of the state, with the gradients that states share, without the packed copies
+     * of scenes, which rasterizers share */
     uint64_t bytes;
-    uint32_t runs; /* 0: nothing had changed; 2 or more: memory had to grow */
+    uint32_t runs;      /* 0: nothing had changed; 2 or more: memory had to grow */
+    uint32_t gaussians; /* n of the outputs' shapes */
+    uint32_t views;     /* v of the outputs' shapes */
     uint32_t reserved;
 } splat_rasterizer_info;
 
-/* Describe the last forward call; zeros before the first.
+/* Describe the last forward call of a state; zeros before the first. Does not wait for a call that
+ * draws on another thread.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
 SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
+                                                 splat_raster_state state,
                                                  splat_rasterizer_info* info);
 
-/* Destroy a rasterizer; scenes, with their packed copies on the device, and tensors stay.
+/* Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 
 /* ---- Image files ----------------------------------------------------------------------------- */
 
-/* Write an image by the extension of the path: .png (8 bits, 255 v rounded and clamped) or .npy
- * (float32 [height,width,channels], unchanged). The file appears whole or not at all.
- * values    height * width * channels floats, rows from the top
- * channels  1 to 4: gray, gray and alpha, RGB, RGB and alpha
- * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a side outside 1 to 16384, channels, or the file cannot
- *                                     be written
- *   SPLAT_ERROR_UNSUPPORTED           another extension */
-SPLAT_API splat_result splat_image_save(const char* path, const float* values, uint32_t width,
-                                        uint32_t height, uint32_t channels);
+typedef struct splat_image_info {
+    uint32_t struct_size;
+    uint32_t bits; /* of a sample in the file: 8, 16, or 32 (.npy) */
+    /* pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal
+     * sees the same angle, or else focal length and resolution of the sensor; 0: not known */
+    double focal;
+} splat_image_info;
 
-/* Write `frames` images, consecutive in `values`, as an animation that repeats for ever, by the
- * extension of the path: .png (animated PNG) or .gif (252 colours, dithered; no alpha).
+/* Read an image file: PNG, JPEG (turned as its Exif data says), WebP, or .npy (float32 or float64
+ * [height,width] or [height,width,channels]). Values are as stored: no gamma, no colour profile.
+ * image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
+ *           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
+ *           rows; nothing is decoded. With pixels, they are filled: width and height are the
+ *           file's; gray fills RGB, and a missing alpha is opaque
+ * info      out, struct_size set; may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+ *   SPLAT_ERROR_SHAPE_MISMATCH        another size, or channels of the file have no place
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+ *   SPLAT_ERROR_FORMAT                damaged, truncated or no image; pixels may be partly written
+ *   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
+ *                                     .npy */
+SPLAT_API splat_result splat_image_load(const char* path, splat_image* image,
+                                        splat_image_info* info);
+
+/* Read an image from the bytes of such a file.
+ * data      in, `bytes` bytes
+ * Returns as splat_image_load. */
+SPLAT_API splat_result splat_image_load_memory(const void* data, size_t bytes, splat_image* image,
+                                               splat_image_info* info);
+
+typedef int32_t splat_image_format;
+enum {
+    SPLAT_IMAGE_PNG = 1, /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
+    SPLAT_IMAGE_NPY = 2, /* float32 [height,width,channels]; U8 is divided by 255 */
+    SPLAT_IMAGE_GIF = 3  /* of animations: 252 colours, dithered; no alpha */
+};
+
+/* Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder
+ *   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
+ *   SPLAT_ERROR_UNSUPPORTED           another extension */
+SPLAT_API splat_result splat_image_save(const char* path, const splat_image* image);
+
+/* Write the same bytes to memory.
+ * format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY
+ * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+ *           SPLAT_INCOMPLETE and nothing is written to `buffer`
+ * Returns as splat_image_save, SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_image_save_memory(const splat_image* image, splat_image_format format,
+                                               void* buffer, size_t capacity, size_t* needed);
+
+/* Write images of one size as an animation that repeats for ever, by the extension of the path:
+ * .png (animated PNG) or .gif.
+ * frames        `count` images, at least one
  * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
  * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif. */
-SPLAT_API splat_result splat_image_save_animation(const char* path, const float* values,
-                                                  uint32_t frames, uint32_t width, uint32_t height,
-                                                  uint32_t channels, uint32_t milliseconds);
+SPLAT_API splat_result splat_image_save_animation(const char* path, const splat_image* frames,
+                                                  uint32_t count, uint32_t milliseconds);
+
+/* Write the same bytes to memory.
+ * format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF
+ * Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory. */
+SPLAT_API splat_result splat_image_save_animation_memory(const splat_image* frames, uint32_t count,
+                                                         uint32_t milliseconds,
+                                                         splat_image_format format, void* buffer,
+                                                         size_t capacity, size_t* needed);
 
 /* ---- Scores of images ------------------------------------------------------------------------ */
 

@@ -41,11 +41,17 @@ typedef struct splat_scene_desc {
     const float* rotations;
     const float* opacity_logits;
     const float* sh;
+    /* floats of each array, at least those of `count` Gaussians; 0: trusted */
+    uint64_t mean_count;
+    uint64_t log_scale_count;
+    uint64_t rotation_count;
+    uint64_t opacity_logit_count;
+    uint64_t sh_count;
 } splat_scene_desc;
 
 /* Create a scene.
  * Returns SPLAT_OK, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree > 3
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree > 3, an array that is too short
  *   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
 SPLAT_API splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene);
@@ -95,8 +101,9 @@ typedef struct splat_scene_file_desc {
 /* Read a scene from a file.
  * desc      may be NULL for defaults
  * Returns SPLAT_OK, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read, is damaged, truncated, not a scene
- *                                     or not of desc.format; a field of desc
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+ *   SPLAT_ERROR_FORMAT                damaged, truncated, not a scene or not of desc.format
  *   SPLAT_ERROR_UNSUPPORTED           a known format that cannot be read, or more than max_count
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
 SPLAT_API splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
@@ -119,7 +126,9 @@ SPLAT_API splat_result splat_scene_load_report(splat_scene scene, char* buffer, 
 /* Write a scene to a file, which appears whole or not at all.
  * desc      may be NULL for defaults
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      desc, or the file cannot be written; an old file stays
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc, values that the format cannot hold
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder
+ *   SPLAT_ERROR_IO                    the file cannot be written; an old one stays
  *   SPLAT_ERROR_UNSUPPORTED           a format or extension that cannot be written
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
 SPLAT_API splat_result splat_scene_save(splat_scene scene, const char* path,
@@ -302,10 +311,13 @@ typedef struct splat_camera_file_desc {
  * desc      may be NULL for defaults
  * cameras   out, `capacity` of them; may be NULL when capacity is 0
  * count     out, number of cameras in the file; may be NULL
- * Returns SPLAT_OK, SPLAT_INCOMPLETE (the first `capacity` are written), or
- *   SPLAT_ERROR_INVALID_ARGUMENT      the file cannot be read or is damaged, an invalid camera
- *   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (the first `capacity` are written),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+ *   SPLAT_ERROR_NOT_FOUND             there is no such file, or no model in the folder
+ *   SPLAT_ERROR_IO                    a file cannot be read
+ *   SPLAT_ERROR_FORMAT                damaged, truncated, an invalid camera
+ *   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model */
 SPLAT_API splat_result splat_camera_load(const char* path, const splat_camera_file_desc* desc,
                                          splat_camera* cameras, uint32_t capacity, uint32_t* count);
 
@@ -315,6 +327,49 @@ SPLAT_API splat_result splat_camera_load(const char* path, const splat_camera_fi
 SPLAT_API splat_result splat_camera_load_report(const char* path,
                                                 const splat_camera_file_desc* desc, char* buffer,
                                                 size_t capacity, size_t* needed);
+
+/* Files of cameras in memory. */
+typedef struct splat_camera_bytes {
+    uint32_t struct_size;
+    uint32_t reserved;   /* 0 */
+    const void* cameras; /* transforms.json, or COLMAP's cameras.bin or cameras.txt */
+    size_t camera_bytes;
+    const void* images; /* COLMAP's images.bin or images.txt; NULL for a transforms.json */
+    size_t image_bytes;
+} splat_camera_bytes;
+
+/* Read cameras from memory.
+ * Returns as splat_camera_load. */
+SPLAT_API splat_result splat_camera_load_memory(const splat_camera_bytes* files,
+                                                const splat_camera_file_desc* desc,
+                                                splat_camera* cameras, uint32_t capacity,
+                                                uint32_t* count);
+
+/* Report on the same files, as splat_camera_load_report.
+ * Returns as splat_camera_load. */
+SPLAT_API splat_result splat_camera_load_memory_report(const splat_camera_bytes* files,
+                                                       const splat_camera_file_desc* desc,
+                                                       char* buffer, size_t capacity,
+                                                       size_t* needed);
+
+/* Write cameras as a NeRF transforms.json, whole or not at all. splat_camera_load reads the same
+ * intrinsics, and poses within float64 rounding.
+ * cameras   `count` of them; none makes a file without frames
+ * names     `count` texts, paths of the images (file_path); NULL: empty ones
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, an invalid camera
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder
+ *   SPLAT_ERROR_IO                    the file cannot be written */
+SPLAT_API splat_result splat_camera_save(const char* path, const splat_camera* cameras,
+                                         const char* const* names, uint32_t count);
+
+/* Write the same bytes to memory.
+ * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+ *           SPLAT_INCOMPLETE and nothing is written to `buffer`
+ * Returns as splat_camera_save, SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_camera_save_memory(const splat_camera* cameras,
+                                                const char* const* names, uint32_t count,
+                                                void* buffer, size_t capacity, size_t* needed);
 
 #ifdef __cplusplus
 }

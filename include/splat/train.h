@@ -1,4 +1,4 @@
-/* libsplat: configurations, data sets, pictures and training.
+/* libsplat: configurations, data sets and training.
  *
  * A trainer of the published cars model:
  *
@@ -18,17 +18,27 @@ extern "C" {
 
 /* JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
  * ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
- * of texts", or "any" if the value is not read), "range" (as text; the words of a choice; empty:
+ * of texts", or "any" of these), "range" (as text; the words of a choice; empty:
  * any value of the type), "default" (null: none), "origin" ("published": of Splatter Image or its
- * fork with priors; "ours"), "effect" (false: accepted, but without effect), "about" (one
- * sentence)}.
+ * fork with priors; "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a
+ * run may go on with another value), "about" (one sentence)}.
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
 SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed);
+
+/* Say what a training of a configuration would leave out. JSON: {"warnings": [sentences]}: keys
+ * that have no effect here, adapters that cannot use new input channels. splat_training_open gives
+ * the same sentences as messages.
+ * text, values, count   as splat_config_merge, which takes all keys that are known
+ * Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open refuses
+ *   to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of vectors) */
+SPLAT_API splat_result splat_config_check(const char* text, const char* const* values, size_t count,
+                                          char* buffer, size_t capacity, size_t* needed);
 
 /* Make a configuration of network and training with every value, as JSON for splat_model_create and
  * splat_trainer_create, from the text of a YAML or JSON file and changes to it.
  * text    NULL: the defaults, those of the published cars model
- * values  `count` texts "key=value", such as "opt.base_lr=1e-4"; later ones win
+ * values  `count` texts "key=value", such as "opt.base_lr=1e-4"; later ones win. With another
+ *         data.category, values of the text that the old one implies become those of the new one.
  * Keys and their meanings: splat_config_keys.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (an unknown key, with the
  *   nearest known one; a value outside its range) */
@@ -64,8 +74,11 @@ typedef struct splat_dataset_desc {
 
 /* Open the data set in a folder. Views of an object and images in it are ordered by name.
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a folder of no known format, a missing split or missing
- *                                     maps, images without poses, an object with one view */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder or split, or no such maps
+ *   SPLAT_ERROR_IO                    a file cannot be read
+ *   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
+ *                                     poses, an object with one view */
 SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset);
 
 /* JSON: {"format", "split", "objects", "views" (of all objects), "resolution", "stored_resolution",
@@ -87,14 +100,24 @@ typedef struct splat_dataset_views {
     float* quaternions;      /* [n,4] w x y z of that rotation, w >= 0 */
     float* focals;           /* [n,2] pixels at R */
     float* origin_distances; /* [n] of the origin along the absolute camera's axis (CO3D); else 0 */
+    /* floats of each array, at least those of n views; 0: trusted */
+    uint64_t image_count;
+    uint64_t depth_count;
+    uint64_t normal_count;
+    uint64_t mask_count;
+    uint64_t view_to_world_count;
+    uint64_t quaternion_count;
+    uint64_t focal_count;
+    uint64_t origin_distance_count;
 } splat_dataset_views;
 
 /* Read views of one object, in the given order (a view may occur twice). The camera of the first is
  * exactly the identity.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, missing maps, a damaged file
- *                                     (the message has its path and the fault); arrays may be
- *                                     partly written */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
+ *   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
+ *   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
+ *                                     its path. After these three, arrays may be partly written */
 SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object,
                                           const uint32_t* views, uint32_t count,
                                           splat_dataset_views* out);
@@ -131,39 +154,149 @@ typedef struct splat_synthetic_desc {
  * Several threads may write different objects at once.
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
  * 2048), or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a file that cannot be
- *                                     written, a folder with data made from other values */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
+ *                                     from other values
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written */
 SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index);
 
-/* ---- Pictures -------------------------------------------------------------------------------- */
+/* ---- Optimizer ------------------------------------------------------------------------------- */
 
-/* A picture of one object as input of a network: the object is cut out and put in the middle of a
- * square with a plain background, as Splatter Image's demonstration does. */
-typedef struct splat_photo_desc {
+/* Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
+ * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
+ * has
+ * one of its own. The caller synchronises calls on one optimizer and on what it updates.
+ *
+ * Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
+ *
+ *   splat_optimizer_item items[] = {{NULL, model}, {"offset", NULL, NULL, offset, grad_offset}};
+ *   splat_optimizer_group groups[] = {{"*.bias", 0.1}};
+ *   splat_optimizer_desc desc = {sizeof desc, .items = items, .item_count = 2, .groups = groups,
+ *                                .group_count = 1, .rate = 1e-3};
+ *   splat_optimizer_create(device, &desc, &optimizer);
+ *   for (int i = 0; i < 20; ++i) {
+ *       splat_optimizer_zero_gradients(optimizer);
+ *       ...                                          // forward, loss, backward
+ *       splat_optimizer_step(optimizer, NULL);
+ *   } */
+
+/* What to update: a model, a module, or one tensor; the other handles are NULL. Frozen. */
+typedef struct splat_optimizer_item {
+    /* of a tensor its name; of a model or module a prefix of the names of its trainable parameters,
+     * NULL: none */
+    const char* name;
+    splat_model model;      /* created with SPLAT_MODEL_GRADIENTS */
+    splat_module module;    /* created with SPLAT_MODULE_GRADIENTS */
+    splat_tensor parameter; /* float32 */
+    splat_tensor gradient;  /* of its shape */
+} splat_optimizer_item;
+
+/* Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name,
+ * the first has the parameter. A group without effect is refused. Frozen. */
+typedef struct splat_optimizer_group {
+    const char* pattern; /* of names: '*' is any text, '?' one character */
+    double rate_factor;  /* of the desc's rate; 0: 1 */
+    double beta1;
+    double beta2;
+    double eps;
+} splat_optimizer_group;
+
+typedef int32_t splat_schedule;
+enum {
+    SPLAT_SCHEDULE_CONSTANT = 1,
+    SPLAT_SCHEDULE_COSINE = 2, /* half a cosine down to zero at step total_steps */
+    SPLAT_SCHEDULE_STEP = 3    /* a tenth from step step_at on */
+};
+
+typedef struct splat_optimizer_desc {
     uint32_t struct_size;
-    uint32_t flags; /* SPLAT_PHOTO_* */
-    const void* next;
-    const char* image; /* PNG, JPEG (turned as its Exif data says) or WebP */
-    const char* depth; /* maps of the same size; NULL: none */
-    const char* normal;
-    /* of the object; NULL: the image's alpha, else pixels that differ from its border */
-    const char* mask;
-    uint32_t resolution; /* R, 8 to 2048 */
-    float foreground;    /* the object's longer side, as a fraction of the square's; 0: 0.65 */
-    float background[3]; /* 0 to 1 */
+    uint32_t flags;   /* 0 */
+    const void* next; /* NULL */
+    const splat_optimizer_item* items;
+    uint64_t item_count;
+    const splat_optimizer_group* groups;
+    uint64_t group_count;
+    double rate;             /* 0: 5e-5 */
+    double beta1;            /* 0: 0.9 */
+    double beta2;            /* 0: 0.999 */
+    double eps;              /* 0: 1e-15 */
+    splat_schedule schedule; /* 0: SPLAT_SCHEDULE_CONSTANT */
     uint32_t reserved;
-} splat_photo_desc;
+    uint64_t warmup_steps; /* in which the rate rises from zero, in any schedule */
+    uint64_t total_steps;  /* of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0 */
+    uint64_t step_at;      /* of SPLAT_SCHEDULE_STEP; else 0 */
+    /* The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they
+     * are copies. ema_decay 0: no averages; ema_every 0: every step */
+    double ema_decay;
+    uint64_t ema_every;
+    uint64_t ema_after;
+} splat_optimizer_desc;
 
-enum { SPLAT_PHOTO_WHOLE = 1u << 0 }; /* use the largest centred square instead of the object's */
+/* Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
+ * device    that of all items
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range or without effect; an item
+ *                                     with no or several objects; no parameters, two of one name,
+ *                                     one listed twice; a group without effect: its pattern matches
+ *                                     nothing, or only what groups before it have
+ *   SPLAT_ERROR_INVALID_STATE         a model or module created without gradients
+ *   SPLAT_ERROR_SHAPE_MISMATCH        a gradient of another shape than its parameter
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_optimizer_create(splat_device device, const splat_optimizer_desc* desc,
+                                              splat_optimizer* optimizer);
 
-/* Read a picture into images, depths, normals and masks of `out`, n = 1; depths and normals need
- * their maps. The report is JSON: {"width", "height", "mask" ("mask", "alpha", "border" or
- * "nothing"), "square": [left, top, side]}.
- * Returns SPLAT_OK, SPLAT_INCOMPLETE (the report), SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a file that cannot be read, maps of another size, an
- *                                     empty mask; `out` is unchanged */
-SPLAT_API splat_result splat_photo_read(const splat_photo_desc* desc, splat_dataset_views* out,
-                                        char* buffer, size_t capacity, size_t* needed);
+typedef struct splat_optimizer_info {
+    uint32_t struct_size;
+    uint32_t was_skipped;    /* 1: the last step found gradients that are not finite; no update */
+    uint64_t step;           /* updates done */
+    uint64_t skipped;        /* steps without an update */
+    double rate;             /* of the last step; before the first, of the next */
+    uint64_t non_finite;     /* numbers of the last step's gradients that are NaN or infinite */
+    uint32_t gradients_zero; /* 1: all gradients of the last step were 0, so it taught nothing */
+    uint32_t averaged;       /* 1: there are averages */
+    uint64_t parameters;     /* tensors */
+    uint64_t elements;       /* their numbers */
+} splat_optimizer_info;
+
+/* Update the parameters from their gradients, which stay. If a gradient is not finite, nothing is
+ * updated: that is no error.
+ * info      out, may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info),
+ *   SPLAT_ERROR_INVALID_STATE (a mapped tensor), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST;
+ *   after
+ *   the last two the parameters are undefined */
+SPLAT_API splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info);
+
+/* Set all gradients to zero.
+ * Returns as splat_optimizer_step. */
+SPLAT_API splat_result splat_optimizer_zero_gradients(splat_optimizer optimizer);
+
+/* Replace desc.rate, which the schedule and the groups scale.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate < 0, not
+ * finite) */
+SPLAT_API splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate);
+
+/* Describe an optimizer and its last step. Does not wait for a call on another thread.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
+SPLAT_API splat_result splat_optimizer_get_info(splat_optimizer optimizer,
+                                                splat_optimizer_info* info);
+
+/* Copy the averaged parameters, by name, to new weights; without averages the parameters.
+ * Returns as splat_model_store. */
+SPLAT_API splat_result splat_optimizer_store(splat_optimizer optimizer, splat_weights* weights);
+
+/* Copy moments, averages, counters and rate to new weights, to be saved as .safetensors with
+ * splat_weights_save. Parameters are not in it: store them beside it.
+ * Returns as splat_model_store. */
+SPLAT_API splat_result splat_optimizer_save(splat_optimizer optimizer, splat_weights* state);
+
+/* Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      weights that are no state, or that of other parameters */
+SPLAT_API splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state);
+
+/* Destroy an optimizer; what it updated stays.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_optimizer_destroy(splat_optimizer optimizer);
 
 /* ---- Trainer --------------------------------------------------------------------------------- */
 
@@ -189,18 +322,27 @@ SPLAT_API splat_result splat_trainer_create(splat_device device, const splat_tra
 SPLAT_API splat_result splat_trainer_model(splat_trainer trainer, splat_model* model);
 
 /* B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target
- * images; poses are relative to the object's first input image. */
+ * images; poses are relative to the object's first input image. Counts are of elements in the array
+ * beside them; 0: trusted. */
 typedef struct splat_trainer_batch {
     uint32_t struct_size;
-    uint32_t reserved;           /* 0 */
-    const float* images;         /* [B*V,channels,R,R] */
-    const float* view_to_world;  /* [B*V,4,4] row vectors */
-    const float* quaternions;    /* [B*V,4] w x y z */
-    const float* focals;         /* [B*V,2] pixels; NULL unless data.fov is 0 */
-    const float* embedding;      /* [B*V,length] of a custom embedding, else NULL */
-    const float* tokens;         /* [B*V,token_dim,tokens], else NULL */
-    const float* targets;        /* [B*T,3,R,R] */
+    uint32_t reserved;   /* 0 */
+    const float* images; /* [B*V,channels,R,R] */
+    uint64_t images_count;
+    const float* view_to_world; /* [B*V,4,4] row vectors */
+    uint64_t view_to_world_count;
+    const float* quaternions; /* [B*V,4] w x y z */
+    uint64_t quaternions_count;
+    const float* focals; /* [B*V,2] pixels; NULL unless data.fov is 0 */
+    uint64_t focals_count;
+    const float* embedding; /* [B*V,length] of a custom embedding, else NULL */
+    uint64_t embedding_count;
+    const float* tokens; /* [B*V,token_dim,tokens], else NULL */
+    uint64_t tokens_count;
+    const float* targets; /* [B*T,3,R,R] */
+    uint64_t targets_count;
     const splat_camera* cameras; /* B*T, of R x R pixels */
+    uint64_t cameras_count;
     uint32_t channels; /* of each input image, checked against the configuration; 0: not checked */
     uint32_t objects;  /* B, checked against the configuration; 0: not checked */
 } splat_trainer_batch;
@@ -217,7 +359,12 @@ typedef struct splat_trainer_info {
     double network_ms;
     double render_ms;
     double update_ms;
-    double lpips; /* 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
+    double lpips;            /* 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
+    uint64_t visible;        /* (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */
+    uint64_t culled;         /* the pairs that do not */
+    uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
+    uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
+    uint32_t reserved;
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.
@@ -239,18 +386,203 @@ SPLAT_API splat_result splat_trainer_report(splat_trainer trainer, char* buffer,
 SPLAT_API splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights);
 
 /* Save everything that the next step depends on in a .safetensors file, whole or not at all.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, the file cannot
- *   be written), and errors of the device. */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (the file cannot be written), and errors of the
+ *   device. */
 SPLAT_API splat_result splat_trainer_save(splat_trainer trainer, const char* path);
+
+/* Write the same bytes to memory.
+ * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+ *           SPLAT_INCOMPLETE and nothing is written to `buffer`
+ * Returns as splat_trainer_save, SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_trainer_save_memory(splat_trainer trainer, void* buffer,
+                                                 size_t capacity, size_t* needed);
 
 /* Resume from such a file, bit-exactly. On an error the trainer is unchanged.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      no such file, damaged (it has a checksum), of another network
- *                                     or optimiser */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a file of another network or optimiser
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+ *   SPLAT_ERROR_FORMAT                damaged (it has a checksum), or not such a file */
 SPLAT_API splat_result splat_trainer_resume(splat_trainer trainer, const char* path);
+
+/* Resume from the bytes of such a file.
+ * data      in, `bytes` bytes
+ * Returns as splat_trainer_resume. */
+SPLAT_API splat_result splat_trainer_resume_memory(splat_trainer trainer, const void* data,
+                                                   size_t bytes);
 
 /* Destroy a trainer. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_trainer_destroy(splat_trainer trainer);
+
+/* ---- Batches --------------------------------------------------------------------------------- */
+
+/* The batches of a training: which objects and views a step sees, read ahead of time by a thread of
+ * the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
+ * caller synchronises calls on one object.
+ *
+ *   splat_trainer_batch batch = {sizeof batch};
+ *   splat_batches_create(dataset, config, seed, &batches);
+ *   for (uint64_t n = 0; n < 1000; ++n) {
+ *       splat_batches_next(batches, n, &batch);
+ *       splat_trainer_step(trainer, &batch, &info);
+ *   } */
+
+/* Begin with a data set, which may be destroyed afterwards.
+ * dataset   opened at data.training_resolution, with the maps and background of the configuration
+ * config    that of the trainer, from splat_config_merge; NULL: the defaults
+ * seed      of the order of objects and the choice of views; splat_training takes
+ *           general.random_seed
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, config, a data
+ *   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_batches_create(splat_dataset dataset, const char* config,
+                                            uint64_t seed, splat_batches* batches);
+
+/* Get a batch for splat_trainer_step.
+ * step      any number; the attempts of splat_trainer_report for the trainer's next step. Fast if
+ *           it follows that of the call before
+ * batch     in/out, struct_size set; its arrays are valid until the next call on `batches`
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, and as splat_dataset_read; the next call tries again */
+SPLAT_API splat_result splat_batches_next(splat_batches batches, uint64_t step,
+                                          splat_trainer_batch* batch);
+
+/* Destroy batches. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
+
+/* ---- Training session ------------------------------------------------------------------------ */
+
+/* A training with its folder, one piece of work per call: steps, validations, saved states. A run
+ * that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
+ * without an interruption. The caller synchronises calls on one session, except
+ * splat_training_interrupt.
+ *
+ *   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
+ *   splat_training_event event = {sizeof event};
+ *   splat_training_open(device, &desc, &training);
+ *   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
+ *       if (event.text) puts(event.text);
+ *
+ * The folder holds
+ *   config.json            every value of the configuration; what makes the folder a run
+ *   run.json               state, versions, device, data, seed
+ *   log.txt                the texts of events
+ *   metrics.jsonl          one JSON object per line, of steps and of validations
+ *   checkpoints/           the last two states; one of step 0 is saved before step 1
+ *   weights_last.safetensors, weights_best.safetensors   averaged weights
+ *   lock                   the process that has the folder; the lock ends with it */
+enum {
+    SPLAT_TRAINING_RESUME = 1u << 0,   /* go on from the latest state that can be read */
+    SPLAT_TRAINING_OVERWRITE = 1u << 1 /* replace the run in the folder */
+};
+
+typedef struct splat_training_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_TRAINING_ bits */
+    const void* next;
+    const char* folder;
+    /* YAML or JSON; NULL: the defaults, or the configuration of the run that is resumed */
+    const char* config;
+    const char* const* values; /* changes to it, as in splat_config_merge */
+    uint64_t value_count;
+    splat_dataset
+        dataset; /* as splat_batches_create takes it; NULL: the split train of data.root */
+    /* NULL: none; if `dataset` is NULL too, the split val of data.root where there is one */
+    splat_dataset validation;
+    const char* init;    /* file of weights to start from; NULL: opt.pretrained_ckpt, else random */
+    uint32_t init_flags; /* SPLAT_LOAD_ bits */
+    uint32_t reserved;
+} splat_training_desc;
+
+typedef int32_t splat_training_event_kind;
+enum {
+    SPLAT_EVENT_MESSAGE = 0,          /* only a text */
+    SPLAT_EVENT_STEP = 1,             /* one attempt of a step: info and the fields up to seconds */
+    SPLAT_EVENT_VALIDATED_OBJECT = 2, /* one object of a validation: its scores and images */
+    SPLAT_EVENT_VALIDATION = 3,       /* the mean scores of a validation */
+    SPLAT_EVENT_CHECKPOINT = 4,       /* a state was saved */
+    /* those that end the run */
+    SPLAT_EVENT_DONE = 5,
+    SPLAT_EVENT_INTERRUPTED = 6,
+    /* ten steps in a row had a loss or gradients that are not finite */
+    SPLAT_EVENT_NOT_FINITE = 7,
+    /* 200 steps in a row drew nothing; 20 of them give a warning */
+    SPLAT_EVENT_NOTHING_DRAWN = 8
+};
+
+/* What a call of splat_training_next did. Pointers are valid until the next call on the session. */
+typedef struct splat_training_event {
+    uint32_t struct_size;
+    splat_training_event_kind kind;
+    const char* text; /* the line of log.txt; NULL: none */
+    uint32_t warning; /* 1: the text warns */
+    uint32_t logged;  /* 1: metrics.jsonl got a line of the step */
+    uint64_t step;    /* updates done */
+    uint64_t attempts;
+    uint64_t iterations;            /* updates of the whole run */
+    uint64_t skipped;               /* attempts that updated nothing */
+    uint64_t peak_bytes;            /* most device memory so far */
+    const splat_trainer_info* info; /* NULL unless the event is a step */
+    double psnr;                    /* dB, of the step's targets */
+    double averaged_loss;           /* over the latest steps */
+    double seconds;                 /* since the first step of this session */
+    double steps_per_second;
+    const char* name; /* of the validated object, else NULL */
+    uint32_t object;  /* its number */
+    uint32_t objects; /* of the validation */
+    uint32_t views;   /* of the object, the input views first; of VALIDATION: all novel views */
+    uint32_t inputs;  /* input views of them */
+    uint32_t side;    /* pixels of an image */
+    uint32_t reserved;
+    uint64_t image_count; /* numbers of `images` and of `truths` */
+    const float* images;  /* drawn, [views,3,side,side] */
+    const float* truths;
+    double novel_psnr, novel_ssim;               /* NaN without novel views */
+    double conditioning_psnr, conditioning_ssim; /* of input views */
+    double best_psnr;                            /* of all validations of the run */
+} splat_training_event;
+
+/* Open a session: check the configuration, the data (views of every object; the first batches are
+ * read) and the weights to start from; then make the folder, or lock that of the run.
+ *
+ * On resuming, the given configuration is compared with the run's. Some values are taken and logged
+ * (opt.iterations, logging.*, data.root and others); any other difference is an error.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
+ *   SPLAT_ERROR_INVALID_ARGUMENT      desc; the configuration; a key that may not change, with the
+ *                                     run's value and the given one
+ *   SPLAT_ERROR_INVALID_STATE         a session has the folder open (the message names its
+ *                                     process); it holds a run, no run, or something else
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_FORMAT, SPLAT_ERROR_SHAPE_MISMATCH   data or weights are
+ *                                     missing, damaged or do not fit; no state can be read
+ *   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+ *   and errors of the device */
+SPLAT_API splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
+                                           splat_training* training);
+
+/* Do the next piece of work: a step, one object of a validation, a saved state. After the end it
+ * gives the last event again, without text. After an error the next call tries the same piece.
+ * event     in/out, struct_size set
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
+ *   (the folder cannot be written), and as splat_batches_next and splat_trainer_step */
+SPLAT_API splat_result splat_training_next(splat_training training, splat_training_event* event);
+
+/* End the session: the next call of splat_training_next saves the state and ends with
+ * SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_training_interrupt(splat_training training);
+
+/* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
+ * "best_val_psnr", "peak_bytes"}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
+                                             size_t* needed);
+
+/* Return the network in training, as splat_trainer_model does. */
+SPLAT_API splat_result splat_training_model(splat_training training, splat_model* model);
+
+/* Close a session. Steps since the latest state are lost; resuming repeats them with the same bits.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_training_destroy(splat_training training);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <new>
+#include <span>
 #include <string_view>
 
 #include "core/status.h"
@@ -14,9 +16,20 @@ splat_result fail(const Status& status) noexcept;
 /// The same for a failed allocation. Allocates nothing.
 splat_result fail_out_of_memory() noexcept;
 
+/// One entry point. The log's messages wait until the outermost one ends, when no lock is held; they
+/// leave the last error as it is.
+class EntryPoint {
+  public:
+    EntryPoint() noexcept;
+    ~EntryPoint();
+    EntryPoint(const EntryPoint&) = delete;
+    EntryPoint& operator=(const EntryPoint&) = delete;
+};
+
 /// Run the body of an entry point and turn errors and exceptions into a splat_result.
 template <class Body>
 splat_result guarded(Body&& body) noexcept {
+    const EntryPoint entry;
     try {
         const Status status = body();
         return status.ok() ? SPLAT_OK : fail(status);
@@ -30,12 +43,20 @@ splat_result guarded(Body&& body) noexcept {
 /// Errors: kInvalidArgument, naming `argument`.
 Status require(const void* pointer, const char* argument);
 
-/// Errors: kInvalidArgument if a caller's struct ends before the members of its first version.
+/// Errors: kInvalidArgument if a caller's struct ends before the members of its first version, or has a
+/// size that no version will have.
+Status check_struct_size(std::size_t given, const char* type, std::size_t first_version_size,
+                         std::size_t known_size);
+
+/// Errors: kUnsupported if a caller's struct of a later version sets members that this one does not
+/// know.
+Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size);
+
+/// Check a struct that the library reads. Errors: those of check_struct_size() and check_tail().
 template <class Struct>
 Status check_size(const Struct& given, const char* type, std::size_t first_version_size) {
-    if (given.struct_size >= first_version_size) return {};
-    return error(Code::kInvalidArgument, "%s.struct_size is %u, expected sizeof(%s) = %zu", type,
-                 given.struct_size, type, sizeof(Struct));
+    SPLAT_TRY(check_struct_size(given.struct_size, type, first_version_size, sizeof(Struct)));
+    return check_tail(&given, given.struct_size, type, sizeof(Struct));
 }
 
 /// Check the members that every *_desc starts with. Flags outside `known_flags` are refused.
@@ -64,14 +85,15 @@ Status take_input(const Input* given, const char* argument, const char* type,
     return {};
 }
 
-/// Check the struct_size of an *_info to fill.
+/// Check the struct_size of an *_info to fill. A later version's is accepted, see give().
 template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
     if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
-    return check_size(*info, type, first_version_size);
+    return check_struct_size(info->struct_size, type, first_version_size, sizeof(Info));
 }
 
-/// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays.
+/// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays, and so do
+/// members that only the caller's version knows.
 template <class Info>
 void give(const Info& filled, Info* info) {
     const std::uint32_t size = info->struct_size;
@@ -92,6 +114,27 @@ splat_result guarded_text(char* buffer, std::size_t capacity, std::size_t* neede
     const splat_result result = guarded([&]() -> Status {
         return body([&](std::string_view text) -> Status {
             given = give_text(text, buffer, capacity, needed);
+            return {};
+        });
+    });
+    return result != SPLAT_OK ? result : given;
+}
+
+/// Copy a file, or its pieces, to the buffer; nothing if it does not fit. Returns SPLAT_INCOMPLETE if
+/// it does not.
+splat_result give_bytes(std::span<const std::byte> file, void* buffer, std::size_t capacity,
+                        std::size_t* needed);
+splat_result give_bytes(std::span<const std::span<const std::byte>> pieces, void* buffer,
+                        std::size_t capacity, std::size_t* needed);
+
+/// Run the body of an entry point that writes a file to memory: `body(give)` calls `give(file)`.
+template <class Body>
+splat_result guarded_bytes(void* buffer, std::size_t capacity, std::size_t* needed,
+                           Body&& body) noexcept {
+    splat_result given = SPLAT_OK;
+    const splat_result result = guarded([&]() -> Status {
+        return body([&](const auto& file) -> Status {
+            given = give_bytes(file, buffer, capacity, needed);
             return {};
         });
     });

@@ -1,6 +1,11 @@
 #include "api/handles.h"
 
+#include <shared_mutex>
+#include <type_traits>
 #include <unordered_map>
+
+#include "core/fork.h"
+#include "core/interrupt.h"
 
 namespace splat::api {
 namespace {
@@ -18,6 +23,8 @@ constexpr const char* kKind<SceneObject> = "splat_scene";
 template <>
 constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
 template <>
+constexpr const char* kKind<RasterStateObject> = "splat_raster_state";
+template <>
 constexpr const char* kKind<WeightsObject> = "splat_weights";
 template <>
 constexpr const char* kKind<DatasetObject> = "splat_dataset";
@@ -26,9 +33,21 @@ constexpr const char* kKind<ModelObject> = "splat_model";
 template <>
 constexpr const char* kKind<ModuleObject> = "splat_module";
 template <>
+constexpr const char* kKind<PredictorObject> = "splat_predictor";
+template <>
 constexpr const char* kKind<TrainerObject> = "splat_trainer";
 template <>
+constexpr const char* kKind<OptimizerObject> = "splat_optimizer";
+template <>
+constexpr const char* kKind<BatchesObject> = "splat_batches";
+template <>
+constexpr const char* kKind<TrainingObject> = "splat_training";
+template <>
 constexpr const char* kKind<LpipsObject> = "splat_lpips";
+template <>
+constexpr const char* kKind<EvaluatorObject> = "splat_evaluator";
+template <>
+constexpr const char* kKind<ComparisonObject> = "splat_comparison";
 
 struct Entry {
     const char* kind;
@@ -36,7 +55,7 @@ struct Entry {
 };
 
 struct Registry {
-    std::mutex mutex;
+    ForkMutex mutex;
     std::uintptr_t next = 0x1000;  // small integers are never handles
     std::unordered_map<std::uintptr_t, Entry> entries;
 };
@@ -63,15 +82,49 @@ Status check(const Registry& all, std::uintptr_t key, const char* argument) {
     return {};
 }
 
+/// Errors: kInvalidState for an object of a device that another process opened.
+template <class Object>
+Status check_process(const std::shared_ptr<Object>& object, const char* argument) {
+    if constexpr (std::is_base_of_v<OfDevice, Object>)
+        if (object->context->forked())
+            return error(Code::kInvalidState, "%s: %s", argument,
+                         object->context->mutex.check().message().c_str());
+    return {};
+}
+
+/// Let Interrupt::raise find the object, if it has an interrupt, by this key; 0 hides it.
+template <class Object>
+void name_interrupt([[maybe_unused]] Object& object, [[maybe_unused]] std::uintptr_t key) {
+    if constexpr (std::is_same_v<Object, DeviceObject>)
+        object.context->mutex.interrupt().name(key, kKind<Object>);
+    else if constexpr (requires { object.interrupt.name(key, ""); })
+        object.interrupt.name(key, kKind<Object>);
+}
+
+/// An object that a forked child does not destroy.
+struct Kept {
+    std::shared_ptr<void> object;
+    Kept* next;
+};
+
 }  // namespace
+
+void keep_for_ever(std::shared_ptr<void> object) noexcept {
+    static std::atomic<Kept*> latest{nullptr};  // reachable, so that leak checkers are quiet
+    auto* const kept = new Kept{std::move(object), latest.load()};
+    while (!latest.compare_exchange_weak(kept->next, kept)) {
+    }
+}
 
 template <class Object, class Handle>
 Handle Handles<Object, Handle>::add(std::shared_ptr<Object> object) {
     Registry& all = registry();
     const std::lock_guard lock(all.mutex);
     const std::uintptr_t key = all.next;
+    Object& added = *object;
     all.entries.emplace(key, Entry{kKind<Object>, std::move(object)});
     all.next += 16;
+    name_interrupt(added, key);
     return reinterpret_cast<Handle>(key);
 }
 
@@ -79,9 +132,11 @@ template <class Object, class Handle>
 Result<std::shared_ptr<Object>> Handles<Object, Handle>::find(Handle handle, const char* argument) {
     Registry& all = registry();
     const auto key = reinterpret_cast<std::uintptr_t>(handle);
-    const std::lock_guard lock(all.mutex);
+    const std::shared_lock lock(all.mutex);
     SPLAT_TRY(check<Object>(all, key, argument));
-    return std::static_pointer_cast<Object>(all.entries.find(key)->second.object);
+    auto object = std::static_pointer_cast<Object>(all.entries.find(key)->second.object);
+    SPLAT_TRY(check_process(object, argument));
+    return object;
 }
 
 template <class Object, class Handle>
@@ -94,7 +149,13 @@ Result<std::shared_ptr<Object>> Handles<Object, Handle>::remove(Handle handle,
     SPLAT_TRY(check<Object>(all, key, argument));
     auto object = std::static_pointer_cast<Object>(all.entries.find(key)->second.object);
     all.entries.erase(key);
+    name_interrupt(*object, 0);
     return object;
+}
+
+template <class Object, class Handle>
+bool Handles<Object, Handle>::interrupt(Handle handle) noexcept {
+    return Interrupt::raise(reinterpret_cast<std::uintptr_t>(handle), kKind<Object>);
 }
 
 template struct Handles<DeviceObject, splat_device>;
@@ -102,11 +163,18 @@ template struct Handles<TensorObject, splat_tensor>;
 template struct Handles<OpObject, splat_op>;
 template struct Handles<SceneObject, splat_scene>;
 template struct Handles<RasterizerObject, splat_rasterizer>;
+template struct Handles<RasterStateObject, splat_raster_state>;
 template struct Handles<WeightsObject, splat_weights>;
 template struct Handles<DatasetObject, splat_dataset>;
 template struct Handles<ModelObject, splat_model>;
 template struct Handles<ModuleObject, splat_module>;
+template struct Handles<PredictorObject, splat_predictor>;
 template struct Handles<TrainerObject, splat_trainer>;
+template struct Handles<OptimizerObject, splat_optimizer>;
+template struct Handles<BatchesObject, splat_batches>;
+template struct Handles<TrainingObject, splat_training>;
 template struct Handles<LpipsObject, splat_lpips>;
+template struct Handles<EvaluatorObject, splat_evaluator>;
+template struct Handles<ComparisonObject, splat_comparison>;
 
 }  // namespace splat::api

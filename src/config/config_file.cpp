@@ -1,5 +1,6 @@
 #include "config/config_file.h"
 
+#include "config/category.h"
 #include "config/key_field.h"
 #include "core/json_writer.h"
 
@@ -33,10 +34,14 @@ bool is_given(const Config& config, const char* key) {
            (entry->list || !std::holds_alternative<std::monostate>(entry->values[0]));
 }
 
-/// Settings that the published code infers from the category. Call it after the keys of these settings are
+Result<std::string> category_of(const Config& config) {
+    return config.get<std::string>("data.category", "");
+}
+
+/// Hold CO3D's geometry, which the published code infers from the category. Call it after the keys are
 /// read. Merged files of that code hold the field of view of the default configuration, which it ignores.
-Status take_category(const Config& config, PredictorConfig& c) {
-    SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", ""));
+Status check_category(const Config& config, PredictorConfig& c) {
+    SPLAT_ASSIGN(const std::string category, category_of(config));
     if (!is_co3d_category(category)) return {};
     if (c.fov_degrees != 0 && c.fov_degrees != PredictorConfig().fov_degrees)
         return error(Code::kInvalidArgument,
@@ -141,6 +146,22 @@ Status check_training(const TrainConfig& c, const char* what) {
     return {};
 }
 
+/// Where the changes name another category, let go of the values that only say what the old one implied, so
+/// that those of the new one hold.
+Status forget_category(const Config& base, const Config& changes, Config& changed) {
+    if (!is_given(changes, "data.category")) return {};
+    SPLAT_ASSIGN(const std::string category, category_of(base));
+    Settings implied;
+    take_category_defaults(category, implied);
+    for (const char* name : category_keys()) {
+        const Key& key = key_of(name);
+        const ConfigEntry* entry = base.find(name);
+        if (entry != nullptr && same_value(*entry, key.field.write(key, implied)))
+            changed.set({name, {ConfigScalar()}, false, false});
+    }
+    return {};
+}
+
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
 bool is_written(const Key& key, const PredictorConfig& network) {
     if (key.field.write == nullptr) return false;
@@ -150,10 +171,6 @@ bool is_written(const Key& key, const PredictorConfig& network) {
 }
 
 }  // namespace
-
-bool is_co3d_category(const std::string& category) {
-    return category == "hydrants" || category == "teddybears";
-}
 
 Status check_names(const Config& config) {
     std::vector<std::string> names, sections;
@@ -171,11 +188,13 @@ Status check_names(const Config& config) {
 Result<PredictorConfig> predictor_config(const Config& config) {
     SPLAT_TRY(check_names(config));
     Settings settings;
+    SPLAT_ASSIGN(const std::string category, category_of(config));
+    take_category_defaults(category, settings);
     SPLAT_TRY(read_part(config, Part::kNetwork, settings));
     PredictorConfig& c = settings.network;
     SPLAT_TRY(read_embedding(config, c));
     SPLAT_TRY(read_adapters(config, settings));
-    SPLAT_TRY(take_category(config, c));
+    SPLAT_TRY(check_category(config, c));
     SPLAT_TRY(check_embedding(config, c));
     SPLAT_TRY(read_offset(config, c));
     SPLAT_TRY(check(c));
@@ -186,14 +205,15 @@ Result<TrainConfig> train_config(const Config& config) {
     SPLAT_TRY(check_names(config));
     Settings settings;
     TrainConfig& c = settings.training;
+    SPLAT_ASSIGN(const std::string category, category_of(config));
+    take_category_defaults(category, settings);
     SPLAT_TRY(read_part(config, Part::kTraining, settings));
-    if (is_co3d_category(c.category) && !is_given(config, "opt.scale_terms")) c.scale_terms = true;
     SPLAT_TRY(check_training(c, config.what().c_str()));
     return c;
 }
 
 Result<Config> with_values(const Config& config, std::span<const std::string> texts) {
-    Config changed = config;
+    Config changes("changes");
     for (const std::string& text : texts) {
         const std::size_t sign = text.find('=');
         if (sign == std::string::npos || sign == 0)
@@ -202,8 +222,11 @@ Result<Config> with_values(const Config& config, std::span<const std::string> te
         SPLAT_ASSIGN(const Config line,
                      read_yaml_config(text.substr(0, sign) + ": " + text.substr(sign + 1),
                                       "'" + text + "'"));
-        for (const ConfigEntry& each : line.entries()) changed.set(each);
+        for (const ConfigEntry& each : line.entries()) changes.set(each);
     }
+    Config changed = config;
+    SPLAT_TRY(forget_category(config, changes, changed));
+    for (const ConfigEntry& each : changes.entries()) changed.set(each);
     return changed;
 }
 

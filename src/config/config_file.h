@@ -10,25 +10,23 @@ namespace splat::config {
 /// have for other programs (hydra, wandb) are ignored.
 Status check_names(const Config& config);
 
-/// The network of a configuration as the published ones are written (Hydra's merged config.yaml). The
-/// categories hydrants and teddybears mean CO3D's geometry, as in the published code: fov 0, and origin
-/// distances. Without an embedding, its other keys may have any value that published files have.
+/// The network of a configuration as the published ones are written (Hydra's merged config.yaml). Keys that
+/// are not given have the values of data.category (category.h). The categories hydrants and teddybears mean
+/// CO3D's geometry, as in the published code: fov 0, and origin distances. Without an embedding, its other
+/// keys may have any value that published files have.
 ///
 /// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range, or one
 ///         that contradicts the category; as check_names() and check()
 Result<PredictorConfig> predictor_config(const Config& config);
 
-/// The training that a configuration describes. Without a value of its own, opt.scale_terms is true for
-/// CO3D's categories.
+/// The training that a configuration describes, with the values of its category.
 ///
 /// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
-/// CO3D: each view has its own focal lengths, and depths are relative to the distance of the origin.
-bool is_co3d_category(const std::string& category);
-
 /// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",
-/// "[1, 2]", "true"). Errors: kInvalidArgument, with the text.
+/// "[1, 2]", "true"). With another data.category, values that are those of the old one become those of the
+/// new one. Errors: kInvalidArgument, with the text.
 Result<Config> with_values(const Config& config, std::span<const std::string> texts);
 
 /// The network as JSON that predictor_config() reads back.

@@ -40,9 +40,24 @@ constexpr Values words(const char* list) {
     return {.words = list};
 }
 
+/// A value without effect: its type is checked, it is not stored.
+template <class T>
+constexpr Field kUnread{type_of<T>(), Part::kTraining,
+                        [](const Config& config, const Key& key, Settings&) {
+                            T value{};
+                            return read_field(config, key, value);
+                        }};
+
 /// A key of published files that has no effect here.
+template <class T>
 constexpr Key unused(const char* name, const char* about) {
-    return {name, {}, kAll, kPublished, about, nullptr, false};
+    return {name, kUnread<T>, kAll, kPublished, about, nullptr, false};
+}
+
+/// A key that a run may change when it goes on: its steps stay the same.
+constexpr Key resumable(Key key) {
+    key.resumable = true;
+    return key;
 }
 
 /// A word that is checked but not stored.
@@ -81,6 +96,13 @@ constexpr Field kSubset{
         return ConfigEntry{"", {count == 0 ? -1 : count}, false, false};
     }};
 
+/// opt.pretrained_hf: whether to fetch weights, or their name.
+constexpr Field kHub{KeyType::kAny, Part::kTraining,
+                     [](const Config& config, const Key& key, Settings&) -> Status {
+                         if (config.get<bool>(key.name, false).ok()) return {};
+                         return config.get<std::string>(key.name, "").status();
+                     }};
+
 constexpr Key kDataKeys[] = {
     {"data.training_resolution",
      kNetwork<&P::resolution>,
@@ -105,19 +127,28 @@ constexpr Key kDataKeys[] = {
      "The network sees a channel with the mask of the object."},
     {"data.custom_embedding",
      by_rule(Part::kNetwork, [](const P& c) { return c.embedding == Embedding::kCustom; }), kAll,
-     kPublished, "The caller's vectors take the place of the embedding of poses."},
-    {"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."},
+     kPublished, "Vectors of data.embedding_file take the place of the embedding of poses."},
+    {"data.embedding_file", kTraining<&T::embedding_file>, kAll, kOurs,
+     "Vectors of a custom embedding: .safetensors or .npz with an array [views, 6 "
+     "cam_embd.dimension] for each object, named 'split/object' or by the object; a path, or one "
+     "in "
+     "the folder of the data."},
+    {"data.tokens_file", kTraining<&T::tokens_file>, kAll, kOurs,
+     "Tokens of the views, in the same way: arrays [views, model.token_dim, model.tokens]."},
+    resumable({"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."}),
     {"data.format", kTraining<&T::format>, kAll, kOurs,
      "Format of the data set; empty: detected from its files."},
     {"data.category", kTraining<&T::category>, kAll, kPublished,
-     "Name of the data set; hydrants and teddybears choose the geometry and losses of CO3D."},
+     "Name of the data set; cars, cars_priors, chairs, nmr, objaverse, gso, hydrants and teddybears "
+     "imply their depths, field of view, background and image size, the last two also the geometry "
+     "and losses of CO3D."},
     {"data.subset", kSubset, kAll, kPublished, "Objects used, the first in order; 0 or less: all."},
     {"data.white_background", kTraining<&T::white_background>, kAll, kPublished,
      "Images and renders have a white background instead of a black one."},
-    {"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,
-     "Host memory for decoded images, in MiB."},
-    unused("data.name", "Name of the data set for the loader."),
-    unused("data.split", "Part of the data set."),
+    resumable({"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,
+               "Host memory for decoded images, in MiB."}),
+    unused<std::string>("data.name", "Name of the data set for the loader."),
+    unused<std::string>("data.split", "Part of the data set."),
 };
 
 constexpr Key kEmbeddingKeys[] = {
@@ -194,8 +225,9 @@ constexpr Key kModelKeys[] = {
      kPublished,
      "The opposite of model.network_without_offset; one of the two is enough.",
      "true"},
-    unused("model.name", "Class of the network."),
-    unused("model.out_channels", "Channels of the network's output, which follow from other keys."),
+    unused<std::string>("model.name", "Class of the network."),
+    unused<std::uint32_t>("model.out_channels",
+                          "Channels of the network's output, which follow from other keys."),
 };
 
 constexpr Key kAdapterKeys[] = {
@@ -217,15 +249,16 @@ constexpr Key kAdapterKeys[] = {
 };
 
 constexpr Key kOptimiserKeys[] = {
-    {"opt.iterations", kTraining<&T::iterations>, kSteps, kPublished, "Updates of the parameters."},
+    resumable({"opt.iterations", kTraining<&T::iterations>, kSteps, kPublished,
+               "Updates of the parameters."}),
     {"opt.batch_size", kTraining<&T::batch_size>, {1, 4096}, kPublished, "Objects per update."},
     {"opt.micro_batch",
      kTraining<&T::micro_batch>,
      {1, 4096},
      kOurs,
      "Objects per pass of the network; a divisor of opt.batch_size."},
-    {"opt.recompute", kTraining<&T::recompute>, kAll, kOurs,
-     "Compute activations twice: the same numbers in less memory and more time."},
+    resumable({"opt.recompute", kTraining<&T::recompute>, kAll, kOurs,
+               "Compute activations twice: the same numbers in less memory and more time."}),
     {"opt.imgs_per_obj",
      kTraining<&T::targets>,
      {1, 256},
@@ -263,36 +296,44 @@ constexpr Key kOptimiserKeys[] = {
      "Updates of the parameters per update of the average, at least 1."},
     {"opt.ema.update_after_step", kTraining<&T::ema_after>, kSteps, kPublished,
      "First updates, in which the average is a copy."},
-    unused("opt.pretrained_ckpt", "Folder of weights to start from; see vkrun train --init."),
-    unused("opt.pretrained_hf", "Start from weights of a hub; see vkrun train --init."),
-    unused("opt.epochs", "Passes over the data set; see opt.iterations."),
-    unused("opt.ambient_light", "Light of the renders."),
-    unused("opt.num_workers", "Processes that read data."),
+    {"opt.pretrained_ckpt", kTraining<&T::pretrained>, kAll, kPublished,
+     "Weights to start from: a file, or the folder of a run (model_latest.pth, "
+     "weights_last.safetensors)."},
+    {"opt.pretrained_hf", kHub, kAll, kPublished,
+     "Start from weights of a hub, which must be fetched by hand; see opt.pretrained_ckpt.",
+     nullptr, false},
+    unused<std::uint32_t>("opt.epochs", "Passes over the data set; see opt.iterations."),
+    {"opt.ambient_light", {}, kAll, kPublished, "Light of the renders.", nullptr, false},
+    unused<std::uint32_t>("opt.num_workers", "Processes that read data."),
 };
 
 constexpr Key kRunKeys[] = {
-    {"logging.ckpt_iterations", kTraining<&T::checkpoint_every>, kSteps, kPublished,
-     "Updates between saved states."},
-    {"logging.val_log", kTraining<&T::validate_every>, kSteps, kPublished,
-     "Updates between validations; 0: only at the end."},
-    {"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
-     "Updates between lines of metrics."},
-    {"logging.render_log", kTraining<&T::render_every>, kSteps, kPublished,
-     "Updates between pictures of renders, which are drawn at each validation.", nullptr, false},
-    {"logging.val_objects", kTraining<&T::validation_objects>, kCount, kOurs,
-     "Objects of a validation; 0: all."},
-    {"logging.val_views", kTraining<&T::validation_views>, kCount, kOurs,
-     "Views per object of a validation, spread over all of them; 0: all."},
-    unused("logging.loop_log", "Updates between videos."),
+    resumable({"logging.ckpt_iterations", kTraining<&T::checkpoint_every>, kSteps, kPublished,
+               "Updates between saved states."}),
+    resumable({"logging.val_log", kTraining<&T::validate_every>, kSteps, kPublished,
+               "Updates between validations; 0: only at the end."}),
+    resumable({"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
+               "Updates between lines of metrics."}),
+    unused<std::uint64_t>(
+        "logging.render_log",
+        "Updates between pictures of renders, which are drawn at each validation; see "
+        "logging.val_log."),
+    resumable({"logging.val_objects", kTraining<&T::validation_objects>, kCount, kOurs,
+               "Objects of a validation; 0: all."}),
+    resumable({"logging.val_views", kTraining<&T::validation_views>, kCount, kOurs,
+               "Views per object of a validation, spread over all of them; 0: all."}),
+    unused<std::uint64_t>("logging.loop_log",
+                          "Updates between videos; see vkrun render --animate."),
     {"general.random_seed", kTraining<&T::seed>, kSteps, kPublished,
      "Seed of the initial weights, of dropout, and of the choice of objects and views."},
     {"general.precision", kTraining<&T::precision>, words("strict, balanced, fast"), kOurs,
      "Which kernels convolutions may use: the most exact ones, or faster ones."},
-    unused("general.device", "Number of a GPU; see vkrun train --device."),
-    unused("general.num_workers", "Processes that read data."),
-    unused("general.mixed_precision", "Half precision; see general.precision."),
-    unused("general.multiple_gpu", "Train on several GPUs."),
-    unused("general.num_devices", "How many GPUs."),
+    unused<std::uint32_t>("general.device", "Number of a GPU; see vkrun train --device."),
+    unused<std::uint32_t>("general.num_workers", "Processes that read data."),
+    unused<bool>("general.mixed_precision",
+                 "Half precision, which there is not; see general.precision."),
+    unused<bool>("general.multiple_gpu", "Train on several GPUs; one device is used."),
+    unused<std::uint32_t>("general.num_devices", "How many GPUs; one device is used."),
 };
 
 template <std::size_t... Counts>
@@ -353,6 +394,7 @@ std::string keys_json() {
             .raw(default_text(key))
             .member("origin", key.origin == Origin::kPublished ? "published" : "ours")
             .member("effect", key.acts)
+            .member("resumable", key.resumable)
             .member("about", key.about)
             .end();
     return json.end().text();

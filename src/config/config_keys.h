@@ -27,7 +27,7 @@ enum class KeyType : int {
     kIntegers,
     kNumbers,
     kTexts,
-    kAny,  ///< the value is not read
+    kAny,  ///< of several types, or not read
 };
 
 /// How a key is read and written.
@@ -72,6 +72,7 @@ struct Key {
     const char* about;                ///< one sentence
     const char* otherwise = nullptr;  ///< the default as JSON, where it is not that of the field
     bool acts = true;                 ///< false: accepted, but without effect
+    bool resumable = false;           ///< a run may go on with another value
 };
 
 /// Every key, in the order in which a configuration is written.
@@ -93,7 +94,7 @@ std::string default_text(const Key& key);
 const char* type_name(KeyType type);
 
 /// The table as a JSON array of {"key", "type", "range", "default", "origin" ("published", "ours"),
-/// "effect" (true, false), "about"}.
+/// "effect" (true, false), "resumable" (true, false), "about"}.
 std::string keys_json();
 
 }  // namespace splat::config

@@ -106,7 +106,9 @@ Status read_field(const Config& config, const Key& key, std::vector<std::string>
 Status read_field(const Config& config, const Key& key, std::array<double, 2>& field) {
     SPLAT_ASSIGN(const std::vector<double> values,
                  config.get_list<double>(key.name, {field.begin(), field.end()}));
-    if (values.size() != field.size()) return {};
+    if (values.size() != field.size())
+        return error(Code::kInvalidArgument, "%s: '%s' has %zu numbers, expected %zu",
+                     config.what().c_str(), key.name, values.size(), field.size());
     for (const double value : values) SPLAT_TRY(check_range(config.what(), key, value));
     std::copy(values.begin(), values.end(), field.begin());
     return {};
@@ -167,6 +169,19 @@ ConfigEntry write_field(const Key& /*key*/, const std::array<double, 2>& values)
 
 ConfigEntry write_word(const Key& key, int place) {
     return one(words_of(key)[static_cast<std::size_t>(place)]);
+}
+
+bool same_value(const ConfigEntry& a, const ConfigEntry& b) {
+    const auto number = [](const ConfigEntry& entry) {
+        const ConfigScalar& value = entry.values[0];
+        if (const auto* whole = std::get_if<std::int64_t>(&value))
+            return static_cast<double>(*whole);
+        const auto* real = std::get_if<double>(&value);
+        return real != nullptr ? *real : std::numeric_limits<double>::quiet_NaN();
+    };
+    if (config_value_text(a) == config_value_text(b)) return true;
+    if (a.list || b.list || a.map || b.map) return false;
+    return std::abs(number(a) - number(b)) <= 1e-6 * std::abs(number(b));
 }
 
 std::vector<std::string> words_of(const Key& key) {

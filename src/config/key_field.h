@@ -21,7 +21,7 @@ Status read_field(const Config& config, const Key& key, std::string& field);
 Status read_field(const Config& config, const Key& key, std::vector<std::uint32_t>& field);
 Status read_field(const Config& config, const Key& key, std::vector<std::string>& field);
 
-/// A list of another length is ignored.
+/// Two numbers. Errors: also for a list of another length.
 Status read_field(const Config& config, const Key& key, std::array<double, 2>& field);
 
 /// The place of a word among those of a choice.
@@ -37,6 +37,9 @@ ConfigEntry write_field(const Key& key, const std::vector<std::uint32_t>& values
 ConfigEntry write_field(const Key& key, const std::vector<std::string>& values);
 ConfigEntry write_field(const Key& key, const std::array<double, 2>& values);
 ConfigEntry write_word(const Key& key, int place);
+
+/// Whether two values are the same; numbers of a file have more digits than the field that holds them.
+bool same_value(const ConfigEntry& a, const ConfigEntry& b);
 
 /// The words of a choice.
 std::vector<std::string> words_of(const Key& key);

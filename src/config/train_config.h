@@ -51,13 +51,15 @@ struct TrainConfig {
     std::uint64_t checkpoint_every = 1000;
     std::uint64_t validate_every = 10'000;
     std::uint64_t log_every = 10;
-    std::uint64_t render_every = 10'000;
     std::uint32_t validation_objects = 0;  ///< 0: all
     std::uint32_t validation_views = 0;    ///< per object, spread over its views; 0: all
 
+    std::string pretrained;  ///< weights to start from, a file or a folder; empty: none
+
     /// Where the data is, for the tools that read it; the trainer takes images.
     std::string root, format, category;
-    std::uint32_t subset = 0;  ///< the first objects; 0: all
+    std::string embedding_file, tokens_file;  ///< see data::ViewVectors
+    std::uint32_t subset = 0;                 ///< the first objects; 0: all
     std::uint64_t cache_mib = 1024;
 
     /// The learning rate of a step, counted from 1.

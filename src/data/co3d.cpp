@@ -32,7 +32,7 @@ Result<fs::path> category_folder(const fs::path& path, const std::string& split)
         if (is_file(path / name / split / "camera_Rs.npz")) found.push_back(name);
     if (found.size() == 1) return path / found.front();
     return error(
-        Code::kInvalidArgument,
+        found.empty() ? Code::kNotFound : Code::kInvalidArgument,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
         "category",
         path.c_str(), found.size(), split.c_str());
@@ -61,7 +61,7 @@ class Co3dReader : public DatasetReader {
                 SPLAT_TRY(add(root / name, name, desc.lenient));
         }
         if (sequences_.empty())
-            return error(Code::kInvalidArgument, "'%s' holds no folder with focal_lengths.npy",
+            return error(Code::kNotFound, "'%s' holds no folder with focal_lengths.npy",
                          root.c_str());
         return index_.find_resolution(*this, desc.lenient);
     }
@@ -79,7 +79,7 @@ class Co3dReader : public DatasetReader {
             t->values.size() != sequence.frames * 3 ||
             focals.value().values.size() != sequence.frames * 2)
             return error(
-                Code::kInvalidArgument,
+                Code::kFormat,
                 "sequence '%s': %zu frames, but %zu rotations, %zu translations and %zu focal "
                 "lengths",
                 sequence.name.c_str(), sequence.frames, r == nullptr ? 0 : r->values.size() / 9,
@@ -145,7 +145,7 @@ class Co3dReader : public DatasetReader {
         if (header.dtype != "f4" || header.order != std::endian::little || shape.size() != 4 ||
             shape[1] != 3 || shape[2] != shape[3] || shape[2] == 0 || shape[2] > 16384 ||
             source->size() - header.start != header.elements * sizeof(float))
-            return error(Code::kInvalidArgument,
+            return error(Code::kFormat,
                          "'%s': expected float32 [frames,3,side,side] and as many bytes",
                          sequence.images.c_str());
         sequence.frames = shape[0];

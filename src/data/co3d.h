@@ -13,7 +13,7 @@ namespace splat::data {
 bool is_co3d(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc);
 
-/// OpenCV camera-to-world, row-major, of PyTorch3D's R [3,3] and T [3]. Errors: kInvalidArgument for a
+/// OpenCV camera-to-world, row-major, of PyTorch3D's R [3,3] and T [3]. Errors: kFormat for a
 /// matrix that is not a rotation.
 Result<scene::Mat4> pose_of_co3d(std::span<const float> rotation,
                                  std::span<const float> translation);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "data/co3d.h"
 #include "data/image_folder.h"
@@ -45,7 +46,8 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     if (!desc.format.empty())
         return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
                      desc.format.c_str(), format_names().c_str());
-    return error(Code::kInvalidArgument,
+    std::error_code unknown;
+    return error(std::filesystem::exists(desc.path, unknown) ? Code::kFormat : Code::kNotFound,
                  "'%s' is not a data set of a known format (%s); if it is one, name its format",
                  desc.path.c_str(), format_names().c_str());
 }
@@ -60,7 +62,7 @@ std::string map_list(std::uint32_t maps) {
 
 Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     if ((wanted & ~index.maps) == 0) return {};
-    return error(Code::kInvalidArgument, "maps requested: %s; every object has: %s",
+    return error(Code::kNotFound, "maps requested: %s; every object has: %s",
                  map_list(wanted).c_str(), map_list(index.maps).c_str());
 }
 

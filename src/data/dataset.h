@@ -1,8 +1,8 @@
 #pragma once
 
-#include <mutex>
 #include <span>
 
+#include "core/fork.h"
 #include "data/dataset_reader.h"
 #include "data/image_cache.h"
 
@@ -35,18 +35,20 @@ struct ViewArrays {
 /// Objects seen by several cameras. Thread-safe.
 class Dataset {
   public:
-    /// Errors: kInvalidArgument, naming what is missing and what was found.
+    /// Errors: kNotFound for the folder, the split or maps; kFormat for another format and for damaged files;
+    /// kInvalidArgument for the desc; each names what is missing and what was found.
     static Result<std::unique_ptr<Dataset>> open(const DatasetDesc& desc);
 
     [[nodiscard]] const DatasetIndex& index() const { return reader_->index(); }
     [[nodiscard]] std::uint32_t resolution() const { return resolution_; }
     [[nodiscard]] const DatasetReader& reader() const { return *reader_; }
+    [[nodiscard]] const std::array<float, 3>& background() const { return background_; }
     [[nodiscard]] const ImageCache& cache() const { return cache_; }
 
     /// Copy views of an object in the given order, with cameras relative to the first of them.
     ///
-    /// Errors        kInvalidArgument, naming the file: no such object or view, maps that the data lacks, a
-    ///               damaged file; arrays may then be partly written
+    /// Errors        kInvalidArgument for no such object or view; kNotFound, kIo, kFormat with the file: maps that the
+    ///               data lacks, a missing or damaged file; arrays may then be partly written
     /// Determinism   the same bits with any contents of the cache
     Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
 
@@ -65,7 +67,7 @@ class Dataset {
     std::uint32_t resolution_;
     std::array<float, 3> background_;
     ImageCache cache_;
-    std::mutex mutex_;            ///< of cameras_
+    ForkMutex mutex_;             ///< of cameras_
     std::vector<Views> cameras_;  ///< of each object read so far
 };
 

@@ -23,7 +23,7 @@ Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images) {
     if (cameras == images) return {};
     return error(
-        Code::kInvalidArgument,
+        Code::kFormat,
         "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
         folder.c_str(), cameras.size(), images.size(), kind, only_in(cameras, images).c_str(),
         only_in(images, cameras).c_str());
@@ -37,7 +37,7 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
                           views.images.end(), std::back_inserter(both));
     Status few;
     if (both.size() < 2)
-        few = error(Code::kInvalidArgument,
+        few = error(Code::kFormat,
                     "'%s': %zu views, expected 2 or more: one as input and one to compare with",
                     folder.c_str(), both.size());
     std::vector<std::string> found;

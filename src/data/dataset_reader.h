@@ -53,7 +53,7 @@ struct DatasetIndex {
     std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
 
     /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
-    /// kInvalidArgument for views that lack one of the two, and for fewer than two views; if lenient, these
+    /// kFormat for views that lack one of the two, and for fewer than two views; if lenient, these
     /// become problems.
     Status add(const std::string& name, const std::string& folder, const ViewNames& views,
                bool lenient, const std::function<void(std::vector<std::string>)>& accept);
@@ -62,7 +62,7 @@ struct DatasetIndex {
     Status find_resolution(const DatasetReader& reader, bool lenient);
 };
 
-/// Checks that both lists are equal; `kind` names the images. Errors: kInvalidArgument, naming what only
+/// Checks that both lists are equal; `kind` names the images. Errors: kFormat, naming what only
 /// one of them holds.
 Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images);
@@ -77,7 +77,7 @@ class DatasetReader {
 
     [[nodiscard]] virtual const DatasetIndex& index() const = 0;
 
-    /// Of all views of an object. Errors: kInvalidArgument with the file and its problem.
+    /// Of all views of an object. Errors: kNotFound, kIo, kFormat with the file and its problem.
     [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
 
     /// As stored, 8 bits, square: gray, or colours with or without alpha. Errors: as cameras().

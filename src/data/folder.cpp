@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "io/photo/image_file.h"
+#include "io/reader.h"
 #include "scene/camera_pose.h"
 
 namespace splat::data {
@@ -54,7 +55,7 @@ Status in_file(const Status& status, const std::string& place) {
 
 Result<scene::Mat4> affine(std::span<const float> values) {
     if (values.size() != 12 && values.size() != 16)
-        return error(Code::kInvalidArgument, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",
+        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",
                      values.size());
     scene::Mat4 pose{};
     std::copy(values.begin(), values.end(), pose.begin());
@@ -77,8 +78,8 @@ Result<scene::Mat4> inverse_pose(const scene::Mat4& pose) {
 Result<io::Image> load_square(const fs::path& path) {
     SPLAT_ASSIGN(io::Image found, load_bytes(path));
     if (found.width != found.height)
-        return error(Code::kInvalidArgument, "'%s': %u x %u pixels, expected a square",
-                     path.c_str(), found.width, found.height);
+        return error(Code::kFormat, "'%s': %u x %u pixels, expected a square", path.c_str(),
+                     found.width, found.height);
     return found;
 }
 
@@ -94,7 +95,7 @@ Result<io::Image> load_bytes(const fs::path& path) {
 
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) {
     scene::Camera camera{place, 1, 1, 1, 1, 0.5, 0.5, camera_to_world};
-    return scene::check_camera(camera);
+    return io::from_file(scene::check_camera(camera));
 }
 
 }  // namespace splat::data

@@ -27,19 +27,19 @@ std::vector<std::string> images_in(const std::filesystem::path& folder);
 /// The error with the place before its message.
 Status in_file(const Status& status, const std::string& place);
 
-/// A row-major [3,4] or [4,4] as [4,4]. Errors: kInvalidArgument for another number of values.
+/// A row-major [3,4] or [4,4] as [4,4]. Errors: kFormat for another number of values.
 Result<scene::Mat4> affine(std::span<const float> values);
 
-/// The inverse of a rigid motion. Errors: kInvalidArgument as check_pose().
+/// The inverse of a rigid motion. Errors: kFormat as check_pose().
 Result<scene::Mat4> inverse_pose(const scene::Mat4& pose);
 
-/// A square image of 8 bits. Errors: kInvalidArgument with the path.
+/// A square image of 8 bits. Errors: as io::load_image(); kFormat if it is not square.
 Result<io::Image> load_square(const std::filesystem::path& path);
 
 /// An image of 8 bits and any size. Errors: as load_square().
 Result<io::Image> load_bytes(const std::filesystem::path& path);
 
-/// Finite, a rotation within 1e-3 and not mirrored. Errors: kInvalidArgument, naming the place.
+/// Finite, a rotation within 1e-3 and not mirrored. Errors: kFormat, naming the place.
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place);
 
 }  // namespace splat::data

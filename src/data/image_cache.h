@@ -4,8 +4,9 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <vector>
+
+#include "core/fork.h"
 
 namespace splat::data {
 
@@ -30,7 +31,7 @@ class ImageCache {
         Pixels pixels;
     };
 
-    mutable std::mutex mutex_;
+    mutable ForkMutex mutex_;
     std::uint64_t max_bytes_;
     std::uint64_t bytes_ = 0;
     std::list<Entry> entries_;  ///< the most recently used first

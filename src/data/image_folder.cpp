@@ -8,6 +8,7 @@
 #include "data/folder.h"
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/reader.h"
 #include "io/transforms_json.h"
 
 namespace splat::data {
@@ -52,20 +53,19 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             const fs::path path = folder / below / (name + extension);
             if (is_file(path)) return path.string();
         }
-    return error(Code::kInvalidArgument, "'%s': there is no image '%s', here or in images/",
+    return error(Code::kNotFound, "'%s': there is no image '%s', here or in images/",
                  folder.c_str(), name.c_str());
 }
 
 /// The size of the first image of a transforms.json, whose own size is optional.
 Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
-    SPLAT_ASSIGN(const JsonTree tree, parse_json_tree(text, "transforms.json"));
+    SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
     const JsonTree* frames = tree.find("frames");
     const JsonTree::List* list = frames == nullptr ? nullptr : frames->list();
-    if (list == nullptr || list->empty())
-        return error(Code::kInvalidArgument, "there are no frames");
+    if (list == nullptr || list->empty()) return error(Code::kFormat, "there are no frames");
     const JsonTree* name = list->front().find("file_path");
     if (name == nullptr || name->text() == nullptr)
-        return error(Code::kInvalidArgument, "frame 0 has no file_path");
+        return error(Code::kFormat, "frame 0 has no file_path");
     SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
     return load_bytes(path);
 }
@@ -92,7 +92,7 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& c
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
     if (!(half >= 1))
-        return error(Code::kInvalidArgument, "camera '%s': the principal point is not in the image",
+        return error(Code::kFormat, "camera '%s': the principal point is not in the image",
                      camera.name.c_str());
     photo.width = camera.width;
     photo.height = camera.height;
@@ -125,8 +125,8 @@ class ImageFolderReader : public DatasetReader {
             }
         }
         if (objects_.empty())
-            return error(Code::kInvalidArgument,
-                         "'%s' holds neither transforms.json nor a COLMAP model", root.c_str());
+            return error(Code::kNotFound, "'%s' holds neither transforms.json nor a COLMAP model",
+                         root.c_str());
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -143,7 +143,7 @@ class ImageFolderReader : public DatasetReader {
         const FolderPhoto& photo = objects_[object][view];
         SPLAT_ASSIGN(const io::Image whole, load_bytes(photo.path));
         if (whole.width != photo.width || whole.height != photo.height)
-            return error(Code::kInvalidArgument, "'%s': %u x %u pixels, its camera has %u x %u",
+            return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
                          photo.path.c_str(), whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         const std::size_t row = std::size_t{photo.side} * whole.channels;

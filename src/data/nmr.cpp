@@ -31,8 +31,8 @@ Result<scene::Mat4> pose_at(const io::NpzFile& file, std::size_t view) {
     if (matrix != nullptr) return pose_of_nmr(matrix->values);
     matrix = file.tensors.find("world_mat_" + std::to_string(view));
     if (matrix == nullptr)
-        return error(Code::kInvalidArgument, "there is neither world_mat_inv_%zu nor world_mat_%zu",
-                     view, view);
+        return error(Code::kFormat, "there is neither world_mat_inv_%zu nor world_mat_%zu", view,
+                     view);
     SPLAT_ASSIGN(const scene::Mat4 world_to_camera, affine(matrix->values));
     SPLAT_ASSIGN(const scene::Mat4 inverse, inverse_pose(world_to_camera));
     std::vector<float> values(inverse.begin(), inverse.end());
@@ -44,8 +44,8 @@ Status check_focal(const io::NpzFile& file, std::size_t view) {
     if (lens == nullptr || lens->values.empty()) return {};
     const auto focal = static_cast<double>(lens->values[0]);
     if (std::abs(focal - kNmrFocal) < 1e-4) return {};
-    return error(Code::kInvalidArgument, "camera_mat_%zu has the focal length %g, expected %g",
-                 view, focal, kNmrFocal);
+    return error(Code::kFormat, "camera_mat_%zu has the focal length %g, expected %g", view, focal,
+                 kNmrFocal);
 }
 
 class NmrReader : public DatasetReader {
@@ -58,7 +58,7 @@ class NmrReader : public DatasetReader {
             if (is_file(list)) SPLAT_TRY(add_list(desc, category, list));
         }
         if (objects_.empty())
-            return error(Code::kInvalidArgument, "'%s' has no objects in <category>/softras_%s.lst",
+            return error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
                          desc.path.c_str(), desc.split.c_str());
         return index_.find_resolution(*this, desc.lenient);
     }

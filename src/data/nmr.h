@@ -14,7 +14,7 @@ bool is_nmr(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc);
 
 /// OpenCV camera-to-world, row-major, of a world_mat_inv of [3,4] or [4,4]: y points up in its world, z in ours.
-/// Errors: kInvalidArgument for a matrix that is not a rigid motion.
+/// Errors: kFormat for a matrix that is not a rigid motion.
 Result<scene::Mat4> pose_of_nmr(std::span<const float> world_mat_inv);
 
 }  // namespace splat::data

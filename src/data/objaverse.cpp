@@ -52,7 +52,7 @@ class RenderReader : public DatasetReader {
             SPLAT_TRY(add(fs::path(desc.path) / name / below, name, desc.lenient));
         }
         if (objects_.empty())
-            return error(Code::kInvalidArgument, "'%s' holds no objects for the split '%s'",
+            return error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
                          desc.path.c_str(), desc.split.c_str());
         return index_.find_resolution(*this, desc.lenient);
     }
@@ -118,7 +118,7 @@ Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
 
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera) {
     if (world_to_camera.size() != 12)
-        return error(Code::kInvalidArgument, "a pose of %zu numbers, expected 3 x 4",
+        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4",
                      world_to_camera.size());
     scene::Mat4 matrix{};
     for (std::size_t i = 0; i < 12; ++i)

@@ -17,7 +17,7 @@ bool is_gso(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc);
 
 /// OpenCV camera-to-world, row-major, of a world-to-camera [3,4] with OpenGL axes. Errors:
-/// kInvalidArgument for a matrix that is not a rigid motion.
+/// kFormat for a matrix that is not a rigid motion.
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera);
 
 }  // namespace splat::data

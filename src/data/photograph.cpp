@@ -16,14 +16,19 @@ struct Box {
     std::int64_t left = 0, top = 0, right = 0, bottom = 0;  ///< right and bottom are outside
 };
 
-Result<io::Image> load(const std::string& path) {
-    auto image = io::load_image(path, {.upright = true});
-    if (!image.ok()) return image;
-    if (image.value().bits == 8) return image;
-    io::Image eight = std::move(image.value());
-    for (std::uint16_t& sample : eight.samples) sample = static_cast<std::uint16_t>(sample / 257);
-    eight.bits = 8;
-    return eight;
+/// The image in 8 bits: itself, or a reduced copy in `reduced`.
+const io::Image& eight_bits(const io::Image& image, io::Image& reduced) {
+    if (image.bits == 8) return image;
+    reduced = image;
+    for (std::uint16_t& sample : reduced.samples) sample = static_cast<std::uint16_t>(sample / 257);
+    reduced.bits = 8;
+    return reduced;
+}
+
+Status check_map(const NamedImage& map, const io::Image& like) {
+    if (map.image.width == like.width && map.image.height == like.height) return {};
+    return error(Code::kInvalidArgument, "%s is %u x %u pixels, expected the image's %u x %u",
+                 map.name.c_str(), map.image.width, map.image.height, like.width, like.height);
 }
 
 /// One channel of every pixel; gray images have it in all channels.
@@ -74,37 +79,35 @@ std::vector<std::uint8_t> flooded_mask(const io::Image& image) {
 }
 
 /// The object's mask, 0 to 255, and where it comes from.
-Result<std::vector<std::uint8_t>> object_mask(const PhotographDesc& desc, const io::Image& image,
-                                              const char*& from) {
+Result<std::vector<std::uint8_t>> object_mask(const std::optional<NamedImage>& given,
+                                              const io::Image& image, MaskFrom& from) {
     const std::size_t pixels = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> mask(pixels, 255);
-    if (!desc.mask.empty()) {
-        SPLAT_ASSIGN(const io::Image file, load(desc.mask));
-        if (file.width != image.width || file.height != image.height)
-            return error(Code::kInvalidArgument,
-                         "'%s' is %u x %u pixels, expected the image's %u x %u", desc.mask.c_str(),
-                         file.width, file.height, image.width, image.height);
+    if (given) {
+        SPLAT_TRY(check_map(*given, image));
+        io::Image reduced;
+        const io::Image& file = eight_bits(given->image, reduced);
         for (std::size_t i = 0; i < pixels; ++i)
             mask[i] = static_cast<std::uint8_t>(sample(file, i, 0));
-        from = "mask";
+        from = MaskFrom::kMask;
     } else if (has_alpha(image)) {
         for (std::size_t i = 0; i < pixels; ++i)
             mask[i] =
                 static_cast<std::uint8_t>(image.samples[i * image.channels + image.channels - 1]);
-        from = "alpha";
+        from = MaskFrom::kAlpha;
     } else {
         mask = flooded_mask(image);
-        from = "border";
+        from = MaskFrom::kBorder;
     }
     const auto count = static_cast<double>(
         std::count_if(mask.begin(), mask.end(), [](std::uint8_t m) { return m > 127; }));
     const double part = count / static_cast<double>(pixels);
-    if (desc.mask.empty() && (part < kLeastObject || part > kMostObject)) {
+    if (!given && (part < kLeastObject || part > kMostObject)) {
         std::fill(mask.begin(), mask.end(), std::uint8_t{255});
-        from = "nothing";
+        from = MaskFrom::kNothing;
     } else if (count == 0) {
-        return error(Code::kInvalidArgument, "'%s': the mask has no pixel above one half",
-                     desc.mask.c_str());
+        return error(Code::kInvalidArgument, "%s: the mask has no pixel above one half",
+                     given->name.c_str());
     }
     return mask;
 }
@@ -122,21 +125,21 @@ Box bounds_of(const std::vector<std::uint8_t>& mask, std::int64_t width, std::in
     return box;
 }
 
-/// The square of the file that becomes the image.
+/// The square of the picture that becomes the image.
 struct Square {
     std::int64_t left = 0, top = 0, side = 0;
 };
 
-Square square_of(const PhotographDesc& desc, const Box& box, const io::Image& image) {
+Square square_of(const CutOptions& options, const Box& box, const io::Image& image) {
     const auto width = static_cast<std::int64_t>(image.width);
     const auto height = static_cast<std::int64_t>(image.height);
-    if (!desc.crop) {
+    if (!options.crop) {
         const std::int64_t side = std::min(width, height);
         return {(width - side) / 2, (height - side) / 2, side};
     }
     const std::int64_t longer = std::max(box.right - box.left, box.bottom - box.top);
     const auto side =
-        static_cast<std::int64_t>(std::lround(static_cast<double>(longer) / desc.foreground));
+        static_cast<std::int64_t>(std::lround(static_cast<double>(longer) / options.foreground));
     return {(box.left + box.right - side) / 2, (box.top + box.bottom - side) / 2, side};
 }
 
@@ -170,41 +173,53 @@ Result<std::vector<float>> cut(const io::Image& image, const std::vector<std::ui
     return planes;
 }
 
-Result<std::vector<float>> cut_map(const std::string& path, const io::Image& like,
+/// The same of a map; empty without one.
+Result<std::vector<float>> cut_map(const std::optional<NamedImage>& map, const io::Image& like,
                                    const std::vector<std::uint8_t>& mask, const Square& square,
                                    std::uint32_t count, std::uint32_t resolution,
                                    const std::array<float, 3>& fill) {
-    if (path.empty()) return std::vector<float>();
-    SPLAT_ASSIGN(const io::Image map, load(path));
-    if (map.width != like.width || map.height != like.height)
-        return error(Code::kInvalidArgument, "'%s' is %u x %u pixels, expected the image's %u x %u",
-                     path.c_str(), map.width, map.height, like.width, like.height);
-    return cut(map, &mask, square, count, resolution, fill);
+    if (!map) return std::vector<float>();
+    SPLAT_TRY(check_map(*map, like));
+    io::Image reduced;
+    return cut(eight_bits(map->image, reduced), &mask, square, count, resolution, fill);
 }
 
 }  // namespace
 
-Result<Photograph> read_photograph(const PhotographDesc& desc) {
-    if (!(desc.foreground > 0.05 && desc.foreground <= 1))
+const char* mask_from_name(MaskFrom from) {
+    constexpr const char* kNames[] = {"mask", "alpha", "border", "nothing"};
+    return kNames[static_cast<int>(from) - 1];
+}
+
+Result<NamedImage> load_picture(const std::string& path) {
+    SPLAT_ASSIGN(io::Image image, io::load_image(path, {.upright = true}));
+    return NamedImage{std::move(image), "'" + path + "'"};
+}
+
+Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options) {
+    if (!(options.foreground > 0.05 && options.foreground <= 1))
         return error(Code::kInvalidArgument, "foreground is %g, expected more than 0.05, at most 1",
-                     desc.foreground);
-    SPLAT_ASSIGN(const io::Image image, load(desc.image));
+                     options.foreground);
+    io::Image reduced;
+    const io::Image& image = eight_bits(picture.image.image, reduced);
     Photograph made;
     made.width = image.width;
     made.height = image.height;
-    SPLAT_ASSIGN(const std::vector<std::uint8_t> mask, object_mask(desc, image, made.mask_from));
-    const Square square = square_of(desc, bounds_of(mask, image.width, image.height), image);
+    SPLAT_ASSIGN(const std::vector<std::uint8_t> mask,
+                 object_mask(picture.mask, image, made.mask_from));
+    const Square square = square_of(options, bounds_of(mask, image.width, image.height), image);
     made.x = static_cast<double>(square.left);
     made.y = static_cast<double>(square.top);
     made.side = static_cast<double>(square.side);
-    SPLAT_ASSIGN(made.image, cut(image, &mask, square, 3, desc.resolution, desc.background));
+    const std::uint32_t side = options.resolution;
+    SPLAT_ASSIGN(made.image, cut(image, &mask, square, 3, side, options.background));
     io::Image white = image;
     std::fill(white.samples.begin(), white.samples.end(), std::uint16_t{255});
-    SPLAT_ASSIGN(made.mask, cut(white, &mask, square, 1, desc.resolution, {}));
+    SPLAT_ASSIGN(made.mask, cut(white, &mask, square, 1, side, {}));
     // Outside of the object: depth 0 is farthest, a normal of 0 is 0.5 in every channel.
-    SPLAT_ASSIGN(made.depth, cut_map(desc.depth, image, mask, square, 1, desc.resolution, {}));
+    SPLAT_ASSIGN(made.depth, cut_map(picture.depth, image, mask, square, 1, side, {}));
     SPLAT_ASSIGN(made.normal,
-                 cut_map(desc.normal, image, mask, square, 3, desc.resolution, {0.5F, 0.5F, 0.5F}));
+                 cut_map(picture.normal, image, mask, square, 3, side, {0.5F, 0.5F, 0.5F}));
     return made;
 }
 

@@ -1,20 +1,41 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "io/image.h"
 
 namespace splat::data {
 
-struct PhotographDesc {
-    std::string image;                ///< path
-    std::string depth, normal, mask;  ///< paths of maps of the same size; empty: none
-    std::uint32_t resolution = 128;   ///< of the result
-    bool crop = true;                 ///< to the object; else to the largest square in the middle
-    double foreground = 0.65;         ///< the object's longer side, as a part of the square's
+/// Which square of a picture becomes the input of a network, and how.
+struct CutOptions {
+    std::uint32_t resolution = 128;  ///< of the result
+    bool crop = true;                ///< to the object; else to the largest square in the middle
+    double foreground = 0.65;        ///< the object's longer side, as a part of the square's
     std::array<float, 3> background{1, 1, 1};
 };
+
+/// A decoded image and how messages call it: its path in quotes, or what it is.
+struct NamedImage {
+    io::Image image;
+    std::string name;
+};
+
+/// A picture of one object, with its maps where there are any; all of one size.
+struct Picture {
+    NamedImage image;
+    std::optional<NamedImage> depth, normal, mask;
+};
+
+/// Where the object's mask comes from.
+enum class MaskFrom : int {
+    kMask = 1,
+    kAlpha,
+    kBorder,   ///< pixels that are not joined to the border by its colour
+    kNothing,  ///< the whole picture
+};
+const char* mask_from_name(MaskFrom from);  ///< "mask", "alpha", "border", "nothing"
 
 /// One object on a plain background, the input of networks; R is the resolution.
 struct Photograph {
@@ -22,22 +43,24 @@ struct Photograph {
     std::vector<float> depth;             ///< [1,R,R], 0 to 1; empty without a map
     std::vector<float> normal;            ///< [3,R,R], 0 to 1; empty without a map
     std::vector<float> mask;              ///< [1,R,R], 0 to 1
-    std::uint32_t width = 0, height = 0;  ///< of the file
-    const char* mask_from = "";     ///< "mask", "alpha", "border" or "nothing": the whole image
-    double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the file
+    std::uint32_t width = 0, height = 0;  ///< of the picture
+    MaskFrom mask_from = MaskFrom::kNothing;
+    double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the picture
 };
 
 /// Cut an object out of a picture and put it in the middle of a square on a plain background, as
 /// Splatter Image's demonstration does: the object's bounding box takes `foreground` of the side.
 ///
-/// The mask file, else the image's alpha, marks the object (above a half). Without both, the background is
+/// The mask, else the image's alpha, marks the object (above a half). Without both, the background is
 /// flooded from the border, over colours within 0.1 of the border's median; if less than 1 % or more than
-/// 95 % remains, the whole image is the object.
+/// 95 % remains, the whole image is the object. Samples of 16 bits are reduced to 8.
 ///
-/// Errors       kInvalidArgument with the path: a file that cannot be read, maps of another size, an
-///              empty mask
+/// Errors       kInvalidArgument with the name: maps of another size, an empty mask
 /// Determinism  the same bits on every run
 /// Source       preprocessing of Splatter Image's demonstration (foreground ratio 0.65, white, Lanczos)
-Result<Photograph> read_photograph(const PhotographDesc& desc);
+Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options);
+
+/// Read a picture of any format and turn it by its Exif orientation. Errors: those of io::load_image().
+Result<NamedImage> load_picture(const std::string& path);
 
 }  // namespace splat::data

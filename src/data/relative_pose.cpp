@@ -16,8 +16,7 @@ Result<Mat4> inverse(const Mat4& m) {
     const Mat3 a = rotation_of(m);
     const double volume = scene::determinant(a);
     if (!std::isfinite(volume) || std::abs(volume) < 1e-12)
-        return error(Code::kInvalidArgument, "a pose is singular or not finite (determinant %g)",
-                     volume);
+        return error(Code::kFormat, "a pose is singular or not finite (determinant %g)", volume);
     const Vec3 columns[] = {scene::cross(a[1], a[2]), scene::cross(a[2], a[0]),
                             scene::cross(a[0], a[1])};
     const Vec3 t = {m[3], m[7], m[11]};
@@ -77,8 +76,7 @@ Status scale_to_distance(double distance, std::span<Mat4> camera_to_world) {
     const Mat4& first = camera_to_world.front();
     const double now = scene::length({first[3], first[7], first[11]});
     if (!(now > 0) || !std::isfinite(now))
-        return error(Code::kInvalidArgument,
-                     "the first camera is at the origin, so the scene has no scale");
+        return error(Code::kFormat, "the first camera is at the origin, so the scene has no scale");
     for (Mat4& pose : camera_to_world)
         for (const std::size_t i : {3U, 7U, 11U}) pose[i] *= distance / now;
     return {};

@@ -19,13 +19,13 @@ struct RelativeView {
 /// Cameras relative to the first of them, which becomes the identity: the world is its frame.
 ///
 /// camera_to_world   row-major, column vectors, OpenCV axes (x right, y down, z forward)
-/// Errors            kInvalidArgument for a pose that is singular or not finite
+/// Errors            kFormat for a pose that is singular or not finite
 /// Precision         computed in float64, rounded once; a pose equal to the first gives exactly 1 and 0
 /// Source            make_poses_relative_to_first and matrix_to_quaternion of Splatter Image; unlike the
 ///                   latter it keeps its precision near 180 degrees, without changes of sign
 Result<std::vector<RelativeView>> relative_views(std::span<const scene::Mat4> camera_to_world);
 
-/// Scale the world so that the first camera is at this distance from the origin. Errors: kInvalidArgument if that
+/// Scale the world so that the first camera is at this distance from the origin. Errors: kFormat if that
 /// camera is at the origin.
 Status scale_to_distance(double distance, std::span<scene::Mat4> camera_to_world);
 

@@ -66,16 +66,14 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return error(Code::kInvalidArgument,
-                     "'%s' has no folder <category>_%s; folders of splits: %s", folder.c_str(),
-                     desc.split.c_str(), joined(splits).c_str());
+        return error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
+                     folder.c_str(), desc.split.c_str(), joined(splits).c_str());
     folder /= found.front();
     if (has_objects(folder)) return folder;
     for (const std::string& name :
          folders_in(folder))  // as in srn_chairs/chairs_train/chairs_2.0_train
         if (has_objects(folder / name)) return folder / name;
-    return error(Code::kInvalidArgument, "'%s' holds no folder with intrinsics.txt",
-                 folder.c_str());
+    return error(Code::kNotFound, "'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
 /// All numbers of a text file.
@@ -91,7 +89,7 @@ Result<std::vector<double>> numbers_of(const fs::path& path) {
         double value = 0;
         const auto [next, code] = std::from_chars(at, end, value);
         if (code != std::errc() || next == at)
-            return error(Code::kInvalidArgument, "'%s': no number at byte %td", path.c_str(),
+            return error(Code::kFormat, "'%s': no number at byte %td", path.c_str(),
                          at - text.data());
         numbers.push_back(value);
         at = next;
@@ -108,7 +106,7 @@ Result<Focal> focal_of(const fs::path& path) {
     SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
     if (n.size() < 6 || !(n.front() > 0) || !(n[n.size() - 1] >= 1) || !(n[n.size() - 2] >= 1))
         return error(
-            Code::kInvalidArgument,
+            Code::kFormat,
             "'%s': %zu numbers, expected a focal length first and height and width last, all > 0",
             path.c_str(), n.size());
     return Focal{n.front() / n[n.size() - 1], n.front() / n[n.size() - 2]};
@@ -117,8 +115,7 @@ Result<Focal> focal_of(const fs::path& path) {
 Result<scene::Mat4> pose_of(const fs::path& path) {
     SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
     if (n.size() != 16)
-        return error(Code::kInvalidArgument, "'%s': %zu numbers, expected 16", path.c_str(),
-                     n.size());
+        return error(Code::kFormat, "'%s': %zu numbers, expected 16", path.c_str(), n.size());
     scene::Mat4 pose;
     std::copy(n.begin(), n.end(), pose.begin());
     SPLAT_TRY(check_pose(pose, path.string()));

@@ -11,8 +11,8 @@ bool is_srn(const std::string& path);
 /// pose/*.txt (16 numbers, row-major camera-to-world, OpenCV axes), rgb/*.png, and optionally
 /// depth/, normal/ and mask/ of the same names. The path may also be the folder of one split.
 ///
-/// Errors   kInvalidArgument, naming folder or file: no objects, images without poses, poses without
-///          images, an object of one view
+/// Errors   naming folder or file: kNotFound without objects; kFormat for images without poses, poses
+///          without images, an object of one view; kInvalidArgument for a folder of several categories
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc);
 
 }  // namespace splat::data

@@ -40,8 +40,7 @@ class Lines {
     }
 
     Status bad(const std::string& problem) const {
-        return error(Code::kInvalidArgument, "COLMAP %s line %zu: %s", what_, number_,
-                     problem.c_str());
+        return error(Code::kFormat, "COLMAP %s line %zu: %s", what_, number_, problem.c_str());
     }
 
   private:
@@ -208,6 +207,12 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
     return set;
 }
 
+Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& options) {
+    const std::string_view head = as_text(cameras).substr(0, sizeof(std::uint64_t));
+    return head.find('\0') != std::string_view::npos ? read_colmap_binary(cameras, images, options)
+                                                     : read_colmap_text(cameras, images, options);
+}
+
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
     for (const char* subfolder : {"", "/sparse/0"})
         for (const char* extension : {".bin", ".txt"}) {
@@ -224,7 +229,7 @@ Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& op
                               "'" + folder + subfolder + "': " + set.status().message());
             return set;
         }
-    return error(Code::kInvalidArgument,
+    return error(Code::kNotFound,
                  "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in sparse/0",
                  folder.c_str());
 }

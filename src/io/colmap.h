@@ -9,15 +9,18 @@ namespace splat::io {
 /// `images`; in the order of `images`. Models PINHOLE and SIMPLE_PINHOLE; SIMPLE_RADIAL, RADIAL and
 /// OPENCV where their distortion is 0 or ignored.
 ///
-/// Errors       kInvalidArgument with line or byte; kUnsupported for other models, distortion, and
+/// Errors       kFormat with line or byte; kUnsupported for other models, distortion, and
 ///              more cameras than the options allow
 /// Source       COLMAP's documentation, "Output Format"
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options = {});
 Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images,
                                      const CameraOptions& options = {});
 
+/// The bytes of either kind: a binary file starts with a count of 8 bytes, of which some are 0.
+Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& options = {});
+
 /// cameras.bin and images.bin of a folder, else cameras.txt and images.txt; else those of its subfolder
-/// sparse/0. Errors: as above; kInvalidArgument if there are none.
+/// sparse/0. Errors: as above and as read_file(); kNotFound if there are none.
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options = {});
 
 }  // namespace splat::io

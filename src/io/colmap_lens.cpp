@@ -39,8 +39,7 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
                   CameraSet& set) {
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
-        return error(Code::kInvalidArgument,
-                     "COLMAP: image '%s' names camera %llu, which does not exist",
+        return error(Code::kFormat, "COLMAP: image '%s' names camera %llu, which does not exist",
                      pose.name.c_str(), static_cast<unsigned long long>(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
         return error(Code::kUnsupported, "COLMAP: more than %llu images",
@@ -48,7 +47,7 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
     const Lens& lens = found->second;
     const std::vector<double>& p = lens.parameters;
     if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
-        return error(Code::kInvalidArgument, "COLMAP: camera %llu of %llu x %llu pixels",
+        return error(Code::kFormat, "COLMAP: camera %llu of %llu x %llu pixels",
                      static_cast<unsigned long long>(pose.camera),
                      static_cast<unsigned long long>(lens.width),
                      static_cast<unsigned long long>(lens.height));
@@ -68,10 +67,10 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
         {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
         {pose.translation[0], pose.translation[1], pose.translation[2]});
     if (!matrix.ok())
-        return error(Code::kInvalidArgument, "COLMAP: image '%s': %s", pose.name.c_str(),
+        return error(Code::kFormat, "COLMAP: image '%s': %s", pose.name.c_str(),
                      matrix.status().message().c_str());
     camera.world_to_camera = matrix.value();
-    SPLAT_TRY(scene::check_camera(camera));
+    SPLAT_TRY(from_file(scene::check_camera(camera)));
     set.cameras.push_back(std::move(camera));
     return {};
 }

@@ -41,7 +41,7 @@ struct Pose {
     double translation[3] = {};
 };
 
-/// Errors: kInvalidArgument for an unknown camera or one that is not valid; kUnsupported for
+/// Errors: kFormat for an unknown camera or one that is not valid; kUnsupported for
 /// distortion.
 Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& options,
                   CameraSet& set);

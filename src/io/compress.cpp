@@ -20,8 +20,8 @@ constexpr int kRawWindow = -MAX_WBITS;
 Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
                    const std::string& what) {
     if (bytes / ratio <= packed.size()) return {};
-    return error(Code::kInvalidArgument, "%s: %llu bytes cannot come from %zu compressed ones",
-                 what.c_str(), static_cast<unsigned long long>(bytes), packed.size());
+    return error(Code::kFormat, "%s: %llu bytes cannot come from %zu compressed ones", what.c_str(),
+                 static_cast<unsigned long long>(bytes), packed.size());
 }
 
 class Inflater {
@@ -119,11 +119,11 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
     Inflater inflater(packed);
     const std::size_t filled = inflater.fill(out);
     if (filled < bytes)
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "%s: the gzip data is damaged or truncated after %zu of %llu bytes",
                      what.c_str(), filled, static_cast<unsigned long long>(bytes));
     if (!inflater.at_end())
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
                      what.c_str(), static_cast<unsigned long long>(bytes));
     return out;
@@ -133,11 +133,11 @@ Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& wh
     Inflater inflater(packed, kRawWindow);
     const std::size_t filled = inflater.fill(out);
     if (filled < out.size())
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "%s: the deflate data is damaged or truncated after %zu of %zu bytes",
                      what.c_str(), filled, out.size());
     if (!inflater.at_end() || inflater.used() != packed.size())
-        return error(Code::kInvalidArgument, "%s: the deflate data does not end after %zu bytes",
+        return error(Code::kFormat, "%s: the deflate data does not end after %zu bytes",
                      what.c_str(), out.size());
     return {};
 }
@@ -153,15 +153,15 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
     const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
     if (promised == ZSTD_CONTENTSIZE_ERROR ||
         (promised != ZSTD_CONTENTSIZE_UNKNOWN && promised != bytes))
-        return error(Code::kInvalidArgument, "%s: not a zstd frame of %llu bytes", what.c_str(),
+        return error(Code::kFormat, "%s: not a zstd frame of %llu bytes", what.c_str(),
                      static_cast<unsigned long long>(bytes));
     Buffer out(bytes);
     const std::size_t got = ZSTD_decompress(out.data(), out.size(), packed.data(), packed.size());
     if (ZSTD_isError(got) != 0)
-        return error(Code::kInvalidArgument, "%s: the zstd data is damaged: %s", what.c_str(),
+        return error(Code::kFormat, "%s: the zstd data is damaged: %s", what.c_str(),
                      ZSTD_getErrorName(got));
     if (got != bytes)
-        return error(Code::kInvalidArgument, "%s: the zstd data holds %zu bytes, expected %llu",
+        return error(Code::kFormat, "%s: the zstd data holds %zu bytes, expected %llu",
                      what.c_str(), got, static_cast<unsigned long long>(bytes));
     return out;
 }

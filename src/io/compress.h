@@ -18,7 +18,7 @@ bool is_gzip(Bytes bytes);
 Buffer gunzip_head(Bytes packed, std::size_t count);
 
 /// All of a gzip stream, which must hold `bytes` bytes; `what` names it in messages. Errors:
-/// kInvalidArgument if it is damaged, truncated or of another length, before any allocation if the packed bytes
+/// kFormat if it is damaged, truncated or of another length, before any allocation if the packed bytes
 /// are too few.
 Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what);
 

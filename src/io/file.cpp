@@ -49,8 +49,7 @@ struct Temporary {
 };
 
 Status failed(const char* doing, const std::string& path) {
-    return error(Code::kInvalidArgument, "cannot %s '%s': %s", doing, path.c_str(),
-                 std::strerror(errno));
+    return system_error(errno, doing, path);
 }
 
 Status write_all(int fd, Bytes bytes, const std::string& path) {
@@ -81,11 +80,10 @@ Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& pa
                                    std::uint64_t max_bytes, struct stat& info) {
     if (file.get() < 0) return failed("open", path);
     if (::fstat(file.get(), &info) != 0) return failed("examine", path);
-    if (!S_ISREG(info.st_mode))
-        return error(Code::kInvalidArgument, "'%s' is not a regular file", path.c_str());
+    if (!S_ISREG(info.st_mode)) return error(Code::kIo, "'%s' is not a regular file", path.c_str());
     const auto size = static_cast<std::uint64_t>(info.st_size);
     if (size > max_bytes)
-        return error(Code::kInvalidArgument, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
+        return error(Code::kUnsupported, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
                      static_cast<unsigned long long>(size),
                      static_cast<unsigned long long>(max_bytes));
     return size;
@@ -102,8 +100,7 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return failed("read", path);
         if (got == 0)
-            return error(Code::kInvalidArgument, "'%s' became shorter while it was read",
-                         path.c_str());
+            return error(Code::kIo, "'%s' became shorter while it was read", path.c_str());
         to = to.subspan(static_cast<std::size_t>(got));
         offset += static_cast<std::uint64_t>(got);
     }
@@ -112,7 +109,7 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
 
 Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
     if (offset <= size && count <= size - offset) return {};
-    return error(Code::kInvalidArgument,
+    return error(Code::kFormat,
                  "%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
                  static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
                  static_cast<unsigned long long>(size));
@@ -138,7 +135,7 @@ class OpenFile {
         if (now.st_size == opened_.st_size && now.st_mtim.tv_sec == opened_.st_mtim.tv_sec &&
             now.st_mtim.tv_nsec == opened_.st_mtim.tv_nsec)
             return {};
-        return error(Code::kInvalidArgument,
+        return error(Code::kIo,
                      "'%s' was written since it was opened; open it again, and let others replace "
                      "it instead of writing into it",
                      path_.c_str());
@@ -204,6 +201,12 @@ class FileSource : public Source {
 };
 
 }  // namespace
+
+Status system_error(int number, const char* doing, const std::string& path) {
+    const bool missing = number == ENOENT || number == ENOTDIR;
+    return error(missing ? Code::kNotFound : Code::kIo, "cannot %s '%s': %s", doing, path.c_str(),
+                 std::strerror(number));
+}
 
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
     const Descriptor file(open_to_read(path));

@@ -12,22 +12,25 @@ namespace splat::io {
 /// Default limit of a file that is read.
 inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{16} << 30;
 
-/// The whole file. Errors: kInvalidArgument if it cannot be opened or read, is not a regular file, is
-/// larger than `max_bytes`, or changes its size while it is read; with path and the system's reason.
+/// What the system's error `number` means: kNotFound if there is no such file or folder, else kIo. The
+/// sentence is "cannot <doing> '<path>': <the system's reason>".
+Status system_error(int number, const char* doing, const std::string& path);
+
+/// The whole file. Errors: kNotFound; kIo if the system refuses, the path is not a regular file, or the
+/// file becomes shorter while it is read; kUnsupported if it is larger than `max_bytes`.
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes = kMaxFileBytes);
 
 /// Replace or create a file. The path holds the old contents or all of the new ones at any time, also
 /// after a crash: the bytes are written to "<path>.<process>-<number>.tmp", flushed to the disk, and
-/// renamed. Errors: kInvalidArgument with path and the system's reason; the old file stays and the
-/// temporary one is removed.
+/// renamed. Errors: as system_error(); the old file stays and the temporary one is removed.
 Status write_file(const std::string& path, Bytes bytes);
 
 /// Write consecutive pieces to one file.
 Status write_file(const std::string& path, std::span<const Bytes> pieces);
 
 /// Create a file that does not exist, in a folder that is renamed once all of its files are written.
-/// Unlike write_file() it does not flush to the disk. Errors: kInvalidArgument with path and the
-/// system's reason; a part of the file may remain.
+/// Unlike write_file() it does not flush to the disk. Errors: as system_error(); a part of the file may
+/// remain.
 Status write_new_file(const std::string& path, Bytes bytes);
 
 /// A file mapped into memory. Writes of other processes are visible, and reading what they truncated ends this
@@ -41,7 +44,7 @@ class MappedFile {
 
     [[nodiscard]] virtual Bytes bytes() const = 0;
 
-    /// Errors: kInvalidArgument if the file has been written since it was opened. A file replaced under
+    /// Errors: kIo if the file has been written since it was opened. A file replaced under
     /// its name, as write_file() does, stays valid.
     [[nodiscard]] virtual Status unchanged() const = 0;
 };
@@ -56,8 +59,8 @@ class Source {
 
     [[nodiscard]] virtual std::uint64_t size() const = 0;
 
-    /// Fill `to` with the bytes from `offset` on. Errors: kInvalidArgument if some are missing
-    /// or cannot be read; `to` is then undefined. Thread-safe.
+    /// Fill `to` with the bytes from `offset` on. Errors: kFormat beyond size(),
+    /// kIo if they cannot be read; `to` is then undefined. Thread-safe.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 
     /// nullptr if it is not a file, may not be mapped, or the system cannot map it. May outlive the source.

@@ -153,8 +153,8 @@ Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
                      static_cast<unsigned long long>(options.max_samples));
     // One bit per pixel before packing: the image may have been expanded.
     if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
-        return error(Code::kInvalidArgument, "png: %u x %u pixels cannot come from %zu bytes",
-                     image.width, image.height, file.size());
+        return error(Code::kFormat, "png: %u x %u pixels cannot come from %zu bytes", image.width,
+                     image.height, file.size());
     return {};
 }
 
@@ -179,16 +179,17 @@ Status check_image(const Image& image) {
 Result<Image> read_png(Bytes file, const ImageOptions& options) {
     if (file.size() < kSignatureBytes ||
         png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, kSignatureBytes) != 0)
-        return error(Code::kInvalidArgument, "png: the file does not start like a PNG file");
+        return error(Code::kFormat, "png: the file does not start like a PNG file");
     PngReader reader(file);
     Image image;
     if (!reader.read_header(image, options))
-        return error(Code::kInvalidArgument, "png: %s", reader.state.message);
+        return error(Code::kFormat, "png: %s", reader.state.message);
     SPLAT_TRY(check_room(image, file, options));
+    if (options.header_only) return image;
     const std::size_t row_bytes = row_bytes_of(image);
     Buffer rows(row_bytes * image.height);
     if (!reader.read_rows(rows.data(), row_bytes, image.height))
-        return error(Code::kInvalidArgument, "png: %s", reader.state.message);
+        return error(Code::kFormat, "png: %s", reader.state.message);
     image.samples.resize(std::size_t{image.width} * image.height * image.channels);
     for (std::size_t i = 0; i < image.samples.size(); ++i)
         image.samples[i] = image.bits == 16

@@ -14,18 +14,20 @@ struct Image {
     std::uint32_t channels = 0;          ///< 1 gray, 2 gray + alpha, 3 RGB, 4 RGB + alpha
     std::uint32_t bits = 8;              ///< 8 or 16
     std::vector<std::uint16_t> samples;  ///< [height,width,channels], 0 to 2^bits - 1
+    double focal = 0;                    ///< pixels, of a photograph's Exif data; 0: not known
 };
 
 struct ImageOptions {
     std::uint32_t max_side = 16384;  ///< pixels; larger images are refused
     std::uint64_t max_samples = std::uint64_t{1} << 30;
-    bool upright = false;  ///< turn JPEG files by their Exif orientation
+    bool upright = false;      ///< turn JPEG files by their Exif orientation
+    bool header_only = false;  ///< leave the samples empty, and what follows the header unread
 };
 
 /// A PNG file of any colour type and depth: palettes become RGB, fewer than 8 bits become 8, a
 /// transparent colour becomes alpha. Values are as stored: no gamma, no colour profile.
 ///
-/// Errors       kInvalidArgument if it is not a PNG, damaged (libpng's sentence) or truncated;
+/// Errors       kFormat if it is not a PNG, damaged (libpng's sentence) or truncated;
 ///              kUnsupported above the limits
 Result<Image> read_png(Bytes file, const ImageOptions& options = {});
 

@@ -23,7 +23,7 @@ struct NpyHeader {
     std::size_t start = 0;  ///< of the numbers
 };
 
-/// Of version 1 to 3. Errors: kInvalidArgument if it is damaged or truncated; kUnsupported for
+/// Of version 1 to 3. Errors: kFormat if it is damaged or truncated; kUnsupported for
 /// structured types and for column-major arrays.
 Result<NpyHeader> read_npy_header(Bytes file);
 
@@ -32,7 +32,7 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
 
 /// A .npy file of version 1 to 3 of dtype f4 of either byte order, or f8, which is rounded.
 ///
-/// Errors       kInvalidArgument if it is damaged, truncated or longer than its shape; kUnsupported
+/// Errors       kFormat if it is damaged, truncated or longer than its shape; kUnsupported
 ///              for other types and for column-major arrays
 /// Source       NumPy's documentation, numpy.lib.format
 Result<FloatArray> read_npy(Bytes file);

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "io/npy.h"
+#include "io/reader.h"
 #include "io/zip.h"
 
 namespace splat::io {
@@ -35,11 +36,11 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     tensor.type = *type;
     for (const std::uint64_t dim : header.shape)
         tensor.dims.push_back(dim <= INT64_MAX ? static_cast<std::int64_t>(dim) : -1);
-    SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, name));
+    SPLAT_ASSIGN(const std::uint64_t count, from_file(count_elements(tensor.dims, name)));
     const Bytes data = file.subspan(header.start);
     if (data.size() != count * type_bytes(*type))
-        return error(Code::kInvalidArgument, "%zu bytes of data, its shape %s of %s needs %llu",
-                     data.size(), dims_text(tensor.dims).c_str(), type_name(*type),
+        return error(Code::kFormat, "%zu bytes of data, its shape %s of %s needs %llu", data.size(),
+                     dims_text(tensor.dims).c_str(), type_name(*type),
                      static_cast<unsigned long long>(count * type_bytes(*type)));
     SPLAT_TRY(budget.take(count, sizeof(float), name));
     tensor.values.own().resize(count);
@@ -71,7 +72,7 @@ Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits) {
         }
         auto tensor = read_member(bytes, header.value(), name, budget);
         if (!tensor.ok()) return with_name(tensor.status(), name);
-        SPLAT_TRY(result.tensors.add(std::move(tensor.value())));
+        SPLAT_TRY(from_file(result.tensors.add(std::move(tensor.value()))));
     }
     return result;
 }

@@ -13,7 +13,7 @@ struct NpzFile {
 /// A .npz file, stored or deflated: an archive of .npy arrays, named after its members. Texts are
 /// ignored.
 ///
-/// Errors       kInvalidArgument if it is damaged or asks for more than the limits allow;
+/// Errors       kFormat if it is damaged or asks for more than the limits allow;
 ///              kUnsupported for complex numbers, column-major arrays and members that are not arrays
 /// Source       NumPy's documentation, numpy.lib.format and numpy.savez
 Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits = {});

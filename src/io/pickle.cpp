@@ -91,7 +91,7 @@ class Unpickler {
 
   private:
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kInvalidArgument, "pickle: byte %zu: %s", at_, problem.c_str());
+        return error(Code::kFormat, "pickle: byte %zu: %s", at_, problem.c_str());
     }
 
     std::uint32_t node(PickleNode value) {
@@ -469,8 +469,7 @@ class Unpickler {
 
 Result<Pickle> Pickle::read(Buffer bytes) {
     if (bytes.size() > kMaxBytes)
-        return error(Code::kInvalidArgument, "pickle: %zu bytes, the limit is %zu", bytes.size(),
-                     kMaxBytes);
+        return error(Code::kFormat, "pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
     Pickle pickle;
     pickle.bytes_ = std::move(bytes);
     SPLAT_TRY(Unpickler(pickle).run());

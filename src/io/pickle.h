@@ -44,7 +44,7 @@ class Pickle {
     /// (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name, called or
     /// not, as is every opcode that a state dict does not need.
     ///
-    /// Errors       kUnsupported with the global or the opcode; kInvalidArgument with the byte, for
+    /// Errors       kUnsupported with the global or the opcode; kFormat with the byte, for
     ///              a pickle that is damaged or exceeds kMaxBytes, kMaxNodes or kMaxMarks
     /// Source       Python's pickletools.py, which describes the opcodes
     static Result<Pickle> read(Buffer bytes);

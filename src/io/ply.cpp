@@ -39,7 +39,7 @@ class VertexReader {
                 file_degree_ = degree;
                 return {};
             }
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "ply: %zu properties f_rest_*, expected 0, 9, 24 or 45 (SH degree 0 to 3)",
                      count);
     }
@@ -81,7 +81,7 @@ class VertexReader {
         const auto column = vertex_.find(name);
         if (!column || vertex_.properties[*column].list_count)
             return error(
-                Code::kInvalidArgument,
+                Code::kFormat,
                 "ply: element 'vertex' has no number '%s'; expected the properties of a 3DGS "
                 "file: x y z f_dc_0..2 opacity scale_0..2 rot_0..3. Is it a mesh or a point "
                 "cloud?",
@@ -166,7 +166,7 @@ Result<bool> is_plain_ply(Bytes file) {
 Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     if (header.find("vertex") == nullptr)
-        return error(Code::kInvalidArgument, "ply: there is no element 'vertex'");
+        return error(Code::kFormat, "ply: there is no element 'vertex'");
     PlyRows rows(header, file);
     Gaussians gaussians;
     LoadReport report;

@@ -13,7 +13,7 @@ Result<bool> is_plain_ply(Bytes file);
 /// ignored, and so is any other property or element, which the report names. Bands above kMaxShDegree
 /// are dropped and reported.
 ///
-/// Errors       kInvalidArgument with line, byte or property; kUnsupported for a count above the limit
+/// Errors       kFormat with line, byte or property; kUnsupported for a count above the limit
 /// Precision    exact: float32 values keep their bits, except rotations that are not of length 1
 /// Source       Kerbl et al. 2023: the files of the authors' program
 Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options = {});

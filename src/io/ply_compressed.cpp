@@ -39,7 +39,7 @@ struct Packed {
 Result<std::size_t> column_of(const PlyElement& element, const std::string& name) {
     const auto column = element.find(name);
     if (column && !element.properties[*column].list_count) return *column;
-    return error(Code::kInvalidArgument, "compressed ply: element '%s' has no number '%s'",
+    return error(Code::kFormat, "compressed ply: element '%s' has no number '%s'",
                  element.name.c_str(), name.c_str());
 }
 
@@ -62,8 +62,7 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
         SPLAT_ASSIGN(columns[i], column_of(element, kWords[i]));
         if (element.properties[columns[i]].type != PlyType::kU32)
-            return error(Code::kInvalidArgument, "compressed ply: '%s' is not of type uint",
-                         kWords[i]);
+            return error(Code::kFormat, "compressed ply: '%s' is not of type uint", kWords[i]);
     }
     SPLAT_TRY(rows.need(element));
     packed.words.resize(element.count);
@@ -77,7 +76,7 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed) {
 Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed) {
     const std::size_t each = element.properties.size();
     if (each != 9 && each != 24 && each != 45)
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45", each);
     std::vector<std::size_t> columns(each);
     for (std::size_t i = 0; i < each; ++i) {
@@ -96,12 +95,11 @@ Status check_complete(const Packed& packed) {
     const std::size_t count = packed.words.size();
     const std::size_t chunks = static_cast<std::size_t>(ceil_div(count, kChunkSize));
     if (packed.chunks.size() < chunks)
-        return error(Code::kInvalidArgument,
-                     "compressed ply: %zu chunks for %zu Gaussians, expected %zu",
+        return error(Code::kFormat, "compressed ply: %zu chunks for %zu Gaussians, expected %zu",
                      packed.chunks.size(), count, chunks);
     if (packed.rest_each != 0 && packed.rest.size() != count * packed.rest_each)
         return error(
-            Code::kInvalidArgument,
+            Code::kFormat,
             "compressed ply: element 'sh' has %zu rows, expected one for each of %zu Gaussians",
             packed.rest.size() / packed.rest_each, count);
     return {};
@@ -193,7 +191,7 @@ Result<bool> is_compressed_ply(Bytes file) {
 Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     if (!has_packed_chunks(header))
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
     SPLAT_TRY(check_count(header.find("vertex")->count, options, "compressed ply"));
     PlyRows rows(header, file);

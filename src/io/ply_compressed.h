@@ -15,7 +15,7 @@ Result<bool> is_compressed_ply(Bytes file);
 /// the ranges of position, log scale and (if present) colour, one 32-bit word for each attribute of
 /// a Gaussian, and an optional element "sh" with bands in bytes.
 ///
-/// Errors       as read_ply(); kInvalidArgument if there are fewer chunks than the Gaussians need
+/// Errors       as read_ply(); kFormat if there are fewer chunks than the Gaussians need
 /// Precision    of the format: position 1/2046 of the range of the chunk (y: 1/1022), log scale the
 ///              same, rotation 0.7/1023 per component, opacity and colour 1/510, bands 1/64
 /// Source       PlayCanvas, "compressed PLY" of playcanvas/splat-transform

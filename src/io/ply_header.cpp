@@ -65,8 +65,7 @@ class HeaderParser {
 
   private:
     Status bad(const std::string& problem) const {
-        return error(Code::kInvalidArgument, "ply: header line %zu: %s", header_.lines,
-                     problem.c_str());
+        return error(Code::kFormat, "ply: header line %zu: %s", header_.lines, problem.c_str());
     }
 
     Result<Words> next_line() {
@@ -174,7 +173,7 @@ bool is_ply(Bytes file) {
 }
 
 Result<PlyHeader> parse_ply_header(Bytes file) {
-    if (!is_ply(file)) return error(Code::kInvalidArgument, "ply: the first line is not 'ply'");
+    if (!is_ply(file)) return error(Code::kFormat, "ply: the first line is not 'ply'");
     const std::string_view text = as_text(file);
     const std::size_t first = text.find('\n') + 1;
     auto parsed = HeaderParser(text.substr(first)).parse();

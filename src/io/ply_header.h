@@ -41,7 +41,7 @@ struct PlyHeader {
 /// The file starts with the line "ply".
 bool is_ply(Bytes file);
 
-/// Lines end in LF or CR LF. Errors: kInvalidArgument with the line and what was expected;
+/// Lines end in LF or CR LF. Errors: kFormat with the line and what was expected;
 /// kUnsupported above 1 MiB of header.
 Result<PlyHeader> parse_ply_header(Bytes file);
 

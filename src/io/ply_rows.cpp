@@ -45,7 +45,7 @@ Status PlyRows::need(const PlyElement& element) const {
         return reader_.need(element.count, each, element.name.c_str());
     const auto bytes = checked_mul(element.count, each);
     if (bytes && *bytes <= text_.size() + 1) return {};  // the last line may lack its end
-    return error(Code::kInvalidArgument,
+    return error(Code::kFormat,
                  "ply data: %llu rows of '%s' need %llu bytes each, but %zu bytes are left at line "
                  "%zu; the file is truncated or its header is damaged",
                  static_cast<unsigned long long>(element.count), element.name.c_str(),
@@ -75,7 +75,7 @@ Status PlyRows::read_binary(const PlyProperty& property, double& value) {
     if (!property.list_count) return read_number(property.type, property.name, value);
     SPLAT_TRY(read_number(*property.list_count, property.name, value));
     if (value < 0)
-        return error(Code::kInvalidArgument, "ply data: list '%s' before byte %zu has length %.0f",
+        return error(Code::kFormat, "ply data: list '%s' before byte %zu has length %.0f",
                      property.name.c_str(), reader_.position(), value);
     const auto bytes = static_cast<std::uint64_t>(value) * ply_type_bytes(property.type);
     SPLAT_ASSIGN([[maybe_unused]] const Bytes items, reader_.take(bytes, property.name.c_str()));
@@ -120,8 +120,8 @@ Status PlyRows::read_word(const std::string& name, double& value) {
     const char* const end = word.data() + word.size();
     const auto [stop, failed] = std::from_chars(word.data(), end, value);
     if (failed == std::errc::invalid_argument || stop != end)
-        return error(Code::kInvalidArgument, "ply data: line %zu: '%s' is '%s', expected a number",
-                     line_, name.c_str(), std::string(word.substr(0, 40)).c_str());
+        return error(Code::kFormat, "ply data: line %zu: '%s' is '%s', expected a number", line_,
+                     name.c_str(), std::string(word.substr(0, 40)).c_str());
     if (failed == std::errc::result_out_of_range) {
         const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
         value = tiny ? 0 : std::numeric_limits<double>::infinity();
@@ -134,7 +134,7 @@ Status PlyRows::read_ascii(const PlyProperty& property, double& value) {
     SPLAT_TRY(read_word(property.name, value));
     if (!property.list_count) return {};
     if (!(value >= 0 && value <= static_cast<double>(text_.size())))
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "ply data: line %zu: list '%s' of length %g, but %zu bytes are left", line_,
                      property.name.c_str(), value, text_.size());
     double item = 0;

@@ -16,10 +16,10 @@ class PlyRows {
     using Row = std::function<void(std::size_t, const std::vector<double>&)>;
 
     /// Checks that the rows of an element fit into the bytes left. Call it before allocating memory for
-    /// them. Errors: kInvalidArgument.
+    /// them. Errors: kFormat.
     Status need(const PlyElement& element) const;
 
-    /// Errors: kInvalidArgument with element, property and byte or line, if a value is missing or is
+    /// Errors: kFormat with element, property and byte or line, if a value is missing or is
     /// not a number.
     Status read(const PlyElement& element, const Row& row);
 

@@ -4,6 +4,7 @@
 
 #include "core/checked_math.h"
 #include "io/pickle.h"
+#include "io/reader.h"
 #include "io/zip.h"
 
 namespace splat::io {
@@ -16,7 +17,7 @@ constexpr std::string_view kLegacyMagic("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x
                                         14);
 
 Status bad_pth(const std::string& problem) {
-    return error(Code::kInvalidArgument, "pth: %s", problem.c_str());
+    return error(Code::kFormat, "pth: %s", problem.c_str());
 }
 
 /// A tensor's place in its storage.
@@ -153,7 +154,7 @@ class PthReader {
         view.offset = static_cast<std::uint64_t>(offset.integer);
         SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
         SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
-        SPLAT_ASSIGN(view.count, count_elements(view.dims, name));
+        SPLAT_ASSIGN(view.count, from_file(count_elements(view.dims, name)));
         if (view.dims.size() != view.strides.size())
             return bad_pth(format("'%s' has %zu dimensions and %zu strides", name.c_str(),
                                   view.dims.size(), view.strides.size()));
@@ -259,7 +260,7 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
             return bad_pth("'" + name + "' is " + kind_name(value.kind) +
                            ", expected a tensor; there is no 'model_state_dict' or 'state_dict'");
         SPLAT_ASSIGN(NamedTensor tensor, reader.tensor(value, name));
-        SPLAT_TRY(tensors.add(std::move(tensor)));
+        SPLAT_TRY(from_file(tensors.add(std::move(tensor))));
     }
     return tensors;
 }

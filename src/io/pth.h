@@ -25,7 +25,7 @@ struct PthFile {
 /// Tensors of any strides become row-major (convolutions in channels_last order). The device tag of a
 /// storage is ignored. No code of the pickle is run, see pickle.h.
 ///
-/// Errors       kInvalidArgument if the file is damaged, is not a state dict, or asks for more than the
+/// Errors       kFormat if the file is damaged, is not a state dict, or asks for more than the
 ///              limits allow; kUnsupported for the format before 1.6, big-endian files, and pickles
 ///              of anything other than weights
 Result<PthFile> read_pth(const Source& source, const ReadLimits& limits = {});
@@ -53,7 +53,7 @@ struct AdamState {
 };
 
 /// The 'optimizer_state_dict' of such a file, of torch.optim.Adam. Errors: as read_pth(), and
-/// kInvalidArgument if there is none.
+/// kFormat if there is none.
 Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits = {});
 
 /// Whether an archive with these files was written by torch.save().

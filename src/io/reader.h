@@ -9,6 +9,19 @@
 
 namespace splat::io {
 
+/// A check of values that came from a file, with the error kFormat instead of kInvalidArgument.
+inline Status from_file(const Status& checked) {
+    return checked.code() == Code::kInvalidArgument ? Status(Code::kFormat, checked.message())
+                                                    : checked;
+}
+
+/// The same of a value and its check.
+template <class T>
+Result<T> from_file(Result<T> checked) {
+    if (checked.ok()) return checked;
+    return from_file(checked.status());
+}
+
 /// A cursor over untrusted bytes. All parsers read through it, so that every offset and count of a file
 /// is compared with the available bytes before use.
 class Reader {
@@ -21,7 +34,7 @@ class Reader {
     [[nodiscard]] std::size_t left() const { return bytes_.size() - position_; }
     [[nodiscard]] const std::string& what() const { return what_; }
 
-    /// Advances over the next `count` bytes and returns them. Errors: kInvalidArgument with the field, the
+    /// Advances over the next `count` bytes and returns them. Errors: kFormat with the field, the
     /// position, what it needs and what is left.
     Result<Bytes> take(std::uint64_t count, const char* field) {
         SPLAT_TRY(need(count, 1, field));
@@ -43,7 +56,7 @@ class Reader {
     Status need(std::uint64_t count, std::uint64_t each, const char* field) const {
         const auto bytes = checked_mul(count, each);
         if (bytes && *bytes <= left()) return {};
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
                      "truncated or its header is damaged",
                      what_.c_str(), field, position_, static_cast<unsigned long long>(count),

@@ -9,6 +9,7 @@
 #include "core/json.h"
 #include "core/json_writer.h"
 #include "core/parallel.h"
+#include "io/reader.h"
 
 namespace splat::io {
 namespace {
@@ -27,7 +28,7 @@ constexpr std::pair<std::string_view, NumberType> kTypes[] = {
     {"BOOL", NumberType::kBool}};
 
 Status bad_safetensors(const std::string& problem) {
-    return error(Code::kInvalidArgument, "safetensors: %s", problem.c_str());
+    return error(Code::kFormat, "safetensors: %s", problem.c_str());
 }
 
 /// A tensor as the header describes it.
@@ -121,7 +122,7 @@ Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
         if (!row.type || !row.has_shape || row.offsets.size() != 2)
             return bad_safetensors("'" + row.name +
                                    "' lacks its dtype, its shape or its two data_offsets");
-        SPLAT_ASSIGN(row.count, count_elements(row.shape, "safetensors: " + row.name));
+        SPLAT_ASSIGN(row.count, from_file(count_elements(row.shape, "safetensors: " + row.name)));
         const std::int64_t bytes = row.offsets[1] - row.offsets[0];
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
             return bad_safetensors(format("'%s' of shape %s and type %s has %lld bytes",
@@ -185,7 +186,7 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
     Buffer text(size);
     SPLAT_TRY(source.read(kSizeBytes, text));
     HeaderReader header(limits.max_tensors);
-    SPLAT_TRY(visit_json(as_text(text), "safetensors: the header", std::ref(header)));
+    SPLAT_TRY(from_file(visit_json(as_text(text), "safetensors: the header", std::ref(header))));
     const std::uint64_t start = kSizeBytes + size;
     SPLAT_TRY(check_rows(header.rows, source.size() - start));
     Budget budget(limits.allowed(source.size()));
@@ -214,7 +215,7 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits&
         const Row& row = header.rows[to_read[i]];
         return read_row(source, at(row), row, tensors[to_read[i]]);
     }));
-    for (NamedTensor& tensor : tensors) SPLAT_TRY(file.tensors.add(std::move(tensor)));
+    for (NamedTensor& tensor : tensors) SPLAT_TRY(from_file(file.tensors.add(std::move(tensor))));
     return file;
 }
 
@@ -230,7 +231,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::uint64_t end = 0;
     for (const NamedTensor& tensor : tensors) {
         if (tensor.name == kMetadata)
-            return bad_safetensors("no tensor may be named '__metadata__'");
+            return error(Code::kInvalidArgument,
+                         "safetensors: no tensor may be named '__metadata__'");
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
         json.key(tensor.name).begin_object().member("dtype", half ? "F16" : "F32");
@@ -240,8 +242,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::string header = json.end().text();
     header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
     if (header.size() > kMaxJsonBytes)
-        return bad_safetensors(
-            format("a header of %zu bytes, the limit is %zu", header.size(), kMaxJsonBytes));
+        return error(Code::kInvalidArgument, "safetensors: a header of %zu bytes, the limit is %zu",
+                     header.size(), kMaxJsonBytes);
     FilePieces file;
     Buffer start;
     put(start, std::uint64_t{header.size()});

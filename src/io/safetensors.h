@@ -17,7 +17,7 @@ struct SafetensorsFile {
 
 /// A .safetensors file: 8 bytes of header size, a header of JSON, the tensors without gaps.
 ///
-/// Errors       kInvalidArgument if it is damaged: a header beyond kMaxJsonBytes or the file, unknown
+/// Errors       kFormat if it is damaged: a header beyond kMaxJsonBytes or the file, unknown
 ///              or missing keys, names given twice, offsets that overlap, leave a gap or do not fit
 ///              the shape; kUnsupported for types that NumberType lacks
 /// Source       the format's README, https://github.com/huggingface/safetensors

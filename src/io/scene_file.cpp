@@ -91,12 +91,11 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
     for (const SceneFormat& format : kFormats) {
         if (extension != format.extension) continue;
         if (format.detect == nullptr) return &format;
-        return error(Code::kInvalidArgument,
-                     "'%s' is not a %s file: its first bytes differ; expected %s", name.c_str(),
-                     format.extension, format.mark);
+        return error(Code::kFormat, "'%s' is not a %s file: its first bytes differ; expected %s",
+                     name.c_str(), format.extension, format.mark);
     }
-    return error(Code::kInvalidArgument, "'%s' is not a scene of a known format; expected %s",
-                 name.c_str(), extension_list(false).c_str());
+    return error(Code::kFormat, "'%s' is not a scene of a known format; expected %s", name.c_str(),
+                 extension_list(false).c_str());
 }
 
 Result<const SceneFormat*> written_scene_format(const std::string& name) {
@@ -115,8 +114,8 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
         // A format without a mark may begin with any bytes, another one's mark included.
         const auto marked = marked_format(file);
         if (marked.ok() && marked.value() != nullptr && marked.value() != format)
-            return error(Code::kInvalidArgument, "'%s' is of the format %s, expected %s",
-                         name.c_str(), marked.value()->name, format->name);
+            return error(Code::kFormat, "'%s' is of the format %s, expected %s", name.c_str(),
+                         marked.value()->name, format->name);
     }
     auto loaded = format->read(file, options);
     if (!loaded.ok()) return with_name(loaded.status(), name);

@@ -28,14 +28,14 @@ std::span<const SceneFormat> scene_formats();
 
 /// By the first bytes; by the extension of `name` where no format's mark fits.
 /// Errors: kUnsupported for a format that is known but not read, such as .ksplat, .sog and .glb;
-/// kInvalidArgument for anything else, with the formats that are read.
+/// kFormat for anything else, with the formats that are read.
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name);
 
 /// The format in which a file of this name is written, by its extension. Errors: kUnsupported.
 Result<const SceneFormat*> written_scene_format(const std::string& name);
 
 /// Reads a file of `format`, or of the format that is detected if it is null; `name` is used in
-/// messages. Errors: as detect_scene_format() and the readers; kInvalidArgument naming both formats if
+/// messages. Errors: as detect_scene_format() and the readers; kFormat naming both formats if
 /// the first bytes are the mark of another one.
 Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options = {},
                                const SceneFormat* format = nullptr);

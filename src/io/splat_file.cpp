@@ -46,7 +46,7 @@ Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
     const std::size_t count = file.size() / kBytesEach;
     if (file.size() % kBytesEach != 0)
         return error(
-            Code::kInvalidArgument,
+            Code::kFormat,
             "splat: %zu bytes, expected a multiple of 32; %zu bytes follow Gaussian %zu. The "
             "file is truncated or of another format",
             file.size(), file.size() % kBytesEach, count);

@@ -8,7 +8,7 @@ namespace splat::io {
 /// linear scale as 6 x float32, then 8 bytes: R G B opacity / 255, and w x y z = (byte - 128) / 128.
 /// The usual frame is that of .ply. Opacities 0 and 1 become logits of -/+ kMaxOpacityLogit.
 ///
-/// Errors       kInvalidArgument if the length is not a multiple of 32; kUnsupported above the limit
+/// Errors       kFormat if the length is not a multiple of 32; kUnsupported above the limit
 /// Source       antimatter15/splat, whose README describes the layout
 Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options = {});
 

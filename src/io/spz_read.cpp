@@ -26,8 +26,7 @@ Result<Header> read_header(Reader& reader) {
     Header header;
     std::uint32_t magic = 0;
     SPLAT_TRY(reader.read(magic, "magic"));
-    if (magic != kSpzMagic)
-        return error(Code::kInvalidArgument, "spz: the file does not start with 'NGSP'");
+    if (magic != kSpzMagic) return error(Code::kFormat, "spz: the file does not start with 'NGSP'");
     SPLAT_TRY(reader.read(header.version, "version"));
     SPLAT_TRY(reader.read(header.count, "count"));
     SPLAT_TRY(reader.read(header.degree, "SH degree"));
@@ -37,11 +36,11 @@ Result<Header> read_header(Reader& reader) {
     if (header.version < 1 || header.version > 4)
         return error(Code::kUnsupported, "spz: version %u, expected 1 to 4", header.version);
     if (header.degree > kMaxDegree)
-        return error(Code::kInvalidArgument, "spz: SH degree %u, expected 0 to %u", header.degree,
+        return error(Code::kFormat, "spz: SH degree %u, expected 0 to %u", header.degree,
                      kMaxDegree);
     if (header.fraction_bits > kMaxFractionBits)
-        return error(Code::kInvalidArgument, "spz: %u fraction bits, expected 0 to %u",
-                     header.fraction_bits, kMaxFractionBits);
+        return error(Code::kFormat, "spz: %u fraction bits, expected 0 to %u", header.fraction_bits,
+                     kMaxFractionBits);
     if (header.version < 4 && (header.flags & kExtensions) != 0)
         return error(Code::kUnsupported, "spz: a version %u file with extensions", header.version);
     return header;
@@ -54,7 +53,7 @@ Result<Arrays> split_arrays(Reader& reader, const Header& header) {
         SPLAT_ASSIGN(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
     }
     if (reader.left() != 0)
-        return error(Code::kInvalidArgument, "spz: %zu bytes after the last array", reader.left());
+        return error(Code::kFormat, "spz: %zu bytes after the last array", reader.left());
     return arrays;
 }
 
@@ -79,15 +78,14 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header) {
 Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& report) {
     const std::size_t needed = header.degree == 0 ? kSh : kArrays;
     if (header.streams < needed)
-        return error(Code::kInvalidArgument, "spz: %u streams, expected %zu", header.streams,
-                     needed);
+        return error(Code::kFormat, "spz: %u streams, expected %zu", header.streams, needed);
     Reader reader(file, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
     std::uint32_t table = 0;
     SPLAT_TRY(reader.read(table, "table offset"));
     SPLAT_TRY(reader.take(kHeader4Bytes - kHeaderBytes - sizeof table, "header").status());
     if (table < kHeader4Bytes)
-        return error(Code::kInvalidArgument, "spz: table at byte %u, expected %zu or more", table,
+        return error(Code::kFormat, "spz: table at byte %u, expected %zu or more", table,
                      kHeader4Bytes);
     if (table > kHeader4Bytes) report.ignored.emplace_back("extensions");
     SPLAT_TRY(reader.take(table - kHeader4Bytes, "extensions").status());
@@ -99,8 +97,8 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& repo
         const auto packed = number<std::uint64_t>(rows.data() + i * 16);
         const auto bytes = number<std::uint64_t>(rows.data() + i * 16 + 8);
         if (bytes != std::uint64_t{header.count} * each[i])
-            return error(Code::kInvalidArgument, "spz: stream %zu of %llu bytes, expected %u x %zu",
-                         i, static_cast<unsigned long long>(bytes), header.count, each[i]);
+            return error(Code::kFormat, "spz: stream %zu of %llu bytes, expected %u x %zu", i,
+                         static_cast<unsigned long long>(bytes), header.count, each[i]);
         SPLAT_ASSIGN(const Bytes stream, reader.take(packed, "stream"));
         SPLAT_ASSIGN(Buffer unpacked, unzstd(stream, bytes, "spz stream " + std::to_string(i)));
         arrays.memory.push_back(std::move(unpacked));
@@ -211,7 +209,7 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
     Reader reader(is_gzip(file) ? Bytes(head) : file, "spz");
     SPLAT_ASSIGN(const Header header, read_header(reader));
     if (is_gzip(file) && header.version >= 4)
-        return error(Code::kInvalidArgument, "spz: version 4 inside gzip, expected zstd streams");
+        return error(Code::kFormat, "spz: version 4 inside gzip, expected zstd streams");
     SPLAT_TRY(check_count(header.count, options, "spz"));
     LoadReport report;
     report.version = header.version;

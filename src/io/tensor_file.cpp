@@ -23,18 +23,6 @@ constexpr TypeRow kTypes[] = {{"float32", 4}, {"float64", 8}, {"float16", 2}, {"
 
 constexpr std::uint32_t kSignBit = 0x8000'0000U;
 
-float float_from_half(std::uint16_t half) {
-    const std::uint32_t sign = (half & 0x8000U) << 16U;
-    const std::uint32_t exponent = (half >> 10U) & 0x1FU;
-    const std::uint32_t fraction = half & 0x3FFU;
-    if (exponent == 0) {  // fraction * 2^-24
-        const float size = std::ldexp(static_cast<float>(fraction), -24);
-        return sign != 0 ? -size : size;
-    }
-    const std::uint32_t wide = exponent == 31 ? 0xFFU : exponent + 112;
-    return std::bit_cast<float>(sign | wide << 23U | fraction << 13U);
-}
-
 template <class From>
 void convert(Bytes bytes, float* values, std::endian order) {
     const std::size_t count = bytes.size() / sizeof(From);
@@ -71,7 +59,7 @@ void to_floats(NumberType type, Bytes bytes, float* values, std::endian order) {
             convert<double>(bytes, values, order);
             break;
         case NumberType::kF16:
-            convert16(bytes, values, order, float_from_half);
+            convert16(bytes, values, order, from_half);
             break;
         case NumberType::kBf16:
             convert16(bytes, values, order, [](std::uint16_t high) {
@@ -98,6 +86,18 @@ void to_floats(NumberType type, Bytes bytes, float* values, std::endian order) {
                 values[i] = bytes[i] != std::byte{0} ? 1.0F : 0.0F;
             break;
     }
+}
+
+float from_half(std::uint16_t half) {
+    const std::uint32_t sign = (half & 0x8000U) << 16U;
+    const std::uint32_t exponent = (half >> 10U) & 0x1FU;
+    const std::uint32_t fraction = half & 0x3FFU;
+    if (exponent == 0) {  // fraction * 2^-24
+        const float size = std::ldexp(static_cast<float>(fraction), -24);
+        return sign != 0 ? -size : size;
+    }
+    const std::uint32_t wide = exponent == 31 ? 0xFFU : exponent + 112;
+    return std::bit_cast<float>(sign | wide << 23U | fraction << 13U);
 }
 
 std::uint16_t to_half(float value) {
@@ -218,7 +218,7 @@ std::uint64_t ReadLimits::allowed(std::uint64_t file_bytes) const {
 Status Budget::take(std::uint64_t count, std::uint64_t each, const std::string& what) {
     const auto bytes = checked_mul(count, each);
     if (!bytes || *bytes > left_)
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "%s: %llu x %llu bytes are too many for the size of the file; it is damaged",
                      what.c_str(), static_cast<unsigned long long>(count),
                      static_cast<unsigned long long>(each));

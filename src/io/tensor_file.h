@@ -30,6 +30,9 @@ void to_floats(NumberType type, Bytes bytes, float* values,
 /// The nearest number of type float16, ties to even; beyond 65519 infinity.
 std::uint16_t to_half(float value);
 
+/// The number of a float16, exactly.
+float from_half(std::uint16_t half);
+
 /// The numbers of a tensor, in its own memory or in a mapped file, which copies share.
 class TensorValues {
   public:
@@ -135,7 +138,7 @@ class Budget {
   public:
     explicit Budget(std::uint64_t bytes) : left_(bytes) {}
 
-    /// Errors: kInvalidArgument, naming `what`, if fewer are left.
+    /// Errors: kFormat, naming `what`, if fewer are left.
     Status take(std::uint64_t count, std::uint64_t each, const std::string& what);
 
   private:

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 
-#include "core/json.h"
 #include "core/json_tree.h"
+#include "core/json_writer.h"
+#include "io/reader.h"
 #include "scene/camera_pose.h"
 
 namespace splat::io {
@@ -20,7 +22,7 @@ class Frame {
         : file_(file), frame_(frame), index_(index) {}
 
     Status bad(const std::string& problem) const {
-        return error(Code::kInvalidArgument, "frame %zu: %s", index_, problem.c_str());
+        return error(Code::kFormat, "frame %zu: %s", index_, problem.c_str());
     }
 
     /// The number of this key in the frame, else in the file, else nothing.
@@ -111,21 +113,14 @@ Status read_distortion(const Frame& frame, const std::string& name, const Camera
     return {};
 }
 
-Json rows_of(const Mat4& m) {
-    Json rows = Json::array();
-    for (std::size_t row = 0; row < 4; ++row)
-        rows.push_back(Json::array({m[row * 4], m[row * 4 + 1], m[row * 4 + 2], m[row * 4 + 3]}));
-    return rows;
-}
-
 }  // namespace
 
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uint32_t height,
                                        const CameraOptions& options) {
-    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(as_text(file), "cameras"));
+    SPLAT_ASSIGN(const JsonTree json, from_file(parse_json_tree(as_text(file), "cameras")));
     const JsonTree* const found = json.find("frames");
     if (found == nullptr || found->list() == nullptr)
-        return error(Code::kInvalidArgument, "there is no list 'frames'");
+        return error(Code::kFormat, "there is no list 'frames'");
     const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
         return error(Code::kUnsupported, "%zu frames, the limit is %llu", frames.size(),
@@ -150,23 +145,22 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
 }
 
 Result<Buffer> write_transforms_json(const std::vector<Camera>& cameras) {
-    Json frames = Json::array();
+    JsonWriter json;
+    json.begin_object().member("camera_model", "PINHOLE").key("frames").begin_array();
     for (const Camera& camera : cameras) {
         SPLAT_TRY(scene::check_camera(camera));
         SPLAT_ASSIGN(const Mat4 pose, scene::opengl_from_opencv(camera.world_to_camera));
-        frames.push_back({{"file_path", camera.name},
-                          {"w", camera.width},
-                          {"h", camera.height},
-                          {"fl_x", camera.fx},
-                          {"fl_y", camera.fy},
-                          {"cx", camera.cx},
-                          {"cy", camera.cy},
-                          {"transform_matrix", rows_of(pose)}});
+        json.newline(1).begin_object().member("file_path", camera.name);
+        json.member("w", camera.width).member("h", camera.height);
+        json.member("fl_x", camera.fx).member("fl_y", camera.fy);
+        json.member("cx", camera.cx).member("cy", camera.cy);
+        json.key("transform_matrix").begin_array();
+        for (std::size_t row = 0; row < 4; ++row) json.list(std::span(pose).subspan(row * 4, 4));
+        json.end().end();
     }
-    const Json json = {{"camera_model", "PINHOLE"}, {"frames", frames}};
+    json.end().end();
     Buffer file;
-    put_text(file, json.dump(1, ' ', false, Json::error_handler_t::replace));
-    put_text(file, "\n");
+    put_text(file, json.text() + "\n");
     return file;
 }
 

@@ -67,7 +67,7 @@ Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
             "a .pth file from before PyTorch 1.6; load it in Python and save it again with "
             "torch.save()");
     return error(
-        Code::kInvalidArgument,
+        Code::kFormat,
         "not weights of a known format; expected .safetensors, .pth of torch.save(), .npz");
 }
 
@@ -98,19 +98,29 @@ Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limi
     return read_weights(*source, path, limits);
 }
 
-Status save_weights(const WeightsFile& weights, const std::string& path, bool half) {
-    if (path.ends_with(".safetensors")) {
-        SPLAT_ASSIGN(const FilePieces file,
-                     write_safetensors(weights.tensors, weights.metadata, half));
-        return write_file(path, file.pieces());
-    }
-    if (path.ends_with(".npz")) {
-        SPLAT_ASSIGN(const FilePieces file, write_npz(weights.tensors, half));
-        return write_file(path, file.pieces());
+Result<FilePieces> write_weights(const WeightsFile& weights, WeightsFormat format, bool half) {
+    switch (format) {
+        case WeightsFormat::kSafetensors:
+            return write_safetensors(weights.tensors, weights.metadata, half);
+        case WeightsFormat::kNpz:
+            return write_npz(weights.tensors, half);
+        case WeightsFormat::kPth:
+            break;
     }
     return error(Code::kUnsupported,
-                 "'%s': weights are written as .safetensors or .npz; .pth files are only read",
-                 path.c_str());
+                 "weights are written as .safetensors or .npz; .pth files are only read");
+}
+
+Status save_weights(const WeightsFile& weights, const std::string& path, bool half) {
+    const bool npz = path.ends_with(".npz");
+    if (!npz && !path.ends_with(".safetensors"))
+        return error(Code::kUnsupported,
+                     "'%s': weights are written as .safetensors or .npz; .pth files are only read",
+                     path.c_str());
+    SPLAT_ASSIGN(
+        const FilePieces file,
+        write_weights(weights, npz ? WeightsFormat::kNpz : WeightsFormat::kSafetensors, half));
+    return write_file(path, file.pieces());
 }
 
 }  // namespace splat::io

@@ -23,7 +23,7 @@ struct WeightsFile {
 /// Weights of a .safetensors, .pth or .npz file; detected by its contents, not its name.
 /// Values that are not finite are kept, see check_finite().
 ///
-/// Errors       kInvalidArgument if the file cannot be read, is damaged or of another format;
+/// Errors       as read_file(); kFormat if the file is damaged or of another format;
 ///              kUnsupported for what a format may hold and this library does not read; each with
 ///              the path and the format's own sentence
 /// in_place     values may stay in the mapped file, see MappedFile
@@ -34,9 +34,14 @@ Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limi
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
                                  const ReadLimits& limits = {});
 
-/// Replace or create the file, as a whole or not at all. Its extension chooses the format: .safetensors
-/// (with metadata) or .npz (tensors only). float32, or float16 with `half`. Errors: kUnsupported for
-/// another extension (.pth is read only); as write_safetensors(), write_npz() and write_file().
+/// The bytes of a file: .safetensors (with metadata) or .npz (tensors only), float32, or float16 with
+/// `half`. The pieces refer to the tensors. Errors: kUnsupported for kPth, which is only read; as
+/// write_safetensors() and write_npz().
+Result<FilePieces> write_weights(const WeightsFile& weights, WeightsFormat format,
+                                 bool half = false);
+
+/// Replace or create the file, as a whole or not at all. Its extension chooses the format. Errors:
+/// kUnsupported for another extension; as write_weights() and write_file().
 Status save_weights(const WeightsFile& weights, const std::string& path, bool half = false);
 
 }  // namespace splat::io

@@ -21,7 +21,7 @@ struct ZipEntry {
 
 /// A zip archive, stored or deflated, with or without zip64, as PyTorch and NumPy write it.
 ///
-/// Errors of open()  kInvalidArgument for an archive that is truncated or damaged, with wrong sizes,
+/// Errors of open()  kFormat for an archive that is truncated or damaged, with wrong sizes,
 ///                   whose entries overlap or share a name, or hold more than the limits allow;
 ///                   kUnsupported for encryption, other methods and archives of several parts
 /// Source            PKWARE's APPNOTE.TXT 6.3.10
@@ -36,7 +36,7 @@ class Zip {
     /// nullptr if there is none.
     [[nodiscard]] const ZipEntry* find(const std::string& name) const;
 
-    /// All bytes of an entry. Errors: kInvalidArgument if they are damaged; the CRC is compared.
+    /// All bytes of an entry. Errors: kFormat if they are damaged; the CRC is compared.
     Status read(const ZipEntry& entry, Buffer& to) const;
 
   private:

@@ -65,7 +65,7 @@ class LpipsNet {
         return executor_->gradient(render_);
     }
 
-    [[nodiscard]] const nn::ExecutorMemory& memory() const { return executor_->memory(); }
+    [[nodiscard]] nn::ExecutorMemory memory() const { return executor_->memory(); }
 
   private:
     explicit LpipsNet(vk::Context& context) : graph_(context) {}

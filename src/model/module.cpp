@@ -109,15 +109,16 @@ Status Module::check_ports(const std::vector<std::string>& known) const {
     return {};
 }
 
-void Module::add_input(const ModulePort& port, Layout layout, bool constant) {
+void Module::add_input(const ModulePort& port, Layout layout, bool constant, bool optional) {
     const ValueId id = graph_.input(port.name, port.shape, layout);
-    names_.inputs.push_back(port);
+    const bool graded = !constant && desc_.gradients && desc_.input_gradients;
+    names_.inputs.push_back({port.name, port.shape, optional, graded});
     inputs_[port.name] = id;
     if (!constant) differentiable_.push_back(id);
 }
 
 void Module::add_output(const std::string& name, ValueId value) {
-    names_.outputs.push_back({name, graph_.value(value).shape});
+    names_.outputs.push_back({name, graph_.value(value).shape, false, desc_.gradients});
     outputs_[name] = value;
 }
 
@@ -144,7 +145,7 @@ Status Module::build_operator() {
                                     : Init{Init::Kind::kXavierUniform, 1};
             values.push_back(graph_.parameter(p.name, given->shape, desc_.gradients));
         } else {
-            add_input(*given, p.layout, p.constant);
+            add_input(*given, p.layout, p.constant, p.optional);
             values.push_back(inputs_.at(p.name));
         }
     }
@@ -186,7 +187,8 @@ Status Module::build_block() {
     SPLAT_TRY(check_port(port("random_counter"), images, 1, "[4]"));
     for (const ModulePort& given : desc_.ports) {
         const bool counter = given.name == "random_counter";
-        add_input(given, counter ? Layout::kRowMajor : Layout::kQuads, counter);
+        add_input(given, counter ? Layout::kRowMajor : Layout::kQuads, counter,
+                  given.name == "embedding" || given.name == "tokens");
     }
     const auto value = [&](const char* name) {
         const auto found = inputs_.find(name);
@@ -243,7 +245,7 @@ Status Module::unknown(const std::string& name) const {
     for (const auto& [known, value] : inputs_) list += " " + known;
     for (const auto& [known, value] : outputs_) list += " " + known;
     for (const nn::Parameter& parameter : parameters_->all()) list += " " + parameter.name;
-    return error(Code::kInvalidArgument,
+    return error(Code::kNotFound,
                  "%s: there is no '%s' here; ports and parameters are:%s, their gradients 'grad:' "
                  "and the name; inputs, parameters and gradients of outputs are written",
                  desc_.type.c_str(), name.c_str(), list.c_str());

@@ -17,6 +17,8 @@ namespace splat::model {
 struct ModulePort {
     std::string name;
     Shape shape;
+    bool optional = false;  ///< of an input that the type also works without
+    bool graded = false;    ///< a pass computes or takes its gradient
 };
 
 struct ModuleDesc {
@@ -47,7 +49,7 @@ class Module {
     Status init(std::uint64_t seed);
 
     /// Write "x" (a port), "block.conv0.weight" (a parameter) or "grad:y" (of an output); ports start at zero.
-    /// Errors: kInvalidArgument for an unknown name (lists the known ones) and for values that are not finite,
+    /// Errors: kNotFound for an unknown name (lists the known ones); kInvalidArgument for values that are not finite,
     /// except in constants, which may hold bits; kShape (bytes); kInvalidState (created without gradients).
     Status write(const std::string& name, const float* values, std::size_t bytes);
 
@@ -67,7 +69,7 @@ class Module {
     };
     [[nodiscard]] const Names& names() const { return names_; }
     [[nodiscard]] const std::string& type() const { return desc_.type; }
-    [[nodiscard]] const nn::ExecutorMemory& memory() const { return executor_->memory(); }
+    [[nodiscard]] nn::ExecutorMemory memory() const { return executor_->memory(); }
 
   private:
     Module(vk::Context& context, ModuleDesc desc)
@@ -78,7 +80,7 @@ class Module {
     Status build_block();
     Status check_ports(const std::vector<std::string>& known) const;
     [[nodiscard]] const ModulePort* port(const std::string& name) const;
-    void add_input(const ModulePort& port, ops::Layout layout, bool constant);
+    void add_input(const ModulePort& port, ops::Layout layout, bool constant, bool optional);
     void add_output(const std::string& name, nn::ValueId value);
     [[nodiscard]] Status unknown(const std::string& name) const;
 

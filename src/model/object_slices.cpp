@@ -24,53 +24,58 @@ Result<std::unique_ptr<ObjectSlices>> ObjectSlices::create(vk::Context& context,
                                                            const Ports& ports,
                                                            std::uint32_t count) {
     std::unique_ptr<ObjectSlices> made(new ObjectSlices(context, executor, count));
+    for (const nn::ValueId id : ports.inputs) {
+        SPLAT_ASSIGN(made->inputs_[id], made->join(executor.tensor(id)));
+    }
     for (const nn::ValueId id : ports.outputs) {
-        SPLAT_ASSIGN(made->tensors_[id], made->join(executor.tensor(id)));
+        SPLAT_ASSIGN(made->outputs_[id], made->join(executor.tensor(id)));
     }
     for (const nn::ValueId id : ports.graded_outputs) {
         SPLAT_ASSIGN(made->gradients_[id], made->join(executor.gradient(id)));
     }
-    for (const nn::ValueId id : ports.graded_inputs)
-        made->input_gradients_[id].resize(count * executor.gradient(id).shape.elements());
-    for (std::uint32_t part = 0; part < count; ++part) {
-        vk::Recorder gather(context);
-        for (const auto& [id, all] : made->tensors_)
-            SPLAT_TRY(gather.copy(whole(executor.tensor(id)), part_of(all.view, part, count)));
-        vk::Recorder scatter(context);
-        for (const auto& [id, all] : made->gradients_)
-            SPLAT_TRY(scatter.copy(part_of(all.view, part, count), whole(executor.gradient(id))));
-        SPLAT_ASSIGN(vk::CommandList gathers, gather.finish());
-        SPLAT_ASSIGN(vk::CommandList scatters, scatter.finish());
-        made->gather_.push_back(std::move(gathers));
-        made->scatter_.push_back(std::move(scatters));
+    for (const nn::ValueId id : ports.graded_inputs) {
+        SPLAT_ASSIGN(made->input_gradients_[id], made->join(executor.gradient(id)));
     }
+    for (std::uint32_t part = 0; part < count; ++part) SPLAT_TRY(made->record(part));
     return made;
+}
+
+Status ObjectSlices::record(std::uint32_t part) {
+    const auto copy = [&](const std::map<nn::ValueId, Joined>& tensors, bool gradients, bool in,
+                          vk::CommandList& list) -> Status {
+        vk::Recorder recorder(context_);
+        for (const auto& [id, all] : tensors) {
+            const vk::BufferView own =
+                whole(gradients ? executor_.gradient(id) : executor_.tensor(id));
+            const vk::BufferView joined = part_of(all.view, part, count_);
+            SPLAT_TRY(in ? recorder.copy(joined, own) : recorder.copy(own, joined));
+        }
+        SPLAT_ASSIGN(list, recorder.finish());
+        return {};
+    };
+    Copies& lists = copies_.emplace_back();
+    SPLAT_TRY(copy(inputs_, false, true, lists.inputs));
+    SPLAT_TRY(copy(outputs_, false, false, lists.outputs));
+    SPLAT_TRY(copy(gradients_, true, true, lists.gradients));
+    return copy(input_gradients_, true, false, lists.input_gradients);
 }
 
 Result<ObjectSlices::Joined> ObjectSlices::join(const vk::BufferView& part) const {
     std::vector<std::int64_t> dims;
     for (std::uint32_t axis = 0; axis < part.shape.rank(); ++axis) dims.push_back(part.shape[axis]);
     dims[0] *= count_;
-    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, "a result of all objects"));
+    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, "a tensor of all objects"));
     Joined joined;
     SPLAT_ASSIGN(joined.buffer,
                  context_.memory().allocate(shape.elements() * sizeof(float),
-                                            vk::MemoryKind::kDevice, "results of all objects"));
+                                            vk::MemoryKind::kDevice, "tensors of all objects"));
     joined.view = joined.buffer.view(shape);
     return joined;
 }
 
-void ObjectSlices::hold(nn::ValueId input, std::span<const std::byte> bytes) {
-    SPLAT_ASSERT(bytes.size() == count_ * bytes_of(executor_.tensor(input)));
-    inputs_[input].assign(bytes.begin(), bytes.end());
-}
-
 /// The forward pass of a part.
 Status ObjectSlices::run(std::uint32_t part) {
-    for (const auto& [id, bytes] : inputs_) {
-        const std::size_t size = bytes.size() / count_;
-        SPLAT_TRY(context_.write(executor_.tensor(id), bytes.data() + part * size, size));
-    }
+    SPLAT_TRY(context_.run(copies_[part].inputs));
     return executor_.forward();
 }
 
@@ -78,7 +83,7 @@ Status ObjectSlices::forward() {
     ran_ = false;
     for (std::uint32_t part = 0; part < count_; ++part) {
         SPLAT_TRY(run(part));
-        SPLAT_TRY(context_.run(gather_[part]));
+        SPLAT_TRY(context_.run(copies_[part].outputs));
     }
     ran_ = true;
     return {};
@@ -91,16 +96,12 @@ Status ObjectSlices::backward() {
             "backward was called without a forward pass of its own: run forward before each");
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));
-        SPLAT_TRY(context_.run(scatter_[part]));
+        SPLAT_TRY(context_.run(copies_[part].gradients));
         const Status status = executor_.backward();
         if (status.code() != Code::kInvalidState)
             ran_ = false;  // refused: the activations are still valid
         SPLAT_TRY(status);
-        for (auto& [id, all] : input_gradients_) {
-            const vk::BufferView& from = executor_.gradient(id);
-            SPLAT_TRY(
-                context_.read(from, all.data() + part * from.shape.elements(), bytes_of(from)));
-        }
+        if (!input_gradients_.empty()) SPLAT_TRY(context_.run(copies_[part].input_gradients));
     }
     return {};
 }

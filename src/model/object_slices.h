@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <memory>
 #include <span>
@@ -10,13 +9,14 @@
 
 namespace splat::model {
 
-/// Runs a batch in parts, through an executor that takes one part of its objects at a time. Inputs and
-/// results are kept for all objects, activations only for one part, so the backward pass repeats the forward pass
+/// Runs a batch in parts, through an executor that takes one part of its objects at a time. Inputs, results
+/// and gradients are kept for all objects, activations only for one part, so the backward pass repeats the forward pass
 /// of every part except the last.
 class ObjectSlices {
   public:
     /// The first dimension of each is that of the objects.
     struct Ports {
+        std::span<const nn::ValueId> inputs;  ///< those that differ between the parts
         std::span<const nn::ValueId> outputs;
         std::span<const nn::ValueId> graded_outputs;
         std::span<const nn::ValueId> graded_inputs;
@@ -28,22 +28,18 @@ class ObjectSlices {
                                                         nn::Executor& executor, const Ports& ports,
                                                         std::uint32_t count);
 
-    /// Set an input of all objects: for each part the bytes of the executor's input.
-    void hold(nn::ValueId input, std::span<const std::byte> bytes);
-
     /// As the executor's, with its errors.
     Status forward();
     Status backward();
 
-    /// Of all objects.
-    [[nodiscard]] const vk::BufferView& tensor(nn::ValueId output) const {
-        return tensors_.at(output).view;
+    /// An input or output of all objects.
+    [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {
+        const auto input = inputs_.find(id);
+        return input != inputs_.end() ? input->second.view : outputs_.at(id).view;
     }
-    [[nodiscard]] const vk::BufferView& gradient(nn::ValueId output) const {
-        return gradients_.at(output).view;
-    }
-    [[nodiscard]] const std::vector<float>& input_gradient(nn::ValueId input) const {
-        return input_gradients_.at(input);
+    [[nodiscard]] const vk::BufferView& gradient(nn::ValueId id) const {
+        const auto input = input_gradients_.find(id);
+        return input != input_gradients_.end() ? input->second.view : gradients_.at(id).view;
     }
 
   private:
@@ -55,16 +51,19 @@ class ObjectSlices {
         : context_(context), executor_(executor), count_(count) {}
     /// Memory for tensors like `part`, along their first dimension.
     [[nodiscard]] Result<Joined> join(const vk::BufferView& part) const;
+    Status record(std::uint32_t part);
     Status run(std::uint32_t part);
 
     vk::Context& context_;
     nn::Executor& executor_;
     std::uint32_t count_;
-    std::map<nn::ValueId, std::vector<std::byte>> inputs_;
-    std::map<nn::ValueId, Joined> tensors_, gradients_;
-    std::map<nn::ValueId, std::vector<float>> input_gradients_;
-    std::vector<vk::CommandList> gather_, scatter_;  ///< by part: of outputs, of their gradients
-    bool ran_ = false;                               ///< forward, and not yet backward
+    std::map<nn::ValueId, Joined> inputs_, outputs_, gradients_, input_gradients_;
+    /// Copies of a part: of inputs in, of outputs out, and of their gradients.
+    struct Copies {
+        vk::CommandList inputs, outputs, gradients, input_gradients;
+    };
+    std::vector<Copies> copies_;  ///< by part
+    bool ran_ = false;            ///< forward, and not yet backward
 };
 
 }  // namespace splat::model

@@ -28,14 +28,17 @@ Status expect_finite(const char* name, std::span<const float> values) {
                  name, static_cast<double>(values[bad]), bad);
 }
 
-/// The published network takes each vector with its halves exchanged.
-std::vector<float> exchange_halves(std::span<const float> vectors, std::size_t length) {
-    std::vector<float> result(vectors.begin(), vectors.end());
-    for (std::size_t at = 0; at + length <= result.size(); at += length)
-        std::rotate(result.begin() + static_cast<std::ptrdiff_t>(at),
-                    result.begin() + static_cast<std::ptrdiff_t>(at + length / 2),
-                    result.begin() + static_cast<std::ptrdiff_t>(at + length));
-    return result;
+/// Copies of the vectors of `from` into `to` with the first `head` numbers moved behind the others.
+Result<vk::CommandList> exchange_list(vk::Context& context, const vk::BufferView& from,
+                                      const vk::BufferView& to, std::uint32_t head) {
+    const std::uint64_t row = std::uint64_t{from.shape[1]} * sizeof(float);
+    const std::uint64_t first = std::uint64_t{head} * sizeof(float);
+    vk::Recorder recorder(context);
+    for (std::uint64_t at = 0; at < row * from.shape[0]; at += row) {
+        SPLAT_TRY(recorder.copy(from.part(at, first), to.part(at + row - first, first)));
+        SPLAT_TRY(recorder.copy(from.part(at + first, row - first), to.part(at, row - first)));
+    }
+    return recorder.finish();
 }
 
 }  // namespace
@@ -58,6 +61,18 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
         if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
+    const Outputs o = made->outputs();
+    SPLAT_ASSIGN(
+        OutputLedger counts,
+        OutputLedger::create(
+            context, {made->raw_output(), o.means, o.opacities, o.scales, o.rotations, o.sh},
+            o.opacities));
+    made->counts_ = std::make_unique<OutputLedger>(std::move(counts));
+    if (options.gradients) {
+        const Outputs g = made->output_gradients();
+        for (const vk::BufferView& view : {g.means, g.opacities, g.scales, g.rotations, g.sh})
+            SPLAT_TRY(context.fill(view, 0));
+    }
     return made;
 }
 
@@ -99,10 +114,40 @@ Status Predictor::plan() {
         if (options_.input_gradient && config_.tokens > 0) desc.grad_inputs.push_back(tokens_);
     }
     SPLAT_ASSIGN(executor_, nn::Executor::create(context_, graph_, *parameters_, desc));
-    if (slices() == 1) return {};
-    SPLAT_ASSIGN(sliced_, ObjectSlices::create(context_, *executor_,
-                                               {desc.outputs, desc.grad_outputs, desc.grad_inputs},
-                                               slices()));
+    if (slices() > 1) {
+        const std::vector<ValueId> inputs = sliced_inputs();
+        SPLAT_ASSIGN(sliced_,
+                     ObjectSlices::create(
+                         context_, *executor_,
+                         {inputs, desc.outputs, desc.grad_outputs, desc.grad_inputs}, slices()));
+    }
+    return config_.embedding == Embedding::kCustom ? record_exchange() : Status();
+}
+
+/// All inputs of the graph except the rays, which are the same for each slice.
+std::vector<ValueId> Predictor::sliced_inputs() const {
+    std::vector<ValueId> inputs;
+    for (const ValueId id :
+         {image_, view_to_world_, quaternion_, focal_, origin_, embedding_, tokens_, counter_})
+        if (id != kNoValue) inputs.push_back(id);
+    return inputs;
+}
+
+Status Predictor::record_exchange() {
+    const auto make = [&](const Shape& shape, vk::Buffer& buffer, vk::BufferView& view) -> Status {
+        SPLAT_ASSIGN(buffer, context_.memory().allocate(shape.elements() * sizeof(float),
+                                                        vk::MemoryKind::kDevice, "embedding"));
+        view = buffer.view(shape);
+        return {};
+    };
+    const std::uint32_t length = config_.embedding_length();
+    const vk::BufferView inside = tensor(embedding_);
+    SPLAT_TRY(make(inside.shape, exchanged_, exchanged_view_));
+    SPLAT_ASSIGN(exchange_, exchange_list(context_, exchanged_view_, inside, length / 2));
+    if (!options_.gradients || !options_.input_gradient) return {};
+    SPLAT_TRY(make(inside.shape, exchanged_gradient_, exchanged_gradient_view_));
+    SPLAT_ASSIGN(exchange_gradient_, exchange_list(context_, gradient(embedding_),
+                                                   exchanged_gradient_view_, length - length / 2));
     return {};
 }
 
@@ -167,18 +212,13 @@ Status Predictor::init(std::uint64_t seed) {
 }
 
 Status Predictor::check_values(const InputValues& input) const {
-    const std::uint64_t of_slice = executor_->tensor(input.id).shape.elements();
-    const std::uint64_t all = input.id == rays_value_ ? of_slice : slices() * of_slice;
-    SPLAT_TRY(expect_count(input.name, input.values.size(), all));
+    SPLAT_TRY(
+        expect_count(input.name, input.values.size(), this->input(input.id).shape.elements()));
     return expect_finite(input.name, input.values);
 }
 
-/// `bytes` of all slices; rays are the same for each.
 Status Predictor::write_input(nn::ValueId id, std::span<const std::byte> bytes) {
-    if (sliced_ == nullptr || id == rays_value_)
-        return context_.write(executor_->tensor(id), bytes.data(), bytes.size());
-    sliced_->hold(id, bytes);
-    return {};
+    return context_.write(input(id), bytes.data(), bytes.size());
 }
 
 Status Predictor::set_rays(std::vector<float> rays) {
@@ -231,36 +271,48 @@ Status Predictor::set_input(const PredictorInput& input) {
     if (config_.embedding == Embedding::kIndex)
         inputs.push_back({embedding_, index_scalars(config_, images()), {}, "embedding"});
     if (config_.embedding == Embedding::kCustom)
-        inputs.push_back({embedding_,
-                          exchange_halves(input.embedding, config_.embedding_length()),
-                          {},
-                          "embedding"});
+        inputs.push_back({embedding_, {}, input.embedding, "embedding"});
     for (InputValues& each : inputs) {
         if (!each.owned.empty()) each.values = each.owned;
         SPLAT_TRY(check_values(each));
     }
-    std::vector<std::uint32_t> counters;
-    for (std::uint32_t slice = 0; slice < slices(); ++slice)
-        counters.insert(counters.end(), {static_cast<std::uint32_t>(input.seed),
-                                         static_cast<std::uint32_t>(input.seed >> 32), input.step,
-                                         slice * kDropoutStreams});
     input_changed_ = true;
     for (const InputValues& each : inputs)
         SPLAT_TRY(write_input(each.id, std::as_bytes(each.values)));
+    input_given_ = true;
+    return write_counters(input.seed, input.step);
+}
+
+Status Predictor::write_counters(std::uint64_t seed, std::uint32_t step) {
     if (counter_ == kNoValue) return {};
+    std::vector<std::uint32_t> counters;
+    for (std::uint32_t slice = 0; slice < slices(); ++slice)
+        counters.insert(counters.end(),
+                        {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                         step, slice * kDropoutStreams});
     return write_input(counter_, std::as_bytes(std::span(counters)));
 }
 
 Status Predictor::forward() {
+    SPLAT_TRY(check_unmapped());
     input_changed_ = false;
-    return sliced_ == nullptr ? executor_->forward() : sliced_->forward();
+    outside_writes_ = outside_->writes;
+    if (!exchange_.empty()) SPLAT_TRY(context_.run(exchange_));
+    SPLAT_TRY(sliced_ == nullptr ? executor_->forward() : sliced_->forward());
+    Ledger ledger;
+    SPLAT_TRY(counts_->measure(ledger));
+    const std::lock_guard lock(ledger_mutex_);
+    ledger_ = ledger;
+    return {};
 }
 
 Status Predictor::backward() {
-    if (input_changed_)
+    SPLAT_TRY(check_unmapped());
+    if (input_changed_ || outside_writes_ != outside_->writes)
         return error(Code::kInvalidState,
                      "backward was called after new inputs without their forward pass");
-    return sliced_ == nullptr ? executor_->backward() : sliced_->backward();
+    SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());
+    return exchange_gradient_.empty() ? Status() : context_.run(exchange_gradient_);
 }
 
 Predictor::Outputs Predictor::outputs() const {
@@ -271,33 +323,6 @@ Predictor::Outputs Predictor::outputs() const {
 Predictor::Outputs Predictor::output_gradients() const {
     const auto of = [&](std::size_t i) { return gradient(outputs_[i]); };
     return {of(0), of(1), of(2), of(3), of(4)};
-}
-
-Result<std::vector<float>> Predictor::input_gradient(Input input) const {
-    const bool there =
-        options_.gradients && options_.input_gradient &&
-        (input == Input::kImages || (input == Input::kTokens && config_.tokens > 0) ||
-         (input == Input::kEmbedding && config_.embedding == Embedding::kCustom));
-    if (!there)
-        return error(Code::kInvalidState,
-                     "predictor: no gradient of the %s is computed: the model was made without "
-                     "SPLAT_MODEL_INPUT_GRADIENTS, or its configuration does not have them",
-                     input == Input::kImages   ? "images"
-                     : input == Input::kTokens ? "tokens"
-                                               : "custom embedding");
-    const ValueId id = input == Input::kImages   ? image_
-                       : input == Input::kTokens ? tokens_
-                                                 : embedding_;
-    std::vector<float> values;
-    if (sliced_ != nullptr) {
-        values = sliced_->input_gradient(id);
-    } else {
-        const vk::BufferView& view = executor_->gradient(id);
-        values.resize(view.shape.elements());
-        SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));
-    }
-    if (input != Input::kEmbedding) return values;
-    return exchange_halves(values, config_.embedding_length());
 }
 
 }  // namespace splat::model

@@ -2,11 +2,13 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "model/object_slices.h"
+#include "model/output_ledger.h"
 #include "model/song_unet.h"
 #include "nn/executor.h"
 
@@ -58,12 +60,42 @@ class Predictor {
     /// are not finite.
     Status set_input(const PredictorInput& input);
 
+    /// Take what the tensors of inputs hold, whose numbers are not checked. Seed and step are those of
+    /// dropout. Errors: those of Context::read and write.
+    Status use_tensors(std::uint64_t seed, std::uint32_t step);
+
+    /// Errors: kInvalidState while a tensor of it is mapped; those of Context::run.
     Status forward();
 
     /// Compute the gradients of parameters from the written gradients of outputs. Errors: kInvalidState after
-    /// a set_input() without its forward pass. After other errors the gradients may hold part of the batch
-    /// and must be zeroed.
+    /// new inputs without their forward pass, or while a tensor of it is mapped. After other errors the
+    /// gradients may hold part of the batch and must be zeroed.
     Status backward();
+
+    /// Errors: kInvalidState while a tensor that shares its memory is mapped.
+    [[nodiscard]] Status check_unmapped() const;
+
+    /// The tensor from which a pass takes an input, row-major in the shape of PredictorInput, except that
+    /// images lack the plane of origin distances, which are "origin_distance" [N]. The first call sets
+    /// inputs that were never given to zeros and identity poses. Errors: kInvalidArgument for a name that
+    /// the configuration does not have; those of Context::write.
+    Result<vk::BufferView> input_tensor(std::string_view name);
+
+    /// Inputs that the caller gives, and their shapes.
+    struct Port {
+        const char* name;
+        Shape shape;
+        bool optional;  ///< it has a default: poses
+        bool graded;    ///< a pass computes its gradient
+    };
+    [[nodiscard]] std::vector<Port> inputs() const;
+
+    /// Of inputs and results, and of gradients other than those of parameters, by tensors that share their
+    /// memory; of parameters: nn::Parameters::outside.
+    [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside() const { return outside_; }
+    [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside_gradients() const {
+        return outside_gradients_;
+    }
 
     /// Row-major results of forward, and the tensors from which backward reads their gradients.
     ///
@@ -73,12 +105,21 @@ class Predictor {
         vk::BufferView means, opacities, scales, rotations, sh;
     };
     [[nodiscard]] Outputs outputs() const;
+    /// Of the latest forward pass that succeeded. May be called during a pass.
+    [[nodiscard]] Ledger ledger() const {
+        const std::lock_guard lock(ledger_mutex_);
+        return ledger_;
+    }
     [[nodiscard]] Outputs output_gradients() const;
 
     /// Output of the network, input of the head: [N, output_channels, R, R], row-major.
     [[nodiscard]] const vk::BufferView& raw_output() const { return tensor(raw_); }
 
     enum class Input : int { kImages, kEmbedding, kTokens };
+
+    /// The tensor of an input's gradient, as input_gradient() reads it. Errors: kInvalidState without
+    /// input_gradient or that input.
+    [[nodiscard]] Result<vk::BufferView> input_gradient_tensor(Input input) const;
 
     /// Read the gradient of the images [N, image_channels, R, R], the embedding [N, embedding_length] of
     /// Embedding::kCustom or the tokens [N, token_dim, tokens], in the order of the caller's numbers. Errors:
@@ -90,6 +131,7 @@ class Predictor {
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
     [[nodiscard]] const PredictorConfig& config() const { return config_; }
+    [[nodiscard]] vk::Context& context() const { return context_; }
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
     [[nodiscard]] const nn::Executor& executor() const { return *executor_; }
 
@@ -116,6 +158,16 @@ class Predictor {
     Status add_images(std::span<const float> images, std::vector<InputValues>& inputs) const;
     [[nodiscard]] std::uint32_t images() const { return options_.objects * config_.views; }
     Status write_input(nn::ValueId id, std::span<const std::byte> bytes);
+    Status write_counters(std::uint64_t seed, std::uint32_t step);
+    Status record_exchange();
+    Status start_inputs();
+    [[nodiscard]] std::vector<nn::ValueId> sliced_inputs() const;
+    /// Where an input's numbers go: for custom embeddings, a tensor in the caller's order.
+    [[nodiscard]] const vk::BufferView& input(nn::ValueId id) const {
+        const bool own = id == embedding_ && exchanged_.bytes() > 0;
+        if (own) return exchanged_view_;
+        return id == rays_value_ ? executor_->tensor(id) : tensor(id);
+    }
     [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {
         return sliced_ == nullptr ? executor_->tensor(id) : sliced_->tensor(id);
     }
@@ -132,8 +184,20 @@ class Predictor {
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;
     std::unique_ptr<ObjectSlices> sliced_;  ///< nullptr for one slice
+    std::unique_ptr<OutputLedger> counts_;
+    mutable std::mutex ledger_mutex_;
+    Ledger ledger_;
     std::vector<float> rays_;
+    /// A custom embedding and its gradient in the caller's order, with the lists that exchange the halves
+    /// of each vector. The published network takes them exchanged.
+    vk::Buffer exchanged_, exchanged_gradient_;
+    vk::BufferView exchanged_view_, exchanged_gradient_view_;
+    vk::CommandList exchange_, exchange_gradient_;
     bool input_changed_ = false;  ///< since the last forward pass
+    bool input_given_ = false;
+    std::shared_ptr<vk::OutsideUse> outside_ = std::make_shared<vk::OutsideUse>();
+    std::shared_ptr<vk::OutsideUse> outside_gradients_ = std::make_shared<vk::OutsideUse>();
+    std::uint64_t outside_writes_ = 0;  ///< when the latest forward pass began
     nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,

@@ -130,6 +130,18 @@ ImageChannels channels_of(const PredictorConfig& config) {
     return {config.depth, config.normal, config.mask};
 }
 
+ImageChannels likely_channels(const PredictorConfig& config, const NamedTensors& tensors) {
+    const std::string name = first_conv_name(config);
+    const std::string end =
+        name.substr(name.find(".encoder."));  // of networks with and without offset
+    const auto found = std::find_if(tensors.begin(), tensors.end(), [&](const NamedTensor& tensor) {
+        return tensor.name.ends_with(end);
+    });
+    const bool same = found != tensors.end() && found->dims.size() == 4 &&
+                      found->dims[1] == config.image_channels();
+    return same ? channels_of(config) : ImageChannels{};
+}
+
 Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const NamedTensors& tensors,
                                             NamedTensors& renamed) {
     const std::string old = std::string(PredictorConfig().network_name()) + ".";

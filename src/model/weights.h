@@ -52,6 +52,10 @@ struct LoadReport {
 Status load_state(Predictor& predictor, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
+/// The channels of a file's network, where nobody names them: those of the configuration if the first
+/// convolution has as many, else RGB alone.
+ImageChannels likely_channels(const PredictorConfig& config, const io::NamedTensors& tensors);
+
 /// Earlier versions saved networks without offset under the names of those with one. Returns `tensors`, or
 /// `renamed` if the predictor has no offset and the tensors have such names.
 Result<const io::NamedTensors*> under_own_names(const PredictorConfig& config,

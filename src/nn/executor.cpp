@@ -144,12 +144,14 @@ Status Executor::keep_prepared(ExecutorPlan& plan) {
                     std::make_move_iterator(buffers.end()));
     prepare_ = std::move(prepare);
     forward_ = std::move(forward);
+    const std::lock_guard lock(memory_mutex_);
     memory_ = memory;
     return {};
 }
 
 Status Executor::forward() {
     ran_ = ran_ && separate_;  // otherwise a pass that fails spoils what the one before left
+    if (parameters_.outside()->exposed > 0) parameters_.changed();
     const std::uint64_t revision = parameters_.revision();
     if (plan_ != nullptr && ran_revision_ == revision) {
         const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);

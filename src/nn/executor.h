@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "nn/graph.h"
@@ -84,7 +85,11 @@ class Executor {
     /// Tensors that the nodes have saved for the backward pass, in their order; with ExecutorDesc::separate.
     [[nodiscard]] const std::vector<vk::BufferView>& saved() const { return saved_; }
 
-    [[nodiscard]] const ExecutorMemory& memory() const { return memory_; }
+    /// Thread-safe; waits for no pass.
+    [[nodiscard]] ExecutorMemory memory() const {
+        const std::lock_guard lock(memory_mutex_);
+        return memory_;
+    }
 
   private:
     Executor(vk::Context& context, const Graph& graph, Parameters& parameters);
@@ -105,6 +110,7 @@ class Executor {
     std::unique_ptr<ExecutorPlan> plan_;  ///< null once prepared parameters are kept
     std::uint64_t prepared_revision_ = 0;
     std::uint64_t ran_revision_ = 0;
+    mutable std::mutex memory_mutex_;  ///< of memory_
     ExecutorMemory memory_;
     bool separate_ = false;
     bool ran_ = false;

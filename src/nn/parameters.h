@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "nn/graph.h"
 #include "vk/context.h"
+#include "vk/outside_use.h"
 
 namespace splat::nn {
 
@@ -52,8 +54,11 @@ class Parameters {
     Status zero_gradients();
 
     /// Grows whenever values change; forms prepared from older values are stale.
-    [[nodiscard]] std::uint64_t revision() const { return revision_; }
+    [[nodiscard]] std::uint64_t revision() const { return revision_ + outside_->writes; }
     void changed() { ++revision_; }
+
+    /// Of the values, by tensors that share their memory.
+    [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside() const { return outside_; }
 
     [[nodiscard]] std::uint64_t elements() const;
 
@@ -66,6 +71,7 @@ class Parameters {
     std::vector<vk::Buffer> buffers_;
     std::vector<ParameterBlock> blocks_;
     std::uint64_t revision_ = 1;
+    std::shared_ptr<vk::OutsideUse> outside_ = std::make_shared<vk::OutsideUse>();
 };
 
 }  // namespace splat::nn

@@ -55,6 +55,7 @@ void pack_gaussian(const scene::Gaussians& scene, std::size_t i, float* to) {
 Result<PackedBuffers> allocate_packed(vk::Context& context, const RasterDesc& desc) {
     const std::uint64_t count = std::max<std::uint64_t>(desc.gaussians, 1);
     PackedBuffers buffers;
+    buffers.count = desc.gaussians;
     SPLAT_ASSIGN(buffers.gaussians,
                  context.memory().allocate(count * kGaussianFloats * 4, vk::MemoryKind::kDevice,
                                            "Gaussians"));

@@ -25,6 +25,7 @@ struct GaussianAttributes {
 struct PackedGaussians {
     vk::BufferView gaussians;   ///< [N,3] quads: mean xyz, opacity; scale xyz, 0; rotation wxyz
     vk::BufferView colors;      ///< [N,color_quads] quads
+    std::uint32_t count = 0;    ///< N; the views may be longer
     std::uint64_t version = 0;  ///< changes with the contents; 0: not known
     /// Bands above this degree hold zeros, so the kernels skip them.
     std::uint32_t sh_degree = scene::kMaxShDegree;
@@ -40,11 +41,12 @@ struct PackedGradients {
 struct PackedBuffers {
     vk::Buffer gaussians;
     vk::Buffer colors;
+    std::uint32_t count = 0;  ///< Gaussians
 
     [[nodiscard]] std::uint64_t bytes() const { return gaussians.bytes() + colors.bytes(); }
     [[nodiscard]] PackedGaussians scene(std::uint64_t version = 0,
                                         std::uint32_t sh_degree = scene::kMaxShDegree) const {
-        return {gaussians.range(), colors.range(), version, sh_degree};
+        return {gaussians.range(), colors.range(), count, version, sh_degree};
     }
     [[nodiscard]] PackedGradients gradients() const { return {gaussians.range(), colors.range()}; }
 };
@@ -76,9 +78,13 @@ inline constexpr std::uint32_t kCameraQuads = 6;
 /// Cameras and background as the kernels read them: [V,kCameraQuads] quads, one quad.
 struct PackedViews {
     std::vector<float> values;
+
+    [[nodiscard]] std::uint32_t count() const {
+        return static_cast<std::uint32_t>((values.size() - 4) / (std::size_t{4} * kCameraQuads));
+    }
 };
 
-/// Pack the cameras of one call. Errors: kInvalidArgument if their number is not desc.views, or if
+/// Pack the cameras of one call. Errors: kInvalidArgument if there are more than desc.views, or if
 /// a camera is singular, not finite, or of another size than desc.
 Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
                                const std::array<float, 3>& background);

@@ -77,9 +77,9 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
 
 Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
                                const std::array<float, 3>& background) {
-    if (cameras.size() != desc.views)
-        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected %u", cameras.size(),
-                     desc.views);
+    if (cameras.size() > desc.views)
+        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected at most %u",
+                     cameras.size(), desc.views);
     PackedViews views;
     for (const scene::Camera& camera : cameras) {
         if (camera.width != desc.width || camera.height != desc.height)

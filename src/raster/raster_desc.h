@@ -28,7 +28,8 @@ struct Skips {
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
 
-/// What to rasterize. Fixed for the life of a Rasterizer.
+/// What to rasterize. Fixed for the life of a Rasterizer, for which the numbers of Gaussians and views are
+/// capacities.
 struct RasterDesc {
     std::uint32_t gaussians = 0;
     std::uint32_t views = 1;

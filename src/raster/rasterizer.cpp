@@ -12,9 +12,17 @@ namespace {
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
+/// Passes of a call before its pairs are known. One pass if there are no views.
+std::uint32_t first_passes(const RasterDesc& desc) {
+    const std::uint64_t row =
+        std::max<std::uint64_t>(std::uint64_t{desc.tiles_x()} * desc.views, 1);
+    return static_cast<std::uint32_t>(
+        ceil_div(std::uint64_t{desc.tiles_y()}, kMaxWindowTiles / row));
+}
+
 bool same(const PackedGaussians& a, const PackedGaussians& b) {
-    return a.gaussians.same_range(b.gaussians) && a.colors.same_range(b.colors) &&
-           a.sh_degree == b.sh_degree;
+    return a.count == b.count && a.gaussians.same_range(b.gaussians) &&
+           a.colors.same_range(b.colors) && a.sh_degree == b.sh_degree;
 }
 
 }  // namespace
@@ -23,50 +31,47 @@ bool Rasterizer::names(const PackedGaussians& scene) const {
     return same(scene, scene_);
 }
 
-Status Rasterizer::check_device() const {
-    const vk::DeviceLimits& limits = context_.device().info().limits;
-    if (desc_.width < 1 || desc_.height < 1 || desc_.views < 1)
+Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
+    const vk::DeviceLimits& limits = device.limits;
+    if (desc.width < 1 || desc.height < 1 || desc.views < 1)
         return error(Code::kInvalidArgument,
                      "rasterizer: %u views of %u x %u pixels, expected at least 1 of each",
-                     desc_.views, desc_.width, desc_.height);
-    if (desc_.sh_degree > 3)
+                     desc.views, desc.width, desc.height);
+    if (desc.sh_degree > 3)
         return error(Code::kInvalidArgument,
                      "rasterizer: spherical harmonics of degree %u, expected 0 to 3",
-                     desc_.sh_degree);
-    if (!(desc_.near_plane > 0) || !(desc_.far_plane > desc_.near_plane))
+                     desc.sh_degree);
+    if (!(desc.near_plane > 0) || !(desc.far_plane > desc.near_plane))
         return error(Code::kInvalidArgument,
                      "rasterizer: near plane %g, far plane %g, expected 0 < near < far",
-                     static_cast<double>(desc_.near_plane), static_cast<double>(desc_.far_plane));
+                     static_cast<double>(desc.near_plane), static_cast<double>(desc.far_plane));
     const std::uint64_t binding = limits.max_storage_buffer_bytes;
-    if (desc_.items() > binding / 48)
+    if (desc.items() > binding / 48)
         return error(Code::kUnsupported,
                      "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
                      "all at a time: render fewer views per call, or fewer Gaussians",
-                     desc_.gaussians, desc_.views, static_cast<unsigned long long>(binding / 48));
-    if (desc_.pixels() > binding / 16)
+                     desc.gaussians, desc.views, static_cast<unsigned long long>(binding / 48));
+    if (desc.pixels() > binding / 16)
         return error(Code::kUnsupported,
                      "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu "
                      "pixels at a time: render fewer views per call, or smaller ones",
-                     desc_.views, desc_.width, desc_.height,
+                     desc.views, desc.width, desc.height,
                      static_cast<unsigned long long>(binding / 16));
-    if (std::uint64_t{desc_.tiles_x()} * desc_.views > kMaxWindowTiles)
+    if (std::uint64_t{desc.tiles_x()} * desc.views > kMaxWindowTiles)
         return error(Code::kUnsupported,
                      "rasterizer: a row of %u tiles in %u views, expected at most %llu in all: "
                      "render fewer views per call, or narrower images",
-                     desc_.tiles_x(), desc_.views,
-                     static_cast<unsigned long long>(kMaxWindowTiles));
+                     desc.tiles_x(), desc.views, static_cast<unsigned long long>(kMaxWindowTiles));
     return {};
 }
 
 Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
                                                        const RasterDesc& desc) {
     std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
-    SPLAT_TRY(self->check_device());
-    const std::uint64_t rows = kMaxWindowTiles / (std::uint64_t{desc.tiles_x()} * desc.views);
-    self->passes_ = static_cast<std::uint32_t>(ceil_div(std::uint64_t{desc.tiles_y()}, rows));
+    SPLAT_TRY(check_desc(context.device().info(), desc));
+    self->passes_ = first_passes(desc);
     SPLAT_TRY(self->space_.allocate_items(context, desc));
-    const auto items = static_cast<std::uint32_t>(desc.items());
-    SPLAT_TRY(context.write(self->space_.item_count.range(), &items, sizeof items));
+    SPLAT_TRY(self->count_items());
     SPLAT_TRY(self->allocate_first_pairs());
     return self;
 }
@@ -76,6 +81,13 @@ Status Rasterizer::allocate_first_pairs() {
     const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
     return space_.allocate_pairs(context_, desc_,
                                  static_cast<std::uint32_t>(std::min(first, most)));
+}
+
+Status Rasterizer::count_items() {
+    const auto items = static_cast<std::uint32_t>(now_.items());
+    SPLAT_TRY(context_.write(space_.item_count.range(), &items, sizeof items));
+    counted_ = items;
+    return {};
 }
 
 Status Rasterizer::upload(std::vector<float> values) {
@@ -101,7 +113,7 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
         if (needed > space_.capacity) return {};  // all passes have to run again
     }
-    sum.tiles = std::uint64_t{desc_.tiles_x()} * desc_.tiles_y() * desc_.views;
+    sum.tiles = std::uint64_t{now_.tiles_x()} * now_.tiles_y() * now_.views;
     sum.passes = passes_;
     sum.runs = stats_.runs;
     sum.bytes = space_.bytes();
@@ -142,8 +154,30 @@ std::uint64_t Rasterizer::list_limit() const {
     return desc_.backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
 }
 
+/// Record the lists of a call. On failure the latest call's stay.
+Status Rasterizer::record(const PackedGaussians& scene, const RasterDesc& desc) {
+    const RasterDesc before = now_;
+    const std::uint32_t passes_before = passes_;
+    // Gradients are added pass by pass: a rasterizer of exactly this size would begin so.
+    if (desc.gaussians != now_.gaussians || desc.views != now_.views) passes_ = first_passes(desc);
+    now_ = desc;
+    const Status recorded = record_forward(scene);
+    if (recorded.ok()) return {};
+    now_ = before;
+    passes_ = passes_before;
+    return recorded;
+}
+
 Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& views) {
-    SPLAT_ASSERT(views.values.size() == std::size_t{4} * (kCameraQuads * desc_.views + 1));
+    RasterDesc desc = desc_;
+    desc.gaussians = scene.count;
+    desc.views = views.count();
+    if (desc.gaussians > desc_.gaussians)
+        return error(Code::kInvalidArgument,
+                     "rasterizer: %u Gaussians, but it was made for at most %u", desc.gaussians,
+                     desc_.gaussians);
+    SPLAT_ASSERT(desc.views <= desc_.views);
+    const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views;
     const bool moved = views.values != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
         scene.version == scene_.version && same(scene, scene_)) {
@@ -152,9 +186,10 @@ Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& view
     }
     // A failure before the device starts leaves the previous call valid, including its gradient.
     std::vector<float> values = moved ? views.values : std::vector<float>();
-    if (forward_.empty() || !same(scene, scene_)) SPLAT_TRY(record_forward(scene));
+    if (forward_.empty() || resized || !same(scene, scene_)) SPLAT_TRY(record(scene, desc));
     scene_ = scene;
     valid_ = false;
+    if (counted_ != now_.items()) SPLAT_TRY(count_items());
     if (moved) SPLAT_TRY(upload(std::move(values)));
     for (stats_.runs = 1;; ++stats_.runs) {
         if (forward_.empty()) SPLAT_TRY(record_forward(scene));

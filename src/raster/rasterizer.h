@@ -20,27 +20,34 @@ struct RasterStats {
     std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 or more: the pair arrays had to grow
 };
 
+/// Errors: kInvalidArgument; kUnsupported beyond the device's limits.
+Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc);
+
 /// Runs the stages of 3D Gaussian splatting and owns their memory. Forward: project, sort by depth,
 /// tile_bin, sort by tile, tile_ranges, blend.
 ///
 /// A call is one submit while all pairs fit. If they do not, the arrays grow and the call runs
 /// again; where a binding is full, the image is drawn in groups of tile rows. The result is the
 /// same.
+///
+/// A call may have fewer Gaussians and views than desc(), with the bits of a rasterizer made for
+/// exactly so many. Command lists are recorded again when their numbers change.
 class Rasterizer {
   public:
-    /// Errors: kInvalidArgument, kUnsupported beyond the device's limits, kOutOfDeviceMemory.
+    /// Errors: those of check_desc(), kOutOfDeviceMemory.
     static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
-    /// Draw `scene`. `views` comes from pack_views with this rasterizer's desc.
+    /// Draw `scene`. `views` comes from pack_views with this rasterizer's desc; both may be empty.
     ///
-    /// Errors: kUnsupported if a tile's list is longer than the device's loops; those of create. If
-    /// the call fails before the device starts, the results of the previous call stay valid.
+    /// Errors: kInvalidArgument for more Gaussians than desc(); kUnsupported if a tile's list is
+    /// longer than the device's loops; those of create. If the call fails before the device starts,
+    /// the results of the previous call stay valid.
     Status forward(const PackedGaussians& scene, const PackedViews& views);
 
     /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
     /// gradients.
     ///
-    /// grad_image   [V,H,W] quads: of RGB and alpha
+    /// grad_image   [V,H,W] quads of the call's V views: of RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const PackedGradients& gradients);
@@ -54,15 +61,20 @@ class Rasterizer {
     /// Call before the scene's arrays are written: the results no longer count as drawn.
     void invalidate() { valid_ = false; }
 
+    /// What it was made for.
     [[nodiscard]] const RasterDesc& desc() const { return desc_; }
+    /// The same with the numbers of Gaussians and views of the latest forward call.
+    [[nodiscard]] const RasterDesc& drawn_desc() const { return now_; }
     [[nodiscard]] const RasterStats& stats() const { return stats_; }
     [[nodiscard]] const Workspace& workspace() const { return space_; }
 
   private:
-    Rasterizer(vk::Context& context, const RasterDesc& desc) : context_(context), desc_(desc) {}
-    Status check_device() const;
+    Rasterizer(vk::Context& context, const RasterDesc& desc)
+        : context_(context), desc_(desc), now_(desc) {}
     Status allocate_first_pairs();
+    Status count_items();
     Status upload(std::vector<float> values);
+    Status record(const PackedGaussians& scene, const RasterDesc& desc);
     Status record_forward(const PackedGaussians& scene);
     Status record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
                                const Window& window);
@@ -77,13 +89,15 @@ class Rasterizer {
     [[nodiscard]] std::uint64_t list_limit() const;
 
     vk::Context& context_;
-    RasterDesc desc_;
+    RasterDesc desc_;  ///< capacities
+    RasterDesc now_;   ///< of the command lists
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;
     PackedGaussians scene_;
     std::vector<float> uploaded_;           ///< cameras and background as on the device
     bool valid_ = false;                    ///< the workspace holds a finished forward call
+    std::uint32_t counted_ = 0;             ///< value of the workspace's item count
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded
     std::vector<vk::CommandList> backward_;
     std::array<vk::BufferView, 4> backward_views_;

@@ -7,7 +7,7 @@ TileRanges Rasterizer::tile_views() const {
 }
 
 BlendViews Rasterizer::blend_views(const Window& window) const {
-    const std::uint32_t bits = tile_key_bits(desc_, window);
+    const std::uint32_t bits = tile_key_bits(now_, window);
     const vk::Recorder recorder(context_);
     const std::uint32_t side =
         radix_sort_side(recorder, {.capacity = space_.capacity, .key_bits = bits});
@@ -25,14 +25,14 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
 
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
                                        const Window& window) {
-    const auto items = static_cast<std::uint32_t>(desc_.items());
+    const auto items = static_cast<std::uint32_t>(now_.items());
     const RadixSortDesc by_depth = {.capacity = items};
     const RadixSortDesc by_tile = {.capacity = space_.capacity,
-                                   .key_bits = tile_key_bits(desc_, window),
-                                   .second = desc_.backward};
+                                   .key_bits = tile_key_bits(now_, window),
+                                   .second = now_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
     SPLAT_TRY(
-        project_forward(recorder, desc_, window, scene, space_.cameras.range(), space_.items()));
+        project_forward(recorder, now_, window, scene, space_.cameras.range(), space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
                          {.input = space_.item_keys.range(),
                           .sides = {space_.item_order[0].range(), space_.item_order[1].range()},
@@ -40,7 +40,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGauss
                           .count = space_.item_count.range(),
                           .kept = space_.sorted.range()},
                          space_.item_sort));
-    SPLAT_TRY(tile_bin(recorder, desc_, {space_.capacity, window},
+    SPLAT_TRY(tile_bin(recorder, now_, {space_.capacity, window},
                        {.splats = space_.splats.range(),
                         .counts = space_.counts.range(),
                         .footprints = space_.footprints.range(),
@@ -63,37 +63,39 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGauss
                     .kept = space_.kept_pairs.range()},
                    space_.pairs.sort));
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
-    SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[side].range(),
+    SPLAT_TRY(tile_ranges(recorder, now_, window, space_.pairs.entries[side].range(),
                           space_.kept_pairs.range(), tile_views()));
-    SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), space_.capacity));
+    SPLAT_TRY(blend_forward(recorder, now_, window, blend_views(window), space_.capacity));
     return record_normals(recorder, scene, window);
 }
 
 Status Rasterizer::record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
                                   const Window& window) {
-    if (!desc_.normals) return {};
-    if (desc_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
-    SPLAT_TRY(project_normals(recorder, desc_, scene, space_.cameras.range(), space_.items(),
+    if (!now_.normals) return {};
+    if (now_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
+    SPLAT_TRY(project_normals(recorder, now_, scene, space_.cameras.range(), space_.items(),
                               space_.normals.range()));
     BlendViews views = blend_views(window);
     views.image = space_.normal_image.range();
-    return blend_forward(recorder, desc_, window, views, space_.capacity, true);
+    return blend_forward(recorder, now_, window, views, space_.capacity, true);
 }
 
 Status Rasterizer::record_forward(const PackedGaussians& scene) {
     if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
-        const Window window = pass_window(desc_, pass, passes_);
+        const Window window = pass_window(now_, pass, passes_);
         vk::Recorder recorder(context_);
-        if (desc_.items() > 0) {
+        if (now_.views == 0) {
+            SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
+        } else if (now_.items() > 0) {
             SPLAT_TRY(record_forward_pass(recorder, scene, window));
         } else {
             SPLAT_TRY(recorder.fill(space_.kept_pairs.range(), 0));
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
-            SPLAT_TRY(tile_ranges(recorder, desc_, window, space_.pairs.entries[0].range(),
+            SPLAT_TRY(tile_ranges(recorder, now_, window, space_.pairs.entries[0].range(),
                                   space_.kept_pairs.range(), tile_views()));
-            SPLAT_TRY(blend_forward(recorder, desc_, window, blend_views(window), 0));
+            SPLAT_TRY(blend_forward(recorder, now_, window, blend_views(window), 0));
             SPLAT_TRY(record_normals(recorder, scene, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
@@ -110,18 +112,22 @@ Status Rasterizer::record_backward(const vk::BufferView& grad_image,
                                    const PackedGradients& gradients) {
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
-        const Window window = pass_window(desc_, pass, passes_);
+        const Window window = pass_window(now_, pass, passes_);
         vk::Recorder recorder(context_);
-        if (desc_.items() > 0) {
-            SPLAT_TRY(blend_backward(recorder, desc_, window, blend_views(window), grad_image,
+        if (now_.items() > 0) {
+            SPLAT_TRY(blend_backward(recorder, now_, window, blend_views(window), grad_image,
                                      grad_depth, space_.records(), space_.capacity));
             SPLAT_TRY(project_backward(
-                recorder, desc_, scene_, space_.cameras.range(), space_.items(), space_.records(),
+                recorder, now_, scene_, space_.cameras.range(), space_.items(), space_.records(),
                 gradients,
                 {space_.exported.range(), space_.pose_partial.range(), space_.pose.range()},
                 pass > 0));
         } else {
             SPLAT_TRY(recorder.fill(space_.pose.range(), 0));
+            if (now_.gaussians > 0) {  // no views
+                SPLAT_TRY(recorder.fill(gradients.gaussians, 0));
+                SPLAT_TRY(recorder.fill(gradients.colors, 0));
+            }
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         lists.push_back(std::move(list));

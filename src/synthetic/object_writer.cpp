@@ -135,8 +135,7 @@ Status make_folder(const fs::path& path) {
     std::error_code code;
     fs::create_directories(path, code);
     if (!code) return {};
-    return error(Code::kInvalidArgument, "cannot create the folder '%s': %s", path.c_str(),
-                 code.message().c_str());
+    return io::system_error(code.value(), "create the folder", path.string());
 }
 
 Status write_view(const fs::path& folder, const Solids& solids, const scene::Camera& camera,
@@ -247,8 +246,7 @@ Status write_object(const WriterDesc& desc, std::uint32_t index) {
     fs::rename(temporary.path, folder / name, code);
     if (!code) temporary.kept = true;
     if (!code || fs::exists(folder / name)) return {};  // another writer was faster
-    return error(Code::kInvalidArgument, "cannot create the folder '%s': %s",
-                 (folder / name).c_str(), code.message().c_str());
+    return io::system_error(code.value(), "create the folder", (folder / name).string());
 }
 
 }  // namespace splat::synthetic

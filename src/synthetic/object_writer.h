@@ -34,8 +34,8 @@ scene::Camera view_camera(const WriterDesc& desc, Split split, std::uint32_t obj
 /// depth, normal and mask beside rgb. Its folder appears whole or not at all; an existing one is kept.
 /// An object depends only on the seed, its split and its number in the split.
 ///
-/// Errors        kInvalidArgument for an index beyond the objects, a file that cannot be written, and a
-///               path that holds data made with other values (numbers of objects may differ)
+/// Errors        kInvalidArgument for an index beyond the objects, and a path that holds data made with
+///               other values (numbers of objects may differ); as io::write_file()
 /// Determinism   the same bytes for the same fields, from any number of threads, for the same zlib
 /// Thread-safe   also for the same object at the same time
 Status write_object(const WriterDesc& desc, std::uint32_t index);

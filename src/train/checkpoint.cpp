@@ -29,7 +29,7 @@ Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string&
         const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (failed == std::errc() && end == text.data() + text.size()) return value;
     }
-    return error(Code::kInvalidArgument,
+    return error(Code::kFormat,
                  "checkpoint: no number '%s' in its metadata: the file is not a training state",
                  key.c_str());
 }
@@ -54,7 +54,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     SPLAT_ASSIGN(const std::uint64_t expected, number_of(file.metadata, "crc32"));
     const std::uint32_t sum = checksum(file.tensors);
     if (sum != expected)
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
                      static_cast<unsigned long long>(expected));
     // The state of the optimiser does not belong to a state dict.
@@ -67,9 +67,9 @@ Status Trainer::resume(const io::WeightsFile& file) {
     model::LoadReport report;
     SPLAT_TRY(model::load_state(*predictor_, weights, options, report));
     if (!report.fresh.empty())
-        return error(Code::kInvalidArgument, "checkpoint: '%s' is missing",
-                     report.fresh.front().c_str());
+        return error(Code::kFormat, "checkpoint: '%s' is missing", report.fresh.front().c_str());
     SPLAT_TRY(optimiser_->load(file.tensors, steps));
+    steps_ = steps;
     attempts_ = attempts;
     return {};
 }

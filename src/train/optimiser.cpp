@@ -3,17 +3,85 @@
 #include <algorithm>
 
 #include "ops/adam.h"
-#include "ops/ema.h"
 #include "ops/tensor_stats.h"
 
 namespace splat::train {
+namespace {
 
-Result<Optimiser> Optimiser::create(vk::Context& context, nn::Parameters& parameters,
-                                    const config::TrainConfig& config) {
-    Optimiser optimiser(context, parameters, config);
+ops::AdamDesc adam_desc(const OptimiserRule& rule, std::uint64_t step, double rate) {
+    ops::AdamDesc desc;
+    desc.step = step;
+    desc.learning_rate = rate * rule.rate_factor;
+    desc.beta1 = rule.betas[0];
+    desc.beta2 = rule.betas[1];
+    desc.eps = rule.eps;
+    return desc;
+}
+
+}  // namespace
+
+Status add_parameters(OptimiserDesc& desc, nn::Parameters& from, const std::string& prefix) {
+    // Blocks of all containers have different numbers.
+    std::size_t first = 1;
+    for (const OptimiserParameter& parameter : desc.parameters)
+        first = std::max(first, parameter.block + 1);
+    for (const nn::Parameter& parameter : from.all()) {
+        if (!parameter.trainable) continue;
+        if (parameter.grad.buffer == VK_NULL_HANDLE)
+            return error(Code::kInvalidState,
+                         "parameter '%s' has no gradient: its network was made without gradients",
+                         (prefix + parameter.name).c_str());
+        OptimiserParameter& added = desc.parameters.emplace_back();
+        added.name = prefix + parameter.name;
+        added.shape = parameter.shape;
+        added.value = parameter.value;
+        added.grad = parameter.grad;
+        const auto blocks = from.blocks();
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+            if (blocks[i].values.overlaps(parameter.value)) added.block = first + i;
+    }
+    desc.containers.push_back(&from);
+    return {};
+}
+
+Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
+    for (const OptimiserRule& rule : desc.rules) SPLAT_TRY(ops::adam_check(adam_desc(rule, 1, 1)));
+    for (const OptimiserParameter& parameter : desc.parameters)
+        if (parameter.value.bytes != parameter.grad.bytes)
+            return error(Code::kShape,
+                         "parameter '%s' has %llu bytes and its gradient %llu, expected the same",
+                         parameter.name.c_str(),
+                         static_cast<unsigned long long>(parameter.value.bytes),
+                         static_cast<unsigned long long>(parameter.grad.bytes));
+    Optimiser optimiser(context, std::move(desc));
+    optimiser.make_runs();
     SPLAT_TRY(optimiser.allocate());
     SPLAT_TRY(optimiser.record());
     return optimiser;
+}
+
+void Optimiser::make_runs() {
+    std::size_t block = 0;  // of the last run
+    for (const OptimiserParameter& parameter : desc_.parameters) {
+        const bool joins = !runs_.empty() && parameter.block != 0 && parameter.block == block &&
+                           runs_.back().rule == parameter.rule;
+        if (!joins) {
+            Run& run = runs_.emplace_back();
+            run.values = parameter.value;
+            run.grads = parameter.grad;
+            run.rule = parameter.rule;
+            run.elements = parameter.shape.elements();
+        } else {
+            Run& run = runs_.back();
+            run.values.bytes = parameter.value.end() - run.values.offset;
+            run.grads.bytes = parameter.grad.end() - run.grads.offset;
+            run.elements = run.grads.bytes / 4;
+            run.values.shape = run.grads.shape = {static_cast<std::uint32_t>(run.elements)};
+            SPLAT_ASSERT(run.values.bytes == run.grads.bytes);
+        }
+        block = parameter.block;
+        run_of_.push_back(runs_.size() - 1);
+    }
 }
 
 Status Optimiser::allocate() {
@@ -22,109 +90,110 @@ Status Optimiser::allocate() {
                                                          "state of the optimiser"));
         return context_->fill(buffer.range(), 0);
     };
-    for (const nn::ParameterBlock& block : parameters_->blocks()) {
-        State& state = states_.emplace_back();
-        SPLAT_TRY(make(state.m, block.values.bytes));
-        SPLAT_TRY(make(state.v, block.values.bytes));
-        if (config_.ema) SPLAT_TRY(make(state.average, block.values.bytes));
-        SPLAT_TRY(make(state.partial, ops::tensor_stats_partial_bytes(block.grads.bytes / 4)));
+    for (Run& run : runs_) {
+        SPLAT_TRY(make(run.m, run.values.bytes));
+        SPLAT_TRY(make(run.v, run.values.bytes));
+        if (desc_.ema) SPLAT_TRY(make(run.average, run.values.bytes));
+        SPLAT_TRY(make(run.partial, ops::tensor_stats_partial_bytes(run.elements)));
     }
     return {};
 }
 
 Status Optimiser::record() {
-    if (states_.empty()) return {};
-    const auto blocks = parameters_->blocks();
+    if (runs_.empty()) return {};
     vk::Recorder adam(*context_);
     vk::Recorder ema(*context_);
     vk::Recorder stats(*context_);
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-        State& state = states_[i];
-        SPLAT_TRY(ops::adam(adam, {}, blocks[i].values, blocks[i].grads, state.m.range(),
-                            state.v.range()));
-        state.adam = adam.last_dispatch();
-        SPLAT_TRY(ops::tensor_stats(stats, blocks[i].grads.bytes / 4, blocks[i].grads,
-                                    state.partial.range()));
-        if (!config_.ema) continue;
-        SPLAT_TRY(ops::ema(ema, 0, blocks[i].values, state.average.range()));
-        state.ema = ema.last_dispatch();
+    for (Run& run : runs_) {
+        SPLAT_TRY(ops::adam(adam, {}, run.values, run.grads, run.m.range(), run.v.range()));
+        run.adam = adam.last_dispatch();
+        SPLAT_TRY(ops::tensor_stats(stats, run.elements, run.grads, run.partial.range()));
+        if (!desc_.ema) continue;
+        SPLAT_TRY(ops::ema(ema, 0, run.values, run.average.range()));
+        run.ema = ema.last_dispatch();
     }
     SPLAT_ASSIGN(adam_, adam.finish());
     SPLAT_ASSIGN(stats_, stats.finish());
-    if (config_.ema) {
+    if (desc_.ema) {
         SPLAT_ASSIGN(ema_, ema.finish());
     }
     return {};
 }
 
-Result<std::uint64_t> Optimiser::count_not_finite() {
-    if (states_.empty()) return std::uint64_t{0};
+Result<GradientStats> Optimiser::measure_gradients() {
+    GradientStats all;
+    if (runs_.empty()) return all;
     SPLAT_TRY(context_->run(stats_));
-    std::uint64_t count = 0;
     std::vector<std::uint32_t> partial;
-    for (const State& state : states_) {
-        partial.resize(state.partial.bytes() / 4);
-        SPLAT_TRY(context_->read(state.partial.range(), partial.data(), partial.size() * 4));
+    for (const Run& run : runs_) {
+        partial.resize(run.partial.bytes() / 4);
+        SPLAT_TRY(context_->read(run.partial.range(), partial.data(), partial.size() * 4));
         const ops::TensorStats stats = ops::tensor_stats_merge(partial);
-        count += stats.nan_count + stats.inf_count;
+        const std::uint64_t broken = stats.nan_count + stats.inf_count;
+        all.non_finite += broken;
+        all.zero = all.zero && broken == 0 && stats.min == 0 && stats.max == 0;
     }
-    return count;
+    return all;
 }
 
-Status Optimiser::step() {
-    ops::AdamDesc desc;
-    desc.step = steps_ + 1;
-    desc.learning_rate = config_.rate(steps_ + 1);
-    desc.beta1 = config_.betas[0];
-    desc.beta2 = config_.betas[1];
-    desc.eps = config_.eps;
-    SPLAT_TRY(ops::adam_check(desc));
+Status Optimiser::zero_gradients() {
+    if (runs_.empty()) return {};
+    vk::Recorder recorder(*context_);
+    for (const Run& run : runs_) SPLAT_TRY(recorder.fill(run.grads, 0));
+    SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
+    return context_->run(list);
+}
+
+Status Optimiser::step(double rate) {
     const vk::DeviceInfo& device = context_->device().info();
-    const auto blocks = parameters_->blocks();
-    for (std::size_t i = 0; i < states_.size(); ++i)
-        SPLAT_TRY(adam_.set_push(states_[i].adam,
-                                 ops::adam_params(device, desc, blocks[i].values.bytes)));
-    const ops::EmaSchedule schedule{config_.ema_every, config_.ema_after, config_.ema_most};
-    const auto decay = config_.ema ? ops::ema_decay(steps_, schedule) : std::nullopt;
+    for (const OptimiserRule& rule : desc_.rules)
+        SPLAT_TRY(ops::adam_check(adam_desc(rule, steps_ + 1, rate)));
+    for (const Run& run : runs_)
+        SPLAT_TRY(adam_.set_push(
+            run.adam, ops::adam_params(device, adam_desc(desc_.rules[run.rule], steps_ + 1, rate),
+                                       run.values.bytes)));
+    const auto decay =
+        desc_.ema && !runs_.empty() ? ops::ema_decay(steps_, *desc_.ema) : std::nullopt;
     if (decay) {
-        for (std::size_t i = 0; i < states_.size(); ++i)
-            SPLAT_TRY(ema_.set_push(states_[i].ema,
-                                    ops::ema_params(device, *decay, blocks[i].values.bytes)));
+        for (const Run& run : runs_)
+            SPLAT_TRY(ema_.set_push(run.ema, ops::ema_params(device, *decay, run.values.bytes)));
         SPLAT_TRY(context_->make_ready(ema_));
     }
-    SPLAT_TRY(context_->run(adam_));
-    parameters_->changed();
+    if (!runs_.empty()) SPLAT_TRY(context_->run(adam_));
+    for (nn::Parameters* container : desc_.containers) container->changed();
     if (decay) SPLAT_TRY(context_->run(ema_));
     ++steps_;
     return {};
 }
 
-vk::BufferView Optimiser::part(const nn::Parameter& parameter, vk::Buffer State::*buffer) const {
-    const auto blocks = parameters_->blocks();
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-        const vk::BufferView& values = blocks[i].values;
-        if (!values.overlaps(parameter.value)) continue;
-        vk::BufferView view = (states_[i].*buffer).range();
-        view.offset += parameter.value.offset - values.offset;
-        view.bytes = parameter.value.bytes;
-        view.shape = parameter.shape;
-        return view;
-    }
-    return {};
+vk::BufferView Optimiser::part(std::size_t index, vk::Buffer Run::*buffer) const {
+    const OptimiserParameter& parameter = desc_.parameters[index];
+    const Run& run = runs_[run_of_[index]];
+    vk::BufferView view =
+        (run.*buffer)
+            .range()
+            .part(parameter.value.offset - run.values.offset, parameter.value.bytes);
+    view.shape = parameter.shape;
+    return view;
 }
 
-Status Optimiser::read_average(const nn::Parameter& parameter, LargeVector<float>& values) {
-    const bool averaged = config_.ema && parameter.trainable && steps_ > 0;
-    return parameters_->read(averaged ? part(parameter, &State::average) : parameter.value, values);
+Status Optimiser::read(const vk::BufferView& view, LargeVector<float>& values) {
+    values.resize(view.shape.elements());
+    return context_->read(view, values.data(), values.size() * sizeof(float));
+}
+
+Status Optimiser::read_average(const OptimiserParameter& parameter, LargeVector<float>& values) {
+    const auto index = static_cast<std::size_t>(&parameter - desc_.parameters.data());
+    const bool averaged = desc_.ema && steps_ > 0;
+    return read(averaged ? part(index, &Run::average) : parameter.value, values);
 }
 
 Status Optimiser::save(io::NamedTensors& tensors) {
-    for (const nn::Parameter& parameter : parameters_->all()) {
-        if (!parameter.trainable) continue;
+    for (std::size_t i = 0; i < desc_.parameters.size(); ++i) {
         for (const Kind& kind : kinds()) {
             io::NamedTensor tensor;
-            tensor.name = kind.prefix + parameter.name;
-            SPLAT_TRY(parameters_->read(part(parameter, kind.buffer), tensor.values.own()));
+            tensor.name = kind.prefix + desc_.parameters[i].name;
+            SPLAT_TRY(read(part(i, kind.buffer), tensor.values.own()));
             tensor.dims = {static_cast<std::int64_t>(tensor.values.size())};
             SPLAT_TRY(tensors.add(std::move(tensor)));
         }
@@ -133,18 +202,16 @@ Status Optimiser::save(io::NamedTensors& tensors) {
 }
 
 std::vector<Optimiser::Kind> Optimiser::kinds() const {
-    std::vector<Kind> kinds = {{"m:", &State::m}, {"v:", &State::v}};
-    if (config_.ema) kinds.push_back({"ema:", &State::average});
+    std::vector<Kind> kinds = {{"m:", &Run::m}, {"v:", &Run::v}};
+    if (desc_.ema) kinds.push_back({"ema:", &Run::average});
     return kinds;
 }
 
 Status Optimiser::check(const io::NamedTensors& tensors) const {
-    for (const nn::Parameter& parameter : parameters_->all()) {
+    for (const OptimiserParameter& parameter : desc_.parameters) {
         for (const Kind& kind : kinds()) {
             const io::NamedTensor* tensor = tensors.find(kind.prefix + parameter.name);
-            const bool fits =
-                tensor != nullptr && tensor->values.size() == parameter.shape.elements();
-            if (fits || !parameter.trainable) continue;
+            if (tensor != nullptr && tensor->values.size() == parameter.shape.elements()) continue;
             return error(Code::kInvalidArgument,
                          "checkpoint: '%s%s' %s, expected %llu numbers: it is of another "
                          "configuration",
@@ -158,11 +225,11 @@ Status Optimiser::check(const io::NamedTensors& tensors) const {
 
 Status Optimiser::load(const io::NamedTensors& tensors, std::uint64_t steps) {
     SPLAT_TRY(check(tensors));
-    for (const nn::Parameter& parameter : parameters_->all()) {
-        if (!parameter.trainable) continue;
+    for (std::size_t i = 0; i < desc_.parameters.size(); ++i) {
         for (const Kind& kind : kinds()) {
-            const io::TensorValues& values = tensors.find(kind.prefix + parameter.name)->values;
-            SPLAT_TRY(context_->write(part(parameter, kind.buffer), values.data(),
+            const io::TensorValues& values =
+                tensors.find(kind.prefix + desc_.parameters[i].name)->values;
+            SPLAT_TRY(context_->write(part(i, kind.buffer), values.data(),
                                       values.size() * sizeof(float)));
         }
     }

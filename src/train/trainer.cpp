@@ -70,8 +70,12 @@ Status Trainer::build(const model::PredictorConfig& network) {
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(predictor_, model::Predictor::create(context_, network, options));
-    SPLAT_ASSIGN(Optimiser optimiser,
-                 Optimiser::create(context_, predictor_->parameters(), config_));
+    OptimiserDesc adam;
+    adam.rules = {{1, config_.betas, config_.eps}};
+    if (config_.ema)
+        adam.ema = ops::EmaSchedule{config_.ema_every, config_.ema_after, config_.ema_most};
+    SPLAT_TRY(add_parameters(adam, predictor_->parameters()));
+    SPLAT_ASSIGN(Optimiser optimiser, Optimiser::create(context_, std::move(adam)));
     optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
 
     raster::RasterDesc desc;
@@ -164,11 +168,16 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
         SPLAT_TRY(pass(batch, first, result));
     Stopwatch watch;
-    SPLAT_ASSIGN(const std::uint64_t broken, optimiser_->count_not_finite());
-    result.skipped = broken > 0 || !std::isfinite(result.loss.total);
-    if (!result.skipped) SPLAT_TRY(optimiser_->step());
+    SPLAT_ASSIGN(const GradientStats gradients, optimiser_->measure_gradients());
+    result.gradients_zero = gradients.zero;
+    result.skipped = gradients.non_finite > 0 || !std::isfinite(result.loss.total);
+    if (!result.skipped) {
+        const vk::Uncancelled whole(context_.mutex);
+        SPLAT_TRY(optimiser_->step(config_.rate(steps() + 1)));
+    }
     watch.add_to(result.update_seconds);
-    result.step = optimiser_->steps();
+    steps_ = optimiser_->steps();
+    result.step = steps_;
     ++attempts_;
     return {};
 }
@@ -189,6 +198,7 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& re
     Stopwatch watch;
     SPLAT_TRY(predictor_->set_input(input));
     SPLAT_TRY(predictor_->forward());
+    result.non_finite += predictor_->ledger().non_finite;
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < objects; ++i) SPLAT_TRY(render(batch, first + i, i, result));
     if (config_.scale_terms) SPLAT_TRY(add_scale_gradients());
@@ -223,7 +233,11 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     result.loss.pixel += share * terms.pixel;
     result.loss.ssim += share * terms.ssim;
     result.loss.lpips += share * terms.lpips;
-    result.pairs += rasterizer_->stats().pairs;
+    const raster::RasterDesc& desc = rasterizer_->desc();
+    const raster::RasterStats& stats = rasterizer_->stats();
+    result.pairs += stats.pairs;
+    result.visible += stats.visible;
+    result.culled += std::uint64_t{desc.gaussians} * desc.views - stats.visible;
     return {};
 }
 
@@ -257,9 +271,9 @@ Result<io::NamedTensors> Trainer::averaged_state() {
     io::NamedTensors state;
     for (const io::NamedTensor& tensor : current) {
         io::NamedTensor copy = tensor;
-        const nn::Parameter* parameter = predictor_->parameters().find(tensor.name);
-        if (parameter != nullptr)
-            SPLAT_TRY(optimiser_->read_average(*parameter, copy.values.own()));
+        for (const OptimiserParameter& parameter : optimiser_->parameters())
+            if (parameter.name == tensor.name)
+                SPLAT_TRY(optimiser_->read_average(parameter, copy.values.own()));
         SPLAT_TRY(state.add(std::move(copy)));
     }
     return state;

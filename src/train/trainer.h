@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 
 #include "io/weights_file.h"
@@ -25,10 +26,14 @@ struct TrainBatch {
 };
 
 struct TrainStep {
-    std::uint64_t step = 0;   ///< updates done
-    LossTerms loss;           ///< means over the batch
-    bool skipped = false;     ///< loss or gradients were not finite: nothing was updated
-    std::uint64_t pairs = 0;  ///< (tile, Gaussian) pairs of all targets
+    std::uint64_t step = 0;        ///< updates done
+    LossTerms loss;                ///< means over the batch
+    bool skipped = false;          ///< loss or gradients were not finite: nothing was updated
+    std::uint64_t pairs = 0;       ///< (tile, Gaussian) pairs of all targets
+    std::uint64_t visible = 0;     ///< (Gaussian, target) that reach a tile
+    std::uint64_t culled = 0;      ///< (Gaussian, target) that do not
+    std::uint64_t non_finite = 0;  ///< numbers that the network gave which are NaN or infinite
+    bool gradients_zero = false;   ///< those of all parameters, to the last bit
     double network_seconds = 0, render_seconds = 0, update_seconds = 0;
 };
 
@@ -51,7 +56,8 @@ class Trainer {
 
     [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
     [[nodiscard]] const config::TrainConfig& config() const { return config_; }
-    [[nodiscard]] std::uint64_t steps() const { return optimiser_->steps(); }
+    /// Updates of the weights. Thread-safe, like attempts().
+    [[nodiscard]] std::uint64_t steps() const { return steps_; }
 
     /// Calls of step() that ran to their end, including skipped ones.
     [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
@@ -63,8 +69,8 @@ class Trainer {
     /// counters, with the configuration and a checksum.
     Result<io::WeightsFile> checkpoint();
 
-    /// Continue from a checkpoint, bit-exactly. All or nothing. Errors: kInvalidArgument for another network
-    /// or optimiser, or a wrong checksum.
+    /// Continue from a checkpoint, bit-exactly. All or nothing. Errors: kFormat for a file that is
+    /// none or has a wrong checksum; kInvalidArgument for another network or optimiser.
     Status resume(const io::WeightsFile& file);
 
   private:
@@ -86,7 +92,8 @@ class Trainer {
     raster::PackedBuffers scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
-    std::uint64_t attempts_ = 0;
+    std::atomic<std::uint64_t> steps_ = 0;        ///< those of optimiser_
+    std::atomic<std::uint64_t> attempts_ = 0;
 };
 
 }  // namespace splat::train

@@ -30,12 +30,14 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
     context->memory_ = std::make_unique<Memory>(device, desc.memory);
     context->pipelines_ = std::make_unique<Pipelines>(device, desc.cache_folder,
                                                       compile_threads(desc.device.validation));
-    context->queue_ = std::make_unique<Queue>(device, *context->memory_, timeout_ns);
+    context->queue_ =
+        std::make_unique<Queue>(device, *context->memory_, context->mutex, timeout_ns);
     context->profile_enabled_ = desc.profile;
     return context;
 }
 
 Context::~Context() {
+    { const std::lock_guard last(mutex); }  // does the work that other threads left
     // First the queue, which waits for running work; then pipelines and memory; last the device.
     queue_.reset();
     pipelines_.reset();

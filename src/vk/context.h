@@ -1,8 +1,8 @@
 #pragma once
 
-#include <mutex>
 #include <string>
 
+#include "vk/device_mutex.h"
 #include "vk/recorder.h"
 #include "vk/submit.h"
 
@@ -50,7 +50,11 @@ class Context {
     /// Fill a view with a 32-bit word, on the device.
     Status fill(const BufferView& view, std::uint32_t word);
 
-    std::mutex mutex;
+    /// True in a child of the process that opened the device. The driver's threads do not exist
+    /// there, so nothing of the context may be used or destroyed.
+    [[nodiscard]] bool forked() const { return mutex.forked(); }
+
+    DeviceMutex mutex;
 
   private:
     Context() = default;

@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "core/fault.h"
+#include "core/fork.h"
 #include "core/log.h"
 
 namespace splat::vk {
@@ -11,9 +12,22 @@ namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-std::mutex g_mutex;
 std::weak_ptr<Instance> g_instances[2];  // without and with validation
 std::atomic<std::uint64_t> g_messages{0};
+
+/// A child opens its own: drivers keep threads per instance, which a fork does not copy.
+void forget_instances() {
+    for (std::weak_ptr<Instance>& instance : g_instances) instance.reset();
+}
+
+/// Of g_instances. Never destroyed: devices may live until the end of the process.
+ForkMutex& instances_mutex() {
+    static ForkMutex* const mutex = [] {
+        at_fork_in_child(forget_instances);
+        return new ForkMutex;
+    }();
+    return *mutex;
+}
 
 /// Messages of the layer are counted; the loader's own ("general") are only passed on.
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
@@ -105,7 +119,7 @@ const char* result_name(VkResult result) {
 }
 
 Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
-    const std::lock_guard lock(g_mutex);
+    const std::lock_guard lock(instances_mutex());
     std::weak_ptr<Instance>& slot = g_instances[validation ? 1 : 0];
     if (auto living = slot.lock()) return living;
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));

@@ -60,6 +60,7 @@ Memory::~Memory() {
 }
 
 MemoryUse Memory::use() const {
+    const std::lock_guard lock(use_mutex_);
     return use_;
 }
 
@@ -161,9 +162,12 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
         destroy(*block);
         return status;
     }
-    use_.used += size;
-    use_.peak = std::max(use_.peak, use_.used);
-    ++use_.allocations;
+    {
+        const std::lock_guard lock(use_mutex_);
+        use_.used += size;
+        use_.peak = std::max(use_.peak, use_.used);
+        ++use_.allocations;
+    }
     blocks_.push_back(std::move(block));
     return blocks_.back().get();
 }
@@ -227,7 +231,10 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
         SPLAT_ASSIGN(block, add_block(total, kind, name));
         offset = take(*block, total, payload);
     }
-    use_.live += total;
+    {
+        const std::lock_guard lock(use_mutex_);
+        use_.live += total;
+    }
     prepare(*block, *offset);
     BufferView range;
     range.block = block;
@@ -242,7 +249,10 @@ void Memory::release(const BufferView& view) noexcept {
     const std::uint64_t offset = view.offset - guard_bytes_;
     if (const auto broken = broken_guard(block, offset)) broken_ = broken;
     Block::Range& range = block.live.find(offset)->second;
-    use_.live -= range.bytes;
+    {
+        const std::lock_guard lock(use_mutex_);
+        use_.live -= range.bytes;
+    }
     if (defer_) {
         range.deferred = true;
         ++deferred_;
@@ -276,8 +286,11 @@ void Memory::drop_if_empty(Block& block) noexcept {
     if (!block.live.empty()) return;
     const auto at = std::find_if(blocks_.begin(), blocks_.end(),
                                  [&](const auto& b) { return b.get() == &block; });
-    use_.used -= block.bytes;
-    --use_.allocations;
+    {
+        const std::lock_guard lock(use_mutex_);
+        use_.used -= block.bytes;
+        --use_.allocations;
+    }
     destroy(block);
     blocks_.erase(at);
 }

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -54,7 +55,7 @@ struct MemoryUse {
 
 /// Sub-allocates buffers from blocks of driver memory, within a budget that it enforces itself.
 ///
-/// First fit in offset order; an empty block goes back to the driver. Not thread-safe: the
+/// First fit in offset order; an empty block goes back to the driver. Not thread-safe except use(): the
 /// Context's mutex guards it.
 class Memory {
   public:
@@ -68,10 +69,15 @@ class Memory {
     /// `name` appears in the message.
     Result<Buffer> allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name);
 
+    /// Thread-safe; waits for no other call.
     [[nodiscard]] MemoryUse use() const;
 
     /// Host address of a view, or nullptr if its memory is not mapped.
     static std::byte* host(const BufferView& view);
+
+    /// Whether the host and the device see one another's writes there without flush() and
+    /// invalidate().
+    static bool coherent(const BufferView& view) { return view.block->coherent; }
 
     /// Make host writes visible to the device, or device writes to the host, where memory is not
     /// coherent.
@@ -105,6 +111,7 @@ class Memory {
     MemoryDesc desc_;
     std::uint64_t alignment_;
     std::uint64_t guard_bytes_;
+    mutable std::mutex use_mutex_;  ///< of use_, held while numbers change
     MemoryUse use_;
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;

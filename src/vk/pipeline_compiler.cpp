@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/fork.h"
+
 namespace splat::vk {
 namespace {
 
@@ -10,11 +12,21 @@ constexpr unsigned kMostThreads = 4;
 
 /// The compilers of the process. Never destroyed, because devices may live until its end.
 struct Living {
-    std::mutex mutex;
+    ForkMutex mutex;
     std::vector<PipelineCompiler*> compilers;
 };
+Living& living();
+
+/// Their threads do not exist in the child, which must not wait for them.
+void forget_compilers() {
+    living().compilers.clear();
+}
+
 Living& living() {
-    static auto* all = new Living;
+    static Living* const all = [] {
+        at_fork_in_child(forget_compilers);
+        return new Living;
+    }();
     return *all;
 }
 

@@ -29,7 +29,7 @@ Status Queue::run(CommandList& list, Profile* profile) {
     SPLAT_TRY(wait(list.objects_));
     if (profile != nullptr && objects.queries != VK_NULL_HANDLE)
         SPLAT_TRY(read_times(objects, *profile));
-    return {};
+    return mutex_.check();
 }
 
 Status Queue::submit(CommandList::Objects& objects) {
@@ -82,6 +82,7 @@ Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects) {
 }
 
 Status Queue::settle() {
+    SPLAT_TRY(mutex_.check());
     if (pending_ == nullptr) return {};
     const auto objects = pending_;
     return wait(objects);

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "vk/command_list.h"
+#include "vk/device_mutex.h"
 #include "vk/memory.h"
 #include "vk/timers.h"
 
@@ -12,8 +13,8 @@ namespace splat::vk {
 class Queue {
   public:
     /// `timeout_ns` bounds each wait; a suspension of the process counts as at most 0.5 s.
-    Queue(Device& device, Memory& memory, std::uint64_t timeout_ns)
-        : device_(device), memory_(memory), timeout_ns_(timeout_ns) {}
+    Queue(Device& device, Memory& memory, const DeviceMutex& mutex, std::uint64_t timeout_ns)
+        : device_(device), memory_(memory), mutex_(mutex), timeout_ns_(timeout_ns) {}
     ~Queue();
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
@@ -24,10 +25,10 @@ class Queue {
 
     /// Run a list to its end. Errors: kTimeout if the device did not finish (it may later; the next call
     /// first waits for it, and buffers freed meanwhile are not reused), kDeviceLost for ever after a loss,
-    /// and the driver's.
+    /// kCancelled before or after the list if the call was cancelled, and the driver's.
     Status run(CommandList& list, Profile* profile);
 
-    /// Wait for a list that timed out before, if there is one.
+    /// Wait for a list that timed out before, if there is one. Errors: those of run().
     Status settle();
 
   private:
@@ -38,6 +39,7 @@ class Queue {
 
     Device& device_;
     Memory& memory_;
+    const DeviceMutex& mutex_;
     std::uint64_t timeout_ns_;
     std::shared_ptr<CommandList::Objects> pending_;  ///< timed out and not yet known to have ended
 };

@@ -8,6 +8,7 @@ namespace splat::vk {
 
 void Profile::add(std::string_view op, std::string_view shader, double milliseconds,
                   const Work& work) {
+    const std::lock_guard lock(mutex_);
     Entry& entry = entries_[{std::string(op), std::string(shader)}];
     entry.min_ms = entry.count == 0 ? milliseconds : std::min(entry.min_ms, milliseconds);
     if (entry.times_ms.size() < kMaxTimes)
@@ -21,6 +22,7 @@ void Profile::add(std::string_view op, std::string_view shader, double milliseco
 }
 
 void Profile::reset() {
+    const std::lock_guard lock(mutex_);
     entries_.clear();
 }
 
@@ -39,6 +41,7 @@ std::vector<Profile::Row> Profile::rows() const {
 }
 
 std::string Profile::json(const std::string& device) const {
+    const std::lock_guard lock(mutex_);
     JsonWriter json;
     json.begin_object().member("device", device).newline(1).key("ops").begin_array();
     for (const Row& row : rows()) {
@@ -56,6 +59,7 @@ std::string Profile::json(const std::string& device) const {
 }
 
 std::string Profile::table(const std::string& device) const {
+    const std::lock_guard lock(mutex_);
     std::string text = "device: " + device + "\n";
     text += format("%-28s %-32s %8s %10s %10s %10s %8s %8s\n", "op", "kernel", "count", "total ms",
                    "min ms", "median ms", "GB/s", "GFLOP/s");

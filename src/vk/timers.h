@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,7 +12,7 @@
 
 namespace splat::vk {
 
-/// Device times of dispatches, by operator label and shader.
+/// Device times of dispatches, by operator label and shader. Thread-safe.
 class Profile {
   public:
     void add(std::string_view op, std::string_view shader, double milliseconds, const Work& work);
@@ -38,8 +39,9 @@ class Profile {
     };
     static constexpr std::size_t kMaxTimes =
         4096;  ///< bounds memory in long runs; the median is over the latest of these
-    [[nodiscard]] std::vector<Row> rows() const;
+    [[nodiscard]] std::vector<Row> rows() const;  ///< with mutex_ held
 
+    mutable std::mutex mutex_;
     std::map<std::pair<std::string, std::string>, Entry> entries_;
 };
 

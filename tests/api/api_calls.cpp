@@ -156,8 +156,54 @@ Model make_model(const Device& device) {
     return model;
 }
 
+Predictor make_predictor(const Device& device) {
+    const Model model = make_model(device);
+    EXPECT_DONE(splat_model_init(model, 3));
+    Weights weights;
+    EXPECT_DONE(splat_model_store(model, weights.out()));
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights = weights;
+    desc.config = kSmallModel;
+    Predictor predictor;
+    EXPECT_DONE(splat_predictor_create(device, &desc, predictor.out()));
+    return predictor;
+}
+
+splat_port port_desc(const Dims& dims, const char* name) {
+    splat_port port{};
+    port.name = name;
+    port.rank = static_cast<std::uint32_t>(dims.size());
+    std::copy(dims.begin(), dims.end(), port.dims);
+    return port;
+}
+
+Evaluator make_evaluator(splat_dataset dataset) {
+    auto desc = sized<splat_evaluator_desc>();
+    desc.dataset = dataset;
+    desc.method = "mine";
+    Evaluator evaluator;
+    EXPECT_DONE(splat_evaluator_create(&desc, evaluator.out()));
+    return evaluator;
+}
+
+splat_compare_desc compare_desc() {
+    static const splat_score a[] = {{"x", 20, 0.5, 0.2}, {"y", 22, 0.6, 0.1}};
+    static const splat_score b[] = {{"x", 21, 0.6, 0.1}, {"y", 24, 0.6, 0.1}};
+    auto desc = sized<splat_compare_desc>();
+    desc.a = {nullptr, a, 2};
+    desc.b = {nullptr, b, 2};
+    return desc;
+}
+
+Comparison make_comparison() {
+    const splat_compare_desc desc = compare_desc();
+    Comparison comparison;
+    EXPECT_DONE(splat_compare_scores(&desc, comparison.out()));
+    return comparison;
+}
+
 splat_module_desc module_desc() {
-    static const splat_tensor_desc port = tensor_desc({1, 4}, "x");
+    static const splat_port port = port_desc({1, 4}, "x");
     auto desc = sized<splat_module_desc>();
     desc.type = "silu";
     desc.ports = &port;
@@ -238,7 +284,7 @@ Weights make_weights() {
         std::filesystem::temp_directory_path() / ("splat-weights-" + std::to_string(::getpid()));
     std::ofstream(path, std::ios::binary) << file;
     Weights weights;
-    EXPECT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    EXPECT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     std::filesystem::remove(path);
     return weights;
 }
@@ -259,6 +305,7 @@ const char* data_folder() {
         std::string path = (std::filesystem::temp_directory_path() /
                             ("splat-api-data-" + std::to_string(::getpid())))
                                .string();
+        const pid_t owner = ::getpid();  // not a child that exits
         Folder() {
             const splat_synthetic_desc desc = synthetic_desc(path.c_str());
             for (std::uint32_t i = 0; i < 3; ++i) EXPECT_DONE(splat_synthetic_write(&desc, i));
@@ -267,7 +314,7 @@ const char* data_folder() {
         Folder& operator=(const Folder&) = delete;
         ~Folder() {
             std::error_code code;
-            std::filesystem::remove_all(path, code);
+            if (owner == ::getpid()) std::filesystem::remove_all(path, code);
         }
     };
     static const Folder folder;
@@ -285,6 +332,61 @@ Dataset make_dataset() {
     Dataset dataset;
     EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
     return dataset;
+}
+
+Dataset make_training_dataset() {
+    splat_dataset_desc desc = dataset_desc();
+    desc.resolution = 16;
+    std::fill_n(desc.background, 3, 1.0F);
+    Dataset dataset;
+    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
+    return dataset;
+}
+
+Batches make_batches() {
+    Batches batches;
+    EXPECT_DONE(
+        splat_batches_create(make_training_dataset(), trainer_desc().config, 1, batches.out()));
+    return batches;
+}
+
+std::string run_folder() {
+    struct Folder {
+        std::string path = (std::filesystem::temp_directory_path() /
+                            ("splat-api-runs-" + std::to_string(::getpid())))
+                               .string();
+        const pid_t owner = ::getpid();  // not a child that exits
+        int runs = 0;
+        Folder() = default;
+        Folder(const Folder&) = delete;
+        Folder& operator=(const Folder&) = delete;
+        ~Folder() {
+            std::error_code code;
+            if (owner == ::getpid()) std::filesystem::remove_all(path, code);
+        }
+    };
+    static Folder folder;
+    return folder.path + "/" + std::to_string(folder.runs++);
+}
+
+splat_training_desc training_desc(splat_dataset dataset, const std::string& folder) {
+    static const char* const kTwoSteps[] = {"opt.iterations=2"};
+    auto desc = sized<splat_training_desc>();
+    desc.folder = folder.c_str();
+    desc.config = trainer_desc().config;
+    desc.values = kTwoSteps;
+    desc.value_count = 1;
+    desc.dataset = dataset;
+    return desc;
+}
+
+Training make_training(const Device& device) {
+    const Dataset dataset = make_training_dataset();
+    const std::string folder = run_folder();
+    const splat_training_desc desc = training_desc(dataset, folder);
+    Training training;
+    EXPECT_DONE(splat_training_open(device, &desc, training.out()));
+    return training;
 }
 
 }  // namespace splat::test

@@ -71,13 +71,20 @@ using Device = Owned<splat_device, splat_device_destroy>;
 using Tensor = Owned<splat_tensor, splat_tensor_destroy>;
 using Op = Owned<splat_op, splat_op_destroy>;
 using Scene = Owned<splat_scene, splat_scene_destroy>;
+using Optimizer = Owned<splat_optimizer, splat_optimizer_destroy>;
 using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
+using RasterState = Owned<splat_raster_state, splat_raster_state_destroy>;
 using Weights = Owned<splat_weights, splat_weights_destroy>;
 using Model = Owned<splat_model, splat_model_destroy>;
 using Module = Owned<splat_module, splat_module_destroy>;
 using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
 using Lpips = Owned<splat_lpips, splat_lpips_destroy>;
 using Dataset = Owned<splat_dataset, splat_dataset_destroy>;
+using Evaluator = Owned<splat_evaluator, splat_evaluator_destroy>;
+using Comparison = Owned<splat_comparison, splat_comparison_destroy>;
+using Predictor = Owned<splat_predictor, splat_predictor_destroy>;
+using Batches = Owned<splat_batches, splat_batches_destroy>;
+using Training = Owned<splat_training, splat_training_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.
@@ -111,6 +118,16 @@ splat_synthetic_desc synthetic_desc(const char* path);
 splat_dataset_desc dataset_desc();
 Dataset make_dataset();
 
+/// The same data as the networks of trainer_desc() take it.
+Dataset make_training_dataset();
+Batches make_batches();
+
+/// A new folder for a run, which is removed at the end of the program.
+std::string run_folder();
+/// Two steps of trainer_desc() on that data; `folder` lives as long as the desc.
+splat_training_desc training_desc(splat_dataset dataset, const std::string& folder);
+Training make_training(const Device& device);
+
 /// A model of 16 x 16 pixels, two levels and attention at 8: its configuration and description.
 inline constexpr const char* kSmallModel =
     "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n"
@@ -118,6 +135,18 @@ inline constexpr const char* kSmallModel =
     "  training_resolution: 16";
 splat_model_desc model_desc();
 Model make_model(const Device& device);
+
+/// A predictor of such a model with random weights, for white backgrounds.
+Predictor make_predictor(const Device& device);
+/// A port of a splat_module_desc.
+splat_port port_desc(const Dims& dims, const char* name);
+
+/// An evaluator of the caller's images of a data set.
+Evaluator make_evaluator(splat_dataset dataset);
+
+/// Two methods on the objects "x" and "y".
+splat_compare_desc compare_desc();
+Comparison make_comparison();
 
 /// silu of "x" [1,4], and its description; the port lives as long as the program.
 splat_module_desc module_desc();

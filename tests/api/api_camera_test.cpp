@@ -106,7 +106,7 @@ TEST(ApiCamera, FilesAreRead) {
     EXPECT_EQ(report, R"({"names": ["a.png", "b.png"], "warnings": []})");
     const std::string sentence = "'" + path.string() + "': frame 0: 'w' is 0";
     EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, cameras, 2, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, sentence.c_str());
+                   SPLAT_ERROR_FORMAT, sentence.c_str());
     std::filesystem::remove(path);
 }
 

@@ -112,8 +112,7 @@ TEST(ApiDataset, NamesWhatIsMissing) {
     splat_dataset_desc desc = dataset_desc();
     desc.path = "/nonexistent";
     Dataset dataset;
-    EXPECT_REFUSED(splat_dataset_open(&desc, dataset.out()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "/nonexistent");
+    EXPECT_REFUSED(splat_dataset_open(&desc, dataset.out()), SPLAT_ERROR_NOT_FOUND, "/nonexistent");
     const Dataset good = make_dataset();
     const std::uint32_t view = 3;
     auto out = sized<splat_dataset_views>();

@@ -234,7 +234,7 @@ struct Drawing {
         EXPECT_DONE(draw(one));
     }
     splat_result draw(const Scene& scene) {
-        return splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr);
+        return splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr);
     }
     [[nodiscard]] std::vector<float> image() const {
         return output(rasterizer, SPLAT_OUTPUT_RGB, 3 * std::size_t{20} * 18);
@@ -243,7 +243,7 @@ struct Drawing {
         auto desc = sized<splat_gradients_desc>();
         desc.grad_rgb = weights;
         desc.grad_means = grad_means;
-        EXPECT_DONE(splat_rasterizer_backward(rasterizer, &desc));
+        EXPECT_DONE(splat_rasterizer_backward(rasterizer, nullptr, &desc));
         return download(grad_means);
     }
 
@@ -277,8 +277,8 @@ TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
     EXPECT_REFUSED(drawing.draw(drawing.other), SPLAT_ERROR_TIMEOUT, "");
     fault::disarm();
     std::vector<float> alpha(std::size_t{20} * 18);
-    EXPECT_REFUSED(splat_rasterizer_read(drawing.rasterizer, SPLAT_OUTPUT_ALPHA, alpha.data(),
-                                         alpha.size() * sizeof(float)),
+    EXPECT_REFUSED(splat_rasterizer_read(drawing.rasterizer, nullptr, SPLAT_OUTPUT_ALPHA,
+                                         alpha.data(), alpha.size() * sizeof(float)),
                    SPLAT_ERROR_INVALID_STATE, "has drawn nothing");
     EXPECT_DONE(drawing.draw(drawing.other));
 }
@@ -292,7 +292,8 @@ TEST_F(ApiFault, FailedDrawsKeepOneScene) {
         drawing.one.destroy();  // now only the rasterizer keeps it
         const Rasterizer second = make_rasterizer(drawing.device, rasterizer_desc(5, 20, 18));
         const auto draw = [&](const Scene& scene) {
-            return splat_rasterizer_forward_scene(second, scene, &drawing.camera, 1, nullptr);
+            return splat_rasterizer_forward_scene(second, nullptr, scene, &drawing.camera, 1,
+                                                  nullptr);
         };
         std::vector<std::uint64_t> live;
         for (int i = 0; i < 3; ++i) {

@@ -7,7 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "api/layout/layout_evaluate.h"
+#include "api/layout/layout_files.h"
 #include "api/layout/layout_network.h"
+#include "api/layout/layout_optimizer.h"
+#include "api/layout/layout_predict.h"
+#include "api/layout/layout_training.h"
 #include "api/public_headers.h"
 
 namespace splat::test {
@@ -136,7 +141,7 @@ const Layout kOpDesc = {  // clang-format off
 const Layout kSceneDesc = {  // clang-format off
     "splat_scene_desc",
     sizeof(splat_scene_desc),
-    72,
+    112,
     {
     SPLAT_FIELD(splat_scene_desc, struct_size, 0, 4),
     SPLAT_FIELD(splat_scene_desc, flags, 4, 4),
@@ -148,7 +153,12 @@ const Layout kSceneDesc = {  // clang-format off
     SPLAT_FIELD(splat_scene_desc, log_scales, 40, 8),
     SPLAT_FIELD(splat_scene_desc, rotations, 48, 8),
     SPLAT_FIELD(splat_scene_desc, opacity_logits, 56, 8),
-    SPLAT_FIELD(splat_scene_desc, sh, 64, 8),}
+    SPLAT_FIELD(splat_scene_desc, sh, 64, 8),
+    SPLAT_FIELD(splat_scene_desc, mean_count, 72, 8),
+    SPLAT_FIELD(splat_scene_desc, log_scale_count, 80, 8),
+    SPLAT_FIELD(splat_scene_desc, rotation_count, 88, 8),
+    SPLAT_FIELD(splat_scene_desc, opacity_logit_count, 96, 8),
+    SPLAT_FIELD(splat_scene_desc, sh_count, 104, 8),}
 };  // clang-format on
 
 const Layout kSceneFileDesc = {  // clang-format off
@@ -320,7 +330,7 @@ const Layout kGradientsDesc = {  // clang-format off
 const Layout kRasterizerInfo = {  // clang-format off
     "splat_rasterizer_info",
     sizeof(splat_rasterizer_info),
-    64,
+    72,
     {
     SPLAT_FIELD(splat_rasterizer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_rasterizer_info, passes, 4, 4),
@@ -331,17 +341,25 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, empty_tiles, 40, 8),
     SPLAT_FIELD(splat_rasterizer_info, bytes, 48, 8),
     SPLAT_FIELD(splat_rasterizer_info, runs, 56, 4),
-    SPLAT_FIELD(splat_rasterizer_info, reserved, 60, 4),}
+    SPLAT_FIELD(splat_rasterizer_info, gaussians, 60, 4),
+    SPLAT_FIELD(splat_rasterizer_info, views, 64, 4),
+    SPLAT_FIELD(splat_rasterizer_info, reserved, 68, 4),}
 };  // clang-format on
 
-const Layout kLayouts[] = {kPhotoDesc,      kDatasetDesc,    kDatasetViews,  kSyntheticDesc,
-                           kTrainerDesc,    kTrainerBatch,   kTrainerInfo,   kLpipsDesc,
-                           kImageScores,    kModelDesc,      kModelInput,    kDeviceInfo,
-                           kDeviceDesc,     kMemoryInfo,     kTensorDesc,    kTensorInfo,
-                           kTensorStats,    kOpDesc,         kSceneDesc,     kSceneFileDesc,
-                           kSimilarity,     kSceneInfo,      kCamera,        kOrbitDesc,
-                           kCameraFileDesc, kRasterizerDesc, kGaussiansDesc, kGradientsDesc,
-                           kRasterizerInfo, kWeightsInfo,    kModuleDesc,    kImage};
+const Layout kLayouts[] = {
+    kTrainingDesc,   kTrainingEvent,     kPictureSource,  kPicture,        kPictureInfo,
+    kPictureCutDesc, kPredictorDesc,     kPredictorInfo,  kPrediction,     kDatasetDesc,
+    kDatasetViews,   kSyntheticDesc,     kTrainerDesc,    kTrainerBatch,   kTrainerInfo,
+    kLpipsDesc,      kImageScores,       kModelDesc,      kModelInput,     kDeviceInfo,
+    kDeviceDesc,     kMemoryInfo,        kTensorDesc,     kTensorInfo,     kTensorStats,
+    kOpDesc,         kSceneDesc,         kSceneFileDesc,  kSimilarity,     kSceneInfo,
+    kCamera,         kOrbitDesc,         kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
+    kGradientsDesc,  kRasterizerInfo,    kWeightsInfo,    kModuleDesc,     kImage,
+    kModelGradients, kModelInfo,         kPort,           kOptimizerItem,  kOptimizerGroup,
+    kOptimizerDesc,  kOptimizerInfo,     kImageInfo,      kNamedArray,     kCameraBytes,
+    kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,         kObjectScores,
+    kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
+    kComparisonInfo, kMetricComparison};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {
@@ -417,6 +435,9 @@ TEST(ApiLayout, SimpleTypesAreFixed) {
     static_assert(std::is_same_v<splat_frame, std::int32_t>);
     static_assert(std::is_same_v<splat_convention, std::int32_t>);
     static_assert(std::is_same_v<splat_output, std::int32_t>);
+    static_assert(std::is_same_v<splat_found, std::int32_t>);
+    static_assert(std::is_same_v<splat_port_kind, std::int32_t>);
+    static_assert(std::is_same_v<splat_training_event_kind, std::int32_t>);
     static_assert(sizeof(splat_scene) == sizeof(void*));
     static_assert(sizeof(splat_rasterizer) == sizeof(void*));
     static_assert(sizeof(splat_weights) == sizeof(void*));

@@ -54,7 +54,7 @@ std::string write_weights() {
 TEST(ApiLpips, IsADistance) {
     const std::string path = write_weights();
     Weights weights;
-    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    ASSERT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     const splat_weights given = weights;
     const Device device = open_device();
     auto desc = sized<splat_lpips_desc>();

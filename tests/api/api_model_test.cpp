@@ -69,21 +69,21 @@ TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {
         std::filesystem::temp_directory_path() / ("splat-model-" + std::to_string(::getpid()));
     write_large_weights(path);
     Weights weights;
-    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    ASSERT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     const Model model = make_model(device_);
     EXPECT_REFUSED(splat_model_load(model, weights, 0), SPLAT_ERROR_INVALID_ARGUMENT,
                    "it is of another network");
     std::filesystem::resize_file(path, 500000);
     const char* why = "was written since it was opened";
     for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_LOAD_GRAFT}})
-        EXPECT_REFUSED(splat_model_load(model, weights, flags), SPLAT_ERROR_INVALID_ARGUMENT, why);
+        EXPECT_REFUSED(splat_model_load(model, weights, flags), SPLAT_ERROR_IO, why);
     auto desc = sized<splat_lpips_desc>();
     desc.side = 64;
     const splat_weights file = weights;
     desc.weights = &file;
     desc.weight_count = 1;
     splat_lpips lpips = nullptr;
-    EXPECT_REFUSED(splat_lpips_create(device_, &desc, &lpips), SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_REFUSED(splat_lpips_create(device_, &desc, &lpips), SPLAT_ERROR_IO, why);
     std::filesystem::remove(path);
 }
 
@@ -223,14 +223,16 @@ TEST_F(ApiModel, GradientsAddUp) {
     ASSERT_DONE(splat_model_zero_gradients(model));
     run(model);
     const std::vector<float> ones(kGaussians, 1.0F);
-    const float* const gradients[5] = {nullptr, ones.data(), nullptr, nullptr, nullptr};
-    ASSERT_DONE(splat_model_backward(model, gradients));
+    auto gradients = sized<splat_model_gradients>();
+    gradients.opacities = ones.data();
+    gradients.opacities_count = ones.size();
+    ASSERT_DONE(splat_model_backward(model, &gradients));
     const char* name = "grad:network_with_offset.out.bias";
     const std::vector<float> once = read(model, name, 24);
-    EXPECT_REFUSED(splat_model_backward(model, gradients), SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_model_backward(model, &gradients), SPLAT_ERROR_INVALID_STATE,
                    "run forward before each");
     run(model);
-    ASSERT_DONE(splat_model_backward(model, gradients));
+    ASSERT_DONE(splat_model_backward(model, &gradients));
     const std::vector<float> twice = read(model, name, 24);
     const std::vector<float> opacities = [&] { return read(model, "opacities", kGaussians); }();
     double expected = 0;  // the sum of sigmoid's derivative
@@ -242,7 +244,7 @@ TEST_F(ApiModel, GradientsAddUp) {
     }
     const Model without = make_model(device_);
     run(without);
-    EXPECT_REFUSED(splat_model_backward(without, gradients), SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_model_backward(without, &gradients), SPLAT_ERROR_INVALID_STATE,
                    "SPLAT_MODEL_GRADIENTS");
     std::vector<float> bias(24);
     EXPECT_DONE(splat_model_read(without, "network_with_offset.out.bias", bias.data(), 96));
@@ -272,14 +274,15 @@ TEST_F(ApiModel, GradientsOfInputs) {
                        SPLAT_ERROR_INVALID_STATE, "call splat_model_backward first");
         run(model);
         const std::vector<float> ones(4 * kGaussians, 1);
-        const float* const by_means[5] = {ones.data(), nullptr, nullptr, nullptr, nullptr};
-        ASSERT_DONE(splat_model_backward(model, by_means));
+        auto by_means = sized<splat_model_gradients>();
+        by_means.means = ones.data();
+        ASSERT_DONE(splat_model_backward(model, &by_means));
         EXPECT_REFUSED(splat_model_read(model, "grad:images", gradient.data(), bytes - 1),
                        SPLAT_ERROR_INVALID_ARGUMENT, "'grad:images' takes");
         EXPECT_REFUSED(splat_model_read(model, "grad:tokens", gradient.data(), bytes),
                        SPLAT_ERROR_INVALID_STATE, "no gradient of the tokens");
         ASSERT_DONE(splat_model_read(model, "grad:images", gradient.data(), bytes));
-        EXPECT_REFUSED(splat_model_backward(model, by_means), SPLAT_ERROR_INVALID_STATE,
+        EXPECT_REFUSED(splat_model_backward(model, &by_means), SPLAT_ERROR_INVALID_STATE,
                        "run forward before each");
         EXPECT_EQ(read(model, "grad:images", gradient.size()), gradient) << "still there";
         const std::string text = report(model);
@@ -318,14 +321,14 @@ TEST_F(ApiModel, BackwardIsOfTheParametersOfForward) {
     ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
     ASSERT_DONE(splat_model_init(model, 3));
     run(model);
-    const float* const nothing[5] = {};
+    const auto nothing = sized<splat_model_gradients>();
     const char* const name = "network_with_offset.out.bias";
     const std::vector<float> bias = read(model, name, 24);
     ASSERT_DONE(splat_model_write(model, name, bias.data(), 96));
-    EXPECT_REFUSED(splat_model_backward(model, nothing), SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_model_backward(model, &nothing), SPLAT_ERROR_INVALID_STATE,
                    "after parameters had changed");
     run(model);
-    ASSERT_DONE(splat_model_backward(model, nothing));
+    ASSERT_DONE(splat_model_backward(model, &nothing));
 }
 
 /// Optional lengths that a caller may give for a check, as pointers have none.
@@ -343,8 +346,15 @@ TEST_F(ApiModel, ComparesChannelsAndObjects) {
     input.objects = 2;
     EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
                    "splat_model_input.objects is 2, expected 1");
-    // Programs made with the struct's first version have no such fields.
-    input.struct_size = offsetof(splat_model_input, channels);
+    input.objects = 1;
+    input.images_count = 10;
+    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_model_input.images has 10 numbers, expected 768: [1, 3, 16, 16]");
+    input.images_count = image_.size();
+    input.focals_count = 2;
+    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_model_input.focals is NULL, but focals_count is 2");
+    input.focals_count = 0;
     EXPECT_DONE(splat_model_forward(model, &input));
 
     splat_model_desc desc = model_desc();
@@ -399,10 +409,11 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
     ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
     ASSERT_DONE(splat_model_init(model, 3));
     const std::vector<float> ones(4 * kGaussians, 1.0F);
-    const float* const gradients[5] = {ones.data(), nullptr, nullptr, ones.data(), nullptr};
+    auto gradients = sized<splat_model_gradients>();
+    gradients.means = gradients.rotations = ones.data();
     const char* name = "grad:network_with_offset.encoder.enc.16x16_conv.weight";
     const auto backward = [&] {
-        EXPECT_DONE(splat_model_backward(model, gradients));
+        EXPECT_DONE(splat_model_backward(model, &gradients));
         return read(model, name, 216);
     };
     ASSERT_DONE(splat_model_zero_gradients(model));
@@ -425,12 +436,19 @@ TEST_F(ApiModel, ARefusedPassLeavesTheLastOnesGradients) {
                    "'quaternions' holds nan at 2");
     EXPECT_EQ(read(model, "raw", 24 * kGaussians), raw);
 
-    // Neither do refused gradients, whichever of the five.
+    // Neither do refused gradients, whichever they are.
     std::vector<float> not_finite = ones;
     not_finite[5] = INFINITY;
-    const float* const wrong[5] = {ones.data(), ones.data(), nullptr, not_finite.data(), nullptr};
-    EXPECT_REFUSED(splat_model_backward(model, wrong), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "gradients[3], of 'rotations', holds inf at 5");
+    splat_model_gradients wrong = gradients;
+    wrong.opacities = ones.data();
+    wrong.rotations = not_finite.data();
+    EXPECT_REFUSED(splat_model_backward(model, &wrong), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_model_gradients.rotations holds inf at 5");
+    wrong = gradients;
+    wrong.sh = ones.data();
+    wrong.sh_count = 7;
+    EXPECT_REFUSED(splat_model_backward(model, &wrong), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_model_gradients.sh has 7 numbers, expected 3072: [1, 256, 4, 3]");
     EXPECT_EQ(backward(), expected);
 }
 

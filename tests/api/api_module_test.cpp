@@ -13,7 +13,7 @@ using Floats = std::vector<float>;
 /// A splat_module_desc with what it points to.
 struct ModuleRequest {
     std::string type, attributes;
-    std::vector<splat_tensor_desc> ports;
+    std::vector<splat_port> ports;
     std::uint32_t flags = SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS;
 
     [[nodiscard]] splat_module_desc desc() const {
@@ -66,7 +66,7 @@ TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
     const Module linear =
         make({"linear",
               "",
-              {tensor_desc({3, 2}, "x"), tensor_desc({3, 2}, "weight"), tensor_desc({3}, "bias")}});
+              {port_desc({3, 2}, "x"), port_desc({3, 2}, "weight"), port_desc({3}, "bias")}});
     expect_part(report(linear), "\"outputs\": [{\"name\": \"y\", \"shape\": [3, 3]}]");
     expect_part(report(linear), "{\"name\": \"weight\", \"shape\": [3, 2], \"trainable\": true}");
     Floats y(9);
@@ -86,7 +86,8 @@ TEST_F(ApiModule, OperatorsHaveNamedPortsAndParameters) {
                   (Floats{9 * sum, 12 * sum, 9 * sum, 12 * sum, 9 * sum, 12 * sum}));
         EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 3 * sum));
     }
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE,
+                   "run forward before each");
     ASSERT_DONE(splat_module_zero_gradients(linear));
     EXPECT_EQ(read(linear, "grad:bias", 3), Floats(3, 0));
     ASSERT_DONE(splat_module_init(linear, 4));
@@ -102,8 +103,8 @@ TEST_F(ApiModule, BlocksHaveGradients) {
     ModuleRequest request{"residual_block",
                           R"({"out_channels": 12, "attention": true, "affine_film": true,
                               "lora_rank": 2, "lora_alpha": 4})",
-                          {tensor_desc({2, 8, 4, 6}, "x"), tensor_desc({2, 16}, "embedding"),
-                           tensor_desc({2, 5, 3, 1}, "tokens")}};
+                          {port_desc({2, 8, 4, 6}, "x"), port_desc({2, 16}, "embedding"),
+                           port_desc({2, 5, 3, 1}, "tokens")}};
     const Module block = make(request);
     const std::string text = report(block);
     expect_part(text, "[{\"name\": \"y\", \"shape\": [2, 12, 4, 6]}]");
@@ -171,7 +172,7 @@ TEST_F(ApiModule, BlocksHaveGradients) {
 TEST_F(ApiModule, DropoutFollowsItsCounter) {
     ModuleRequest request{"residual_block",
                           R"({"dropout": 0.5})",
-                          {tensor_desc({1, 8, 4, 4}, "x"), tensor_desc({4}, "random_counter")},
+                          {port_desc({1, 8, 4, 4}, "x"), port_desc({4}, "random_counter")},
                           SPLAT_MODULE_TRAINING};
     const Module block = make(request);
     ASSERT_DONE(splat_module_init(block, 3));
@@ -193,12 +194,12 @@ TEST_F(ApiModule, DropoutFollowsItsCounter) {
 }
 
 TEST_F(ApiModule, SaysWhatIsWrong) {
-    const splat_tensor_desc x = tensor_desc({2, 8, 4, 4}, "x");
+    const splat_port x = port_desc({2, 8, 4, 4}, "x");
     const auto kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
     refused({"residual_blok", "", {x}}, kArgument, "no operator named 'residual_blok'");
     refused({"residual_block", "", {}}, SPLAT_ERROR_SHAPE_MISMATCH, "port 'x' has shape none");
     refused({"residual_block", "", {x, x}}, kArgument, "port 'x' is given twice");
-    refused({"residual_block", "", {x, tensor_desc({4}, "tokes")}}, kArgument,
+    refused({"residual_block", "", {x, port_desc({4}, "tokes")}}, kArgument,
             "no port 'tokes'; there are: x embedding tokens random_counter");
     refused({"residual_block", R"({"attentions": true})", {x}}, kArgument,
             "no attribute 'attentions'");
@@ -207,22 +208,22 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
     refused({"residual_block", R"({"up": true, "down": true})", {x}}, kArgument, "expected one");
     refused({"residual_block", R"({"out_channels": 13})", {x}}, SPLAT_ERROR_SHAPE_MISMATCH,
             "'out_channels' has 13 channels, which do not divide into 3 groups");
-    refused({"residual_block", "", {tensor_desc({2, 9, 4, 4}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
+    refused({"residual_block", "", {port_desc({2, 9, 4, 4}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
             "port 'x' has 9 channels");
-    refused({"residual_block", "", {x, tensor_desc({3, 5}, "embedding")}},
-            SPLAT_ERROR_SHAPE_MISMATCH, "'embedding' has shape [3, 5], expected [N,E] for 2");
-    refused({"residual_block", "", {x, tensor_desc({2, 5, 3}, "tokens")}},
-            SPLAT_ERROR_SHAPE_MISMATCH, "expected [N,D,T,1]");
+    refused({"residual_block", "", {x, port_desc({3, 5}, "embedding")}}, SPLAT_ERROR_SHAPE_MISMATCH,
+            "'embedding' has shape [3, 5], expected [N,E] for 2");
+    refused({"residual_block", "", {x, port_desc({2, 5, 3}, "tokens")}}, SPLAT_ERROR_SHAPE_MISMATCH,
+            "expected [N,D,T,1]");
     refused({"silu", "", {x}, SPLAT_MODULE_GRADIENTS}, kArgument,
             "gradients need SPLAT_MODULE_INPUT_GRADIENTS");
     refused({"silu", "", {x}, SPLAT_MODULE_TRAINING}, kArgument, "apply to residual_block");
-    refused({"linear", "", {tensor_desc({3, 2}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
+    refused({"linear", "", {port_desc({3, 2}, "x")}}, SPLAT_ERROR_SHAPE_MISMATCH,
             "tensor 'weight' is absent");
     refused({"silu", "", {x}, SPLAT_MODULE_INPUT_GRADIENTS}, kArgument,
             "needs SPLAT_MODULE_GRADIENTS");
     const Module silu = make({"silu", "", {x}, 0});
     Floats values(256);
-    EXPECT_REFUSED(splat_module_write(silu, "z", values.data(), 1024), kArgument,
+    EXPECT_REFUSED(splat_module_write(silu, "z", values.data(), 1024), SPLAT_ERROR_NOT_FOUND,
                    "ports and parameters are: x y");
     EXPECT_REFUSED(splat_module_write(silu, "x", values.data(), 1020), SPLAT_ERROR_SHAPE_MISMATCH,
                    "'x' of shape [2, 8, 4, 4] takes 1024");
@@ -239,7 +240,7 @@ TEST_F(ApiModule, SaysWhatIsWrong) {
 /// Writes after forward do not affect its backward pass, and refused writes lose nothing.
 TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     const Module linear =
-        make({"linear", "", {tensor_desc({1, 2}, "x"), tensor_desc({1, 2}, "weight")}});
+        make({"linear", "", {port_desc({1, 2}, "x"), port_desc({1, 2}, "weight")}});
     EXPECT_EQ(read(linear, "x", 2), Floats(2, 0)) << "not yet written";
     write(linear, "x", {2, 3});
     write(linear, "weight", {5, 7});
@@ -247,7 +248,8 @@ TEST_F(ApiModule, BackwardIsOfTheLatestForward) {
     ASSERT_DONE(splat_module_backward(linear));
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "no gradient was given";
     write(linear, "grad:y", {1});
-    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE, "run forward before each");
+    EXPECT_REFUSED(splat_module_backward(linear), SPLAT_ERROR_INVALID_STATE,
+                   "run forward before each");
     EXPECT_EQ(read(linear, "grad:x", 2), Floats(2, 0)) << "still there";
     ASSERT_DONE(splat_module_forward(linear));
     write(linear, "x", {4, 4});
@@ -292,8 +294,8 @@ TEST_F(ApiModule, ParametersOfModelsAreWritten) {
                    "at 7");
     EXPECT_REFUSED(splat_model_write(model, name, bias.data(), 92), SPLAT_ERROR_SHAPE_MISMATCH,
                    "takes 96");
-    EXPECT_REFUSED(splat_model_write(model, "out.bias", bias.data(), 96),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "no parameter 'out.bias'");
+    EXPECT_REFUSED(splat_model_write(model, "out.bias", bias.data(), 96), SPLAT_ERROR_NOT_FOUND,
+                   "no parameter 'out.bias'");
 }
 
 }  // namespace

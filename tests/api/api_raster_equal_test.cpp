@@ -53,7 +53,8 @@ Drawn::Drawn(const RasterCase& from, const RasterMode& mode, std::uint32_t flags
 }
 
 void Drawn::forward() {
-    EXPECT_DONE(splat_rasterizer_forward(rasterizer, &desc, &camera, 1, background.data()));
+    EXPECT_DONE(
+        splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, background.data()));
 }
 
 std::vector<double> widened(const std::vector<float>& values) {
@@ -71,7 +72,7 @@ std::vector<double> read(const Drawn& drawn, splat_output which, const Dims& dim
     for (const std::int64_t size : dims) elements *= static_cast<std::size_t>(size);
     const std::vector<float> host = output(drawn.rasterizer, which, elements);
     const Tensor tensor = make_tensor(shared_device(), dims);
-    EXPECT_DONE(splat_rasterizer_output(drawn.rasterizer, which, tensor));
+    EXPECT_DONE(splat_rasterizer_output(drawn.rasterizer, nullptr, which, tensor));
     EXPECT_EQ(download(tensor), host) << "output " << which;
     return widened(host);
 }
@@ -100,7 +101,7 @@ void compare_outputs(const RasterCase& from, const RasterMode& mode) {
     for (std::size_t i = 0; i < conics.size(); ++i)
         EXPECT_EQ(conics[i], static_cast<double>(static_cast<float>(out.conics[i]))) << i;
     auto info = sized<splat_rasterizer_info>();
-    EXPECT_DONE(splat_rasterizer_get_info(drawn.rasterizer, &info));
+    EXPECT_DONE(splat_rasterizer_get_info(drawn.rasterizer, nullptr, &info));
     EXPECT_EQ(info.visible, run.stats.visible);
     EXPECT_EQ(info.pairs, run.stats.pairs);
     EXPECT_EQ(info.tiles, run.stats.tiles);
@@ -172,7 +173,7 @@ void compare_gradients(const RasterCase& from, const RasterMode& mode, bool orig
     if (!mode.is_3dgs()) request.grad_world_to_camera = pose;
     for (int pass = 1; pass <= 2; ++pass) {  // the second adds the same again
         request.flags = pass == 2 ? SPLAT_GRADIENTS_ACCUMULATE : 0;
-        EXPECT_DONE(splat_rasterizer_backward(drawn.rasterizer, &request));
+        EXPECT_DONE(splat_rasterizer_backward(drawn.rasterizer, nullptr, &request));
         const auto same = [&](const Tensor& got, std::vector<double> expected, const char* what) {
             for (double& value : expected) value *= pass;
             EXPECT_EQ(widened(download(got)), expected) << from.name << " " << what;
@@ -209,9 +210,10 @@ TEST(ApiRaster, SkipsDoNotChangeTheImage) {
         desc.disabled_skips = off;
         const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
         for (int pass = 0; pass < 2; ++pass) {
-            EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr));
+            EXPECT_DONE(
+                splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
             auto info = sized<splat_rasterizer_info>();
-            EXPECT_DONE(splat_rasterizer_get_info(rasterizer, &info));
+            EXPECT_DONE(splat_rasterizer_get_info(rasterizer, nullptr, &info));
             EXPECT_EQ(info.runs, pass == 1 && (off & SPLAT_SKIP_UNCHANGED) == 0 ? 0U : 1U);
         }
         const std::vector<float> image = output(rasterizer, SPLAT_OUTPUT_RGB, 50 * 40 * 3);

@@ -1,4 +1,7 @@
 // Behaviour of rasterizers. api_raster_equal_test.cpp compares what they compute.
+#include <algorithm>
+#include <cmath>
+
 #include "api/raster_calls.h"
 
 namespace splat::test {
@@ -10,7 +13,7 @@ constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
 
 splat_result forward(splat_rasterizer rasterizer, splat_scene scene, double angle = 0) {
     const splat_camera camera = sample_camera(kWidth, kHeight, angle);
-    return splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, nullptr);
+    return splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr);
 }
 
 std::vector<float> image_of(splat_rasterizer rasterizer) {
@@ -26,7 +29,7 @@ TEST(ApiRasterizer, TensorsAndScenesGiveTheSameImage) {
     const std::vector<float> by_scene = image_of(rasterizer);
     const splat_camera camera = sample_camera(kWidth, kHeight);
     const splat_gaussians_desc desc = tensors.desc();
-    ASSERT_DONE(splat_rasterizer_forward(rasterizer, &desc, &camera, 1, nullptr));
+    ASSERT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, nullptr));
     EXPECT_EQ(image_of(rasterizer), by_scene);
     EXPECT_NE(by_scene, std::vector<float>(3 * kPixels)) << "something is there";
 }
@@ -41,10 +44,11 @@ TEST(ApiRasterizer, ViewsAreDrawnTogetherAsOneByOne) {
                                     sample_camera(kWidth, kHeight, 1),
                                     sample_camera(kWidth, kHeight, 2)};
     const float background[] = {0.25F, 0.5F, 0.75F};
-    ASSERT_DONE(splat_rasterizer_forward_scene(three, scene, cameras, 3, background));
+    ASSERT_DONE(splat_rasterizer_forward_scene(three, nullptr, scene, cameras, 3, background));
     const std::vector<float> all = output(three, SPLAT_OUTPUT_RGB, 9 * kPixels);
     for (std::size_t view = 0; view < 3; ++view) {
-        ASSERT_DONE(splat_rasterizer_forward_scene(one, scene, &cameras[view], 1, background));
+        ASSERT_DONE(
+            splat_rasterizer_forward_scene(one, nullptr, scene, &cameras[view], 1, background));
         const auto first = all.begin() + static_cast<std::ptrdiff_t>(view * 3 * kPixels);
         EXPECT_EQ(image_of(one), std::vector<float>(first, first + 3 * kPixels)) << view;
     }
@@ -69,7 +73,11 @@ TEST(ApiRasterizer, SeesChangesOfItsScene) {
     const double low[3] = {-0.2, -9, -9};
     const double high[3] = {9, 9, 9};
     ASSERT_DONE(splat_scene_crop(scene, low, high));
-    EXPECT_REFUSED(forward(rasterizer, scene), SPLAT_ERROR_INVALID_ARGUMENT, "was made for 60");
+    ASSERT_DONE(forward(rasterizer, scene));
+    EXPECT_NE(image_of(rasterizer), before) << "fewer Gaussians than it was made for";
+    ASSERT_DONE(forward(rasterizer, sample.create()));
+    EXPECT_REFUSED(forward(rasterizer, SampleScene(61).create()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "was made for at most 60");
     EXPECT_EQ(image_of(rasterizer), before) << "refused at once: the last image stays";
 }
 
@@ -99,13 +107,162 @@ TEST(ApiRasterizer, NothingGivesTheBackground) {
     const auto tensors = sized<splat_gaussians_desc>();
     for (int way = 0; way < 2; ++way) {
         if (way == 0)
-            ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, &camera, 1, background));
+            ASSERT_DONE(
+                splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, background));
         else
-            ASSERT_DONE(splat_rasterizer_forward(rasterizer, &tensors, &camera, 1, background));
+            ASSERT_DONE(
+                splat_rasterizer_forward(rasterizer, nullptr, &tensors, &camera, 1, background));
         const std::vector<float> image = image_of(rasterizer);
         for (std::size_t i = 0; i < image.size(); ++i) EXPECT_EQ(image[i], background[i % 3]);
         EXPECT_EQ(output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixels), std::vector<float>(kPixels));
     }
+}
+
+/// The calls of one forward pass and its gradient.
+struct Pass {
+    std::vector<float> image, alpha, grad_means, grad_sh;
+
+    friend bool operator==(const Pass&, const Pass&) = default;
+};
+
+/// Reads what a state drew and computes the gradient of the sum of its colours.
+Pass finish(splat_rasterizer rasterizer, splat_raster_state state) {
+    auto info = sized<splat_rasterizer_info>();
+    EXPECT_DONE(splat_rasterizer_get_info(rasterizer, state, &info));
+    const std::int64_t n = info.gaussians;
+    const std::size_t pixels = info.views * kPixels;
+    Pass pass;
+    pass.image = output(rasterizer, SPLAT_OUTPUT_RGB, 3 * pixels, state);
+    pass.alpha = output(rasterizer, SPLAT_OUTPUT_ALPHA, pixels, state);
+    const Tensor ones = upload(shared_device(), {info.views, kHeight, kWidth, 3},
+                               std::vector<float>(3 * pixels, 1.0F));
+    const Tensor means = make_tensor(shared_device(), {n, 3});
+    const Tensor sh = make_tensor(shared_device(), {n, 4, 3});
+    auto gradients = sized<splat_gradients_desc>();
+    gradients.grad_rgb = ones;
+    gradients.grad_means = means;
+    gradients.grad_sh = sh;
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, state, &gradients));
+    pass.grad_means = download(means);
+    pass.grad_sh = download(sh);
+    return pass;
+}
+
+/// A = forward, B = forward, backward of A, backward of B, where B has fewer Gaussians and views.
+TEST(ApiRasterizer, StatesKeepTheirForwardCalls) {
+    splat_rasterizer_desc desc = rasterizer_desc(60, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD);
+    desc.views = 2;
+    const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
+    const Scene large = SampleScene(60).create();
+    const Scene small = SampleScene(35).create();
+    const splat_camera cameras[] = {sample_camera(kWidth, kHeight, 0),
+                                    sample_camera(kWidth, kHeight, 1)};
+    const auto draw_large = [&](splat_raster_state state) {
+        EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, state, large, cameras, 2, nullptr));
+    };
+    const auto draw_small = [&](splat_raster_state state) {
+        const GaussianTensors tensors(shared_device(), small);
+        const splat_gaussians_desc given = tensors.desc();
+        EXPECT_DONE(splat_rasterizer_forward(rasterizer, state, &given, cameras, 1, nullptr));
+    };
+    draw_large(nullptr);
+    const Pass first = finish(rasterizer, nullptr);
+    draw_small(nullptr);
+    const Pass second = finish(rasterizer, nullptr);
+    EXPECT_NE(first.grad_means, std::vector<float>(180));
+    const RasterState a = make_state(rasterizer);
+    const RasterState b = make_state(rasterizer);
+    draw_large(a);
+    draw_small(b);
+    EXPECT_TRUE(finish(rasterizer, a) == first);
+    EXPECT_TRUE(finish(rasterizer, b) == second);
+    EXPECT_TRUE(finish(rasterizer, a) == first) << "in any order, again";
+    EXPECT_TRUE(finish(rasterizer, nullptr) == second) << "the rasterizer's own state";
+    const Rasterizer exact = make_rasterizer(
+        shared_device(), rasterizer_desc(35, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
+    ASSERT_DONE(splat_rasterizer_forward_scene(exact, nullptr, small, cameras, 1, nullptr));
+    EXPECT_TRUE(finish(exact, nullptr) == second) << "capacities do not change a bit";
+}
+
+TEST(ApiRasterizer, MemoryOfStatesCounts) {
+    const Device device = open_device();
+    const auto used = [&] {
+        auto memory = sized<splat_memory_info>();
+        EXPECT_DONE(splat_device_get_memory(device, &memory));
+        return memory.live_bytes;
+    };
+    Rasterizer rasterizer =
+        make_rasterizer(device, rasterizer_desc(60, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
+    const std::uint64_t before = used();
+    RasterState state = make_state(rasterizer);
+    const std::uint64_t with_state = used();
+    EXPECT_GT(with_state, before);
+    EXPECT_LT(with_state - before, before) << "gradients are shared";
+    rasterizer.destroy();
+    EXPECT_GT(used(), 0U) << "the state keeps what it needs";
+    state.destroy();
+    EXPECT_EQ(used(), 0U);
+}
+
+TEST(ApiRasterizer, NoViews) {
+    const Scene scene = SampleScene(60).create();
+    const Rasterizer rasterizer = make_rasterizer(
+        shared_device(), rasterizer_desc(60, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
+    ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, nullptr, 0, nullptr));
+    auto info = sized<splat_rasterizer_info>();
+    ASSERT_DONE(splat_rasterizer_get_info(rasterizer, nullptr, &info));
+    EXPECT_EQ(info.gaussians, 60U);
+    EXPECT_EQ(info.views, 0U);
+    EXPECT_EQ(info.tiles, 0U);
+    EXPECT_DONE(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_RGB, nullptr, 0));
+    const Tensor means = upload(shared_device(), {60, 3}, std::vector<float>(180, 7.0F));
+    auto gradients = sized<splat_gradients_desc>();
+    gradients.grad_means = means;
+    ASSERT_DONE(splat_rasterizer_backward(rasterizer, nullptr, &gradients));
+    EXPECT_EQ(download(means), std::vector<float>(180));
+}
+
+/// Pictures have the numbers of the outputs, and bytes are those that splat_image_save writes.
+TEST(ApiRasterizer, ReadsPictures) {
+    const Scene scene = SampleScene(60).create();
+    splat_rasterizer_desc desc = rasterizer_desc(60, kWidth, kHeight, SPLAT_RASTERIZER_DEPTH);
+    desc.views = 2;
+    const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
+    const splat_camera cameras[] = {sample_camera(kWidth, kHeight, 0),
+                                    sample_camera(kWidth, kHeight, 1)};
+    const float background[3] = {1.25F, 0.5F, -1};
+    ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, cameras, 2, background));
+    const std::vector<float> rgb = output(rasterizer, SPLAT_OUTPUT_RGB, 6 * kPixels);
+    const std::vector<float> alpha = output(rasterizer, SPLAT_OUTPUT_ALPHA, 2 * kPixels);
+    const std::vector<float> depth = output(rasterizer, SPLAT_OUTPUT_EXPECTED_DEPTH, 2 * kPixels);
+    std::vector<std::uint8_t> bytes(4 * kPixels);
+    std::vector<float> planes(4 * kPixels), gray(kPixels);
+    constexpr std::int64_t kPlane = 4 * kPixels;
+    const splat_image images[] = {
+        {bytes.data(), bytes.size(), SPLAT_PIXEL_U8, kWidth, kHeight, 4, 0, 0, 0},
+        {planes.data(), 16 * kPixels, SPLAT_PIXEL_F32, kWidth, kHeight, 4, 4 * kWidth, 4, kPlane}};
+    const auto read = [&](splat_output which, std::uint32_t first, const splat_image* to,
+                          std::uint32_t count) {
+        return splat_rasterizer_read_images(rasterizer, nullptr, which, first, to, count);
+    };
+    ASSERT_DONE(read(SPLAT_OUTPUT_RGB, 0, images, 2));
+    const splat_image of_depth = {
+        gray.data(), 4 * kPixels, SPLAT_PIXEL_F32, kWidth, kHeight, 1, 0, 0, 0};
+    ASSERT_DONE(read(SPLAT_OUTPUT_EXPECTED_DEPTH, 1, &of_depth, 1));
+    for (std::size_t i = 0; i < kPixels; ++i) {
+        for (std::size_t c = 0; c < 4; ++c) {
+            const float first = c == 3 ? alpha[i] : rgb[3 * i + c];
+            const double scaled = 255 * static_cast<double>(first);
+            EXPECT_EQ(bytes[4 * i + c], std::lround(std::clamp(scaled, 0.0, 255.0))) << i;
+            const float second = c == 3 ? alpha[kPixels + i] : rgb[3 * (kPixels + i) + c];
+            EXPECT_EQ(planes[c * kPixels + i], second) << i;
+        }
+        EXPECT_EQ(gray[i], depth[kPixels + i]) << i;
+    }
+    EXPECT_REFUSED(read(SPLAT_OUTPUT_RGB, 1, images, 2), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "views 1 to 3, but the last forward call drew 2");
+    EXPECT_REFUSED(read(SPLAT_OUTPUT_ALPHA, 0, images, 1), SPLAT_ERROR_SHAPE_MISMATCH, "images[0]");
+    EXPECT_DONE(read(SPLAT_OUTPUT_RGB, 2, nullptr, 0));
 }
 
 /// Objects may be destroyed in any order.
@@ -122,7 +279,7 @@ TEST(ApiRasterizer, OutlivesSceneAndDevice) {
     EXPECT_EQ(image_of(rasterizer), image);
     auto gradients = sized<splat_gradients_desc>();
     gradients.grad_means = grad;
-    EXPECT_DONE(splat_rasterizer_backward(rasterizer, &gradients));
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, nullptr, &gradients));
     EXPECT_EQ(download(grad), std::vector<float>(90)) << "no gradient by the outputs: zeros";
 }
 
@@ -145,8 +302,8 @@ TEST(ApiRasterizer, RefusesTensorsThatDoNotFit) {
         make_rasterizer(shared_device(), rasterizer_desc(8, kWidth, kHeight));
     const splat_camera camera = sample_camera(kWidth, kHeight);
     const auto refuse = [&](const splat_gaussians_desc& desc, splat_result code, const char* part) {
-        EXPECT_REFUSED(splat_rasterizer_forward(rasterizer, &desc, &camera, 1, nullptr), code,
-                       part);
+        EXPECT_REFUSED(splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, nullptr),
+                       code, part);
     };
     const Tensor short_one = make_tensor(shared_device(), {7, 3});
     const Tensor words = make_tensor(shared_device(), {8, 3}, "words", SPLAT_DTYPE_U32);
@@ -154,7 +311,15 @@ TEST(ApiRasterizer, RefusesTensorsThatDoNotFit) {
     const Tensor far_away = make_tensor(other, {8, 3});
     splat_gaussians_desc desc = good.desc();
     desc.means = short_one;
-    refuse(desc, SPLAT_ERROR_SHAPE_MISMATCH, "means has the shape [7, 3], expected [8, 3]");
+    refuse(desc, SPLAT_ERROR_SHAPE_MISMATCH, "scales has the shape [8, 3], expected [7, 3]");
+    desc.means = make_tensor(shared_device(), {9, 3}).destroy();
+    refuse(desc, SPLAT_ERROR_INVALID_HANDLE, "means");
+    const Tensor long_one = make_tensor(shared_device(), {9, 3});
+    desc.means = long_one;
+    refuse(desc, SPLAT_ERROR_SHAPE_MISMATCH, "made for at most 8 Gaussians");
+    desc = good.desc();
+    desc.scales = short_one;
+    refuse(desc, SPLAT_ERROR_SHAPE_MISMATCH, "scales has the shape [7, 3], expected [8, 3]");
     desc.means = words;
     refuse(desc, SPLAT_ERROR_INVALID_ARGUMENT, "means has dtype 3");
     desc.means = far_away;
@@ -172,28 +337,30 @@ TEST(ApiRasterizer, RefusesTensorsThatDoNotFit) {
     refuse(good.desc(), SPLAT_ERROR_INVALID_STATE, "is mapped");
     ASSERT_DONE(splat_tensor_unmap(good.scales));
     const splat_gaussians_desc right = good.desc();
-    EXPECT_DONE(splat_rasterizer_forward(rasterizer, &right, &camera, 1, nullptr));
+    EXPECT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &right, &camera, 1, nullptr));
 }
 
 TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
     const Scene scene = SampleScene(8).create();
     const Rasterizer plain = make_rasterizer(shared_device(), rasterizer_desc(8, kWidth, kHeight));
     std::vector<float> values(kPixels, 7);
-    EXPECT_REFUSED(splat_rasterizer_read(plain, SPLAT_OUTPUT_ALPHA, values.data(), kPixels * 4),
-                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    EXPECT_REFUSED(
+        splat_rasterizer_read(plain, nullptr, SPLAT_OUTPUT_ALPHA, values.data(), kPixels * 4),
+        SPLAT_ERROR_INVALID_STATE, "drawn nothing");
     ASSERT_DONE(forward(plain, scene));
-    EXPECT_REFUSED(splat_rasterizer_read(plain, SPLAT_OUTPUT_DEPTH, values.data(), kPixels * 4),
-                   SPLAT_ERROR_INVALID_STATE, "SPLAT_RASTERIZER_DEPTH");
+    EXPECT_REFUSED(
+        splat_rasterizer_read(plain, nullptr, SPLAT_OUTPUT_DEPTH, values.data(), kPixels * 4),
+        SPLAT_ERROR_INVALID_STATE, "SPLAT_RASTERIZER_DEPTH");
     EXPECT_EQ(values, std::vector<float>(kPixels, 7)) << "untouched";
     const Tensor means = make_tensor(shared_device(), {8, 3});
     auto gradients = sized<splat_gradients_desc>();
     gradients.grad_means = means;
-    EXPECT_REFUSED(splat_rasterizer_backward(plain, &gradients), SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_rasterizer_backward(plain, nullptr, &gradients), SPLAT_ERROR_INVALID_STATE,
                    "SPLAT_RASTERIZER_BACKWARD");
     const Rasterizer rasterizer = make_rasterizer(
         shared_device(), rasterizer_desc(8, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
-    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, &gradients), SPLAT_ERROR_INVALID_STATE,
-                   "drawn nothing");
+    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &gradients),
+                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
     ASSERT_DONE(forward(rasterizer, scene));
     const Tensor depth = make_tensor(shared_device(), {1, kHeight, kWidth});
     const Tensor any = make_tensor(shared_device(), {8, 3});
@@ -201,7 +368,7 @@ TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
                             splat_result code, const char* part) {
         splat_gradients_desc desc = gradients;
         desc.*field = tensor;
-        EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, &desc), code, part);
+        EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc), code, part);
     };
     constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
     refuse(&splat_gradients_desc::grad_depth, depth, kState, "SPLAT_RASTERIZER_GRAD_DEPTH");
@@ -212,7 +379,7 @@ TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
     refuse(&splat_gradients_desc::grad_scales, means, SPLAT_ERROR_INVALID_ARGUMENT,
            "grad_scales is the same tensor as grad_means");
     refuse(&splat_gradients_desc::grad_rotations, any, SPLAT_ERROR_SHAPE_MISMATCH, "[8, 4]");
-    EXPECT_DONE(splat_rasterizer_backward(rasterizer, &gradients));
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, nullptr, &gradients));
     const Rasterizer direct = make_rasterizer(
         shared_device(), rasterizer_desc(8, kWidth, kHeight, SPLAT_RASTERIZER_DIRECT_COLORS));
     EXPECT_REFUSED(forward(direct, scene), SPLAT_ERROR_INVALID_STATE, "direct colours");

@@ -79,7 +79,7 @@ TEST(ApiRealScenes, FourGaussiansAsCudaDrewThem) {
     const Rasterizer rasterizer = make_rasterizer(device, desc);
     const splat_camera camera =
         camera_of(array_of(file, "in_viewmat").data(), array_of(file, "in_K"), 123, 82);
-    ASSERT_DONE(splat_rasterizer_forward(rasterizer, &gaussians, &camera, 1, nullptr));
+    ASSERT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &gaussians, &camera, 1, nullptr));
     const double rgb = max_difference(output(rasterizer, SPLAT_OUTPUT_RGB, 123 * 82 * 3),
                                       array_of(file, "gsplat_cuda_rgb"));
     const double alpha = max_difference(output(rasterizer, SPLAT_OUTPUT_ALPHA, 123 * 82),
@@ -133,7 +133,7 @@ TEST(ApiRealScenes, GuitarAsFloat64DrewIt) {
     const std::vector<float> k = array_of(read.value(), "K");
     const splat_camera cameras[] = {camera_of(viewmats.data(), k, 144, 240),
                                     camera_of(viewmats.data() + 16, k, 144, 240)};
-    ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, cameras, 2, nullptr));
+    ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, cameras, 2, nullptr));
     constexpr std::size_t kPixels = std::size_t{144} * 240;
     const auto rgb = output(rasterizer, SPLAT_OUTPUT_RGB, 2 * 3 * kPixels);
     const auto alpha = output(rasterizer, SPLAT_OUTPUT_ALPHA, 2 * kPixels);
@@ -182,7 +182,8 @@ TEST(ApiRealScenes, GuitarAsPhotographed) {
     desc.sh_degree = 0;
     desc.convention = SPLAT_CONVENTION_GSPLAT;
     const Rasterizer rasterizer = make_rasterizer(fast_device(), desc);
-    ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, scene, cameras.data(), count, nullptr));
+    ASSERT_DONE(
+        splat_rasterizer_forward_scene(rasterizer, nullptr, scene, cameras.data(), count, nullptr));
     constexpr std::size_t kValues = 144 * 240 * 3;
     const std::vector<float> rgb = output(rasterizer, SPLAT_OUTPUT_RGB, count * kValues);
     double least = 1e9;

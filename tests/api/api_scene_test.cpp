@@ -144,7 +144,8 @@ TEST(ApiScene, FormatsAreListedByTheirNumbers) {
         const auto desc = file_desc(id);
         const std::string part = id <= last ? "'memory': " : "format is " + std::to_string(id);
         EXPECT_REFUSED(splat_scene_load_memory("x", 1, &desc, out.out()),
-                       SPLAT_ERROR_INVALID_ARGUMENT, part.c_str());
+                       id <= last ? SPLAT_ERROR_FORMAT : SPLAT_ERROR_INVALID_ARGUMENT,
+                       part.c_str());
     }
 }
 
@@ -192,7 +193,7 @@ TEST(ApiScene, AFormatThatIsSaidChoosesTheReader) {
     EXPECT_EQ(values_of(by_path, "means", 12), sample.means) << "by path";
     Output<splat_scene> out;
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "spz");
+                   SPLAT_ERROR_FORMAT, "spz");
     EXPECT_TRUE(out.untouched());
 }
 
@@ -202,9 +203,9 @@ TEST(ApiScene, RefusesFilesThatAreNot) {
     std::vector<char> file = saved(scene, file_desc(SPLAT_SCENE_PLY));
     const auto as_spz = file_desc(SPLAT_SCENE_SPZ);
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &as_spz, out.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "ply, expected spz");
+                   SPLAT_ERROR_FORMAT, "ply, expected spz");
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size() - 1, nullptr, out.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "truncated");
+                   SPLAT_ERROR_FORMAT, "truncated");
     auto few = file_desc(0);
     few.max_count = 3;
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &few, out.out()),
@@ -238,15 +239,6 @@ TEST(ApiScene, PathsAreReadAndWritten) {
     EXPECT_EQ(values_of(read, "means", 12), sample.means);
     EXPECT_REFUSED(splat_scene_save(scene, (folder / "scene.obj").c_str(), nullptr),
                    SPLAT_ERROR_UNSUPPORTED, ".obj");
-    const std::vector<float> pixels(2 * 3 * 3, 0.5F);
-    for (const char* name : {"image.png", "image.npy", "moving.PNG", "moving.gif"}) {
-        const std::string image = (folder / name).string();
-        if (std::string(name).starts_with("moving"))
-            EXPECT_DONE(splat_image_save_animation(image.c_str(), pixels.data(), 2, 3, 1, 3, 100));
-        else
-            EXPECT_DONE(splat_image_save(image.c_str(), pixels.data(), 3, 2, 3));
-        EXPECT_GT(std::filesystem::file_size(image), 60U) << name;
-    }
     std::filesystem::remove_all(folder);
 }
 

@@ -1,6 +1,8 @@
 // Training through the C API.
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "api/api_calls.h"
@@ -54,7 +56,28 @@ TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
     const Model other_model = initialised(other);
     ASSERT_DONE(splat_trainer_resume(other, path.c_str()));
     EXPECT_EQ(bias(other_model), bias(model));
-    EXPECT_EQ(step(other).loss, step(trainer).loss);
+
+    std::ifstream stream(path, std::ios::binary);
+    const std::string file(std::istreambuf_iterator<char>(stream), {});
+    std::string memory(file.size(), '\0');
+    std::size_t needed = 0;
+    ASSERT_DONE(splat_trainer_save_memory(trainer, memory.data(), memory.size(), &needed));
+    EXPECT_EQ(needed, file.size());
+    EXPECT_TRUE(memory == file) << "the bytes in memory differ from those of the file";
+    const Trainer third = make_trainer(device_);
+    const Model third_model = initialised(third);
+    for (const std::size_t size : {file.size() / 3, file.size() - 1})
+        EXPECT_REFUSED(splat_trainer_resume_memory(third, file.data(), size), SPLAT_ERROR_FORMAT,
+                       "'memory': safetensors");
+    memory[memory.size() - 2] ^= 1;
+    EXPECT_REFUSED(splat_trainer_resume_memory(third, memory.data(), memory.size()),
+                   SPLAT_ERROR_FORMAT, "its checksum is");
+    ASSERT_DONE(splat_trainer_resume_memory(third, file.data(), file.size()));
+    EXPECT_EQ(bias(third_model), bias(model));
+
+    const double loss = step(trainer).loss;
+    EXPECT_EQ(step(third).loss, loss);
+    EXPECT_EQ(step(other).loss, loss);
     EXPECT_EQ(bias(other_model), bias(model));
     std::filesystem::remove(path);
 }
@@ -91,9 +114,40 @@ TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
                    "splat_trainer_batch.focals is given, expected NULL");
     batch.focals = nullptr;
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
-    batch.struct_size = offsetof(splat_trainer_batch, channels);  // its first version
+    batch.targets_count = 10;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_trainer_batch.targets has 10 numbers, expected 3072: [4, 3, 16, 16]");
+    batch.targets_count = 3072;
+    batch.cameras_count = 3;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
+                   "splat_trainer_batch.cameras has 3 cameras, expected 4");
+    batch.cameras_count = 4;
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     EXPECT_EQ(info.step, 2U);
+}
+
+/// What a step saw: Gaussians in front of the cameras, and with the cameras turned away.
+TEST_F(ApiTrainer, TellsWhatWasVisible) {
+    const Trainer trainer = make_trainer(device_);
+    const Model model = initialised(trainer);
+    const std::uint64_t pairs = 2 * 2 * kSide * kSide;  // objects, targets, Gaussians
+    const splat_trainer_info seen = step(trainer);
+    EXPECT_GT(seen.visible, 0U);
+    EXPECT_EQ(seen.visible + seen.culled, pairs);
+    EXPECT_EQ(seen.non_finite, 0U);
+    EXPECT_EQ(seen.gradients_zero, 0U);
+    TrainerBatch away = batch_;
+    for (splat_camera& camera : away.cameras)  // half a turn about y
+        camera.world_to_camera[0] = camera.world_to_camera[10] = -1;
+    const splat_trainer_batch batch = away.desc();
+    auto info = sized<splat_trainer_info>();
+    ASSERT_DONE(splat_trainer_step(trainer, &batch, &info));
+    EXPECT_EQ(info.visible, 0U);
+    EXPECT_EQ(info.culled, pairs);
+    EXPECT_EQ(info.gradients_zero, 1U);
+    auto about = sized<splat_model_info>();
+    ASSERT_DONE(splat_model_get_info(model, &about));
+    EXPECT_EQ(about.predicted, about.objects * kSide * kSide);
 }
 
 TEST_F(ApiTrainer, MergesConfigurations) {
@@ -105,6 +159,16 @@ TEST_F(ApiTrainer, MergesConfigurations) {
     EXPECT_NE(text.find("\"base_lr\": 0.0001"), std::string::npos) << text;
     EXPECT_NE(text.find("\"training_resolution\": 32"), std::string::npos) << text;
     EXPECT_NE(text.find("\"base_dim\": 8"), std::string::npos) << text;
+    ASSERT_EQ(splat_config_check("logging: {loop_log: 5}", nullptr, 0, nullptr, 0, &needed),
+              SPLAT_INCOMPLETE);
+    text.assign(needed, '\0');
+    ASSERT_DONE(
+        splat_config_check("logging: {loop_log: 5}", nullptr, 0, text.data(), needed, nullptr));
+    EXPECT_EQ(text.find("{\"warnings\": [\"configuration: 'logging.loop_log' has no effect here"),
+              0U)
+        << text;
+    EXPECT_REFUSED(splat_config_check("opt: {lora_rank: 8}", nullptr, 0, nullptr, 0, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "'opt.lora_rank' is 8, but without");
     EXPECT_REFUSED(splat_config_merge("opt: {base_rate: 1}", nullptr, 0, nullptr, 0, nullptr),
                    SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
 }
@@ -135,7 +199,7 @@ TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
     Weights weights;
     ASSERT_DONE(splat_model_store(model, weights.out()));
     ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));
-    EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_FORMAT,
                    "is not a training state");
     std::filesystem::remove(path);
 }

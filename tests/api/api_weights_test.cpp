@@ -61,7 +61,7 @@ TEST(ApiWeights, SavesByExtension) {
             const std::string path = folder / name;
             ASSERT_DONE(splat_weights_save(weights, path.c_str(), flags));
             Weights again;
-            ASSERT_DONE(splat_weights_load(path.c_str(), again.out()));
+            ASSERT_DONE(splat_weights_load(path.c_str(), 0, again.out()));
             EXPECT_EQ(values_of(again, "a"), (std::vector<float>{1, 2, 3, 4}));
             auto info = sized<splat_weights_info>();
             ASSERT_DONE(splat_weights_get_info(again, 0, &info));
@@ -71,8 +71,8 @@ TEST(ApiWeights, SavesByExtension) {
                    SPLAT_ERROR_UNSUPPORTED, ".pth files are only read");
     std::ofstream(folder / "bad") << "PK\x03\x04 no archive";
     Weights none;
-    EXPECT_REFUSED(splat_weights_load((folder / "bad").c_str(), none.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "truncated or damaged");
+    EXPECT_REFUSED(splat_weights_load((folder / "bad").c_str(), 0, none.out()), SPLAT_ERROR_FORMAT,
+                   "truncated or damaged");
     std::filesystem::remove_all(folder);
 }
 
@@ -91,7 +91,7 @@ Weights one_layer() {
         << std::string(reinterpret_cast<const char*>(&size), sizeof size) << header
         << std::string(reinterpret_cast<const char*>(values), sizeof values);
     Weights weights;
-    EXPECT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    EXPECT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     std::filesystem::remove(path);
     return weights;
 }
@@ -124,25 +124,24 @@ TEST(ApiWeights, LargeFilesWrittenInPlaceAreRefused) {
     const std::string copy = folder / "copy.safetensors";
     const std::vector<float> large = write_large_weights(path);
     Weights weights;
-    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    ASSERT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     EXPECT_EQ(values_of(weights, "w"), large);
     ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));  // over itself
     EXPECT_EQ(values_of(weights, "w"), large);
 
-    ASSERT_DONE(splat_weights_load(path.c_str(), weights.out()));
+    ASSERT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
     std::filesystem::resize_file(path, 500000);
     std::vector<float> values(large.size(), -1.0F);
     const char* why = "large.safetensors' was written since it was opened";
     EXPECT_REFUSED(splat_weights_read(weights, 0, values.data(), values.size() * sizeof(float)),
-                   SPLAT_ERROR_INVALID_ARGUMENT, why);
+                   SPLAT_ERROR_IO, why);
     EXPECT_EQ(values, std::vector<float>(large.size(), -1.0F));
-    EXPECT_REFUSED(splat_weights_save(weights, copy.c_str(), 0), SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_REFUSED(splat_weights_save(weights, copy.c_str(), 0), SPLAT_ERROR_IO, why);
     EXPECT_FALSE(std::filesystem::exists(copy));
     Weights folded;
-    EXPECT_REFUSED(splat_weights_fold(weights, nullptr, 1, 0, folded.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, why);
-    EXPECT_REFUSED(splat_weights_fold(make_weights(), weights, 1, 0, folded.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, why);
+    EXPECT_REFUSED(splat_weights_fold(weights, nullptr, 1, 0, folded.out()), SPLAT_ERROR_IO, why);
+    EXPECT_REFUSED(splat_weights_fold(make_weights(), weights, 1, 0, folded.out()), SPLAT_ERROR_IO,
+                   why);
     std::filesystem::remove_all(folder);
 }
 

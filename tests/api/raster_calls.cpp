@@ -68,9 +68,17 @@ Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& des
     return rasterizer;
 }
 
-std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements) {
+RasterState make_state(splat_rasterizer rasterizer) {
+    RasterState state;
+    EXPECT_DONE(splat_raster_state_create(rasterizer, state.out()));
+    return state;
+}
+
+std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
+                          splat_raster_state state) {
     std::vector<float> values(elements);
-    EXPECT_DONE(splat_rasterizer_read(rasterizer, which, values.data(), elements * sizeof(float)));
+    EXPECT_DONE(
+        splat_rasterizer_read(rasterizer, state, which, values.data(), elements * sizeof(float)));
     return values;
 }
 

@@ -22,9 +22,11 @@ splat_camera sample_camera(std::uint32_t width, std::uint32_t height, double ang
 splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t width,
                                       std::uint32_t height, std::uint32_t flags = 0);
 Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& desc);
+RasterState make_state(splat_rasterizer rasterizer);
 
 /// An output in host memory.
-std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements);
+std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
+                          splat_raster_state state = nullptr);
 
 /// The attributes of a scene as the tensors that splat_rasterizer_forward takes.
 struct GaussianTensors {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/config_file.h"
+#include "config/effects.h"
 #include "config/train_config.h"
 #include "support/expect_status.h"
 
@@ -42,6 +43,25 @@ Result<config::Settings> merge(const std::string& base, const std::string& over)
     SPLAT_ASSIGN(made.network, config::predictor_config(config));
     SPLAT_ASSIGN(made.training, config::train_config(config));
     return made;
+}
+
+/// Keys of published files that have no effect are named; nothing is refused.
+TEST(TrainConfigPublished, LoadWithWarningsOnly) {
+    const auto config = read_yaml_config(defaults(true), "merged.yaml");
+    ASSERT_OK(config.status());
+    const std::string objaverse[] = {"general.num_devices=2", "general.mixed_precision=true",
+                                     "data.category=objaverse", "opt.lora_finetune=false",
+                                     "opt.lora_rank=4"};
+    const auto warnings =
+        config::training_warnings(config::with_values(config.value(), objaverse).value());
+    ASSERT_OK(warnings.status());
+    std::string named;
+    for (const std::string& warning : warnings.value())
+        named += warning.substr(0, warning.find(" has no")) + "\n";
+    EXPECT_EQ(named,
+              "merged.yaml: 'opt.lora_rank'\nmerged.yaml: 'logging.render_log'\n"
+              "merged.yaml: 'logging.loop_log'\nmerged.yaml: 'general.mixed_precision'\n"
+              "merged.yaml: 'general.num_devices'\n");
 }
 
 TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {

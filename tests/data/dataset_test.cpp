@@ -115,7 +115,7 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
     ASSERT_NE(opened(desc), nullptr);
     EXPECT_EQ(opened(desc)->index().names.front(), "b");
     desc.split = "val";
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
                  "folders of splits: chairs_2.0_train, chairs_test");
     put_object(root / "srn_cars/cars_train/a");
     EXPECT_ERROR(open_status(root), Code::kInvalidArgument, "srn_cars, srn_chairs");
@@ -124,19 +124,19 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
 TEST(Srn, NamesWhatIsWrong) {
     const SampleFolder folder;
     const fs::path object = folder.path() / "cars_train/a";
-    const auto wrong = [&](auto change, const char* part) {
+    const auto wrong = [&](auto change, const char* part, Code code = Code::kFormat) {
         fs::remove_all(object);
         put_object(object);
         change();
         const Status opened = open_status(folder.path());
         if (!opened.ok()) {
-            EXPECT_ERROR(opened, Code::kInvalidArgument, part);
+            EXPECT_ERROR(opened, code, part);
             return;
         }
         DatasetDesc desc;
         desc.path = folder.path().string();
         auto dataset = std::move(Dataset::open(desc).value());
-        EXPECT_ERROR(read(*dataset, 0, {0, 1}).status, Code::kInvalidArgument, part);
+        EXPECT_ERROR(read(*dataset, 0, {0, 1}).status, code, part);
     };
     wrong([&] { fs::remove(object / "pose/000001.txt"); },
           "images without pose: 1 (first '000001')");
@@ -161,7 +161,7 @@ TEST(Srn, NamesWhatIsWrong) {
             fs::remove(object / "pose/000001.txt");
         },
         "1 views, expected 2 or more");
-    wrong([&] { fs::remove_all(object); }, "holds no folder with intrinsics.txt");
+    wrong([&] { fs::remove_all(object); }, "holds no folder with intrinsics.txt", Code::kNotFound);
 }
 
 TEST(Dataset, ReadsMapsThatAllObjectsHave) {
@@ -186,11 +186,11 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     EXPECT_EQ(*std::max_element(r.depths.begin(), r.depths.end()), 254.0F / 255);
     EXPECT_NEAR(static_cast<double>(r.focals[0]), 131.25 / 8, 1e-6);
     fs::remove_all(folder.path() / "srn_cars/cars_train/000001_car/normal");
-    EXPECT_ERROR(open_status(folder.path(), 3), Code::kInvalidArgument,
+    EXPECT_ERROR(open_status(folder.path(), 3), Code::kNotFound,
                  "maps requested: depth, normal; every object has: depth, mask");
     EXPECT_OK(open_status(folder.path(), 5));
     desc.maps = 0;
-    EXPECT_ERROR(read(*opened(desc), 0, {0}, true).status, Code::kInvalidArgument,
+    EXPECT_ERROR(read(*opened(desc), 0, {0}, true).status, Code::kNotFound,
                  "maps requested: normal");
 }
 
@@ -265,14 +265,15 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
     put_object(folder.path() / "cars_train/a");
     DatasetDesc good;
     good.path = folder.path().string();
-    const auto refused = [&good](auto change, const char* part) {
+    const auto refused = [&good](auto change, const char* part,
+                                 Code code = Code::kInvalidArgument) {
         DatasetDesc desc = good;
         change(desc);
-        EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, part);
+        EXPECT_ERROR(Dataset::open(desc).status(), code, part);
     };
     refused([](DatasetDesc& d) { d.format = "x"; }, "format is 'x', expected one of srn");
     refused([](DatasetDesc& d) { d.split = "all"; }, "split is 'all'");
-    refused([](DatasetDesc& d) { d.path = "/nonexistent"; }, "/nonexistent");
+    refused([](DatasetDesc& d) { d.path = "/nonexistent"; }, "/nonexistent", Code::kNotFound);
     refused([](DatasetDesc& d) { d.resolution = 4097; }, "4097");
     refused([](DatasetDesc& d) { d.background[1] = std::numeric_limits<float>::quiet_NaN(); },
             "background");

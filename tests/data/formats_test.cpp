@@ -141,10 +141,9 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     EXPECT_EQ(c.focals[0], 8.75F);
     EXPECT_EQ(c.poses[16 + 12], -1) << "one to the left; the first camera is 2 away already";
     put_npy(folder.path() / "o0/001.npy", {3, 3}, std::vector<float>(9));
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "001.npy': a pose of 9 numbers");
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "001.npy': a pose of 9 numbers");
     fs::remove(folder.path() / "o0/001.npy");
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
-                 "images without pose: 1 (first '001')");
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "images without pose: 1 (first '001')");
 }
 
 TEST(Gso, IsAllToTestOn) {
@@ -168,17 +167,16 @@ TEST(Nmr, ReadsListsAndCameras) {
     EXPECT_EQ(dataset->index().format, "nmr");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156/b"}));
     EXPECT_NEAR(static_cast<double>(cameras_of(*dataset).focals[0]), 3.7320509 * 4, 1e-5);
-    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kInvalidArgument, "softras_val.lst");
+    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kNotFound, "softras_val.lst");
     put_npz(folder.path() / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_inv_1", kPose}});
     EXPECT_OK(status_of(folder.path()));
     put_npz(folder.path() / "02691156/b/cameras.npz", {{"world_mat_0", kPose}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat,
                  "neither world_mat_inv_1 nor world_mat_1");
     put_npz(folder.path() / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_1", kPose}, {"camera_mat_1", {2}}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
-                 "camera_mat_1 has the focal length 2");
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "camera_mat_1 has the focal length 2");
 }
 
 TEST(Co3d, ReadsArrays) {
@@ -204,14 +202,12 @@ TEST(Co3d, ReadsArrays) {
     EXPECT_EQ(images[3 * 64 + 64], 1);
     EXPECT_EQ(images[0], 51.0F / 255);
     put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1", {0, 0, 3}}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat,
                  "2 frames, but 2 rotations, 1 translations and 2 focal");
     put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1/images_fg.npy", {2, 1, 8, 8},
             std::vector<float>(128));
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument,
-                 "images_fg.npy': expected float32");
-    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kInvalidArgument,
-                 "0 files val/camera_Rs.npz");
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "images_fg.npy': expected float32");
+    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kNotFound, "0 files val/camera_Rs.npz");
 }
 
 constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10, "frames": [
@@ -251,9 +247,9 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
         EXPECT_EQ(images[9], 200.0F / 255);
     }
     fs::remove(folder.path() / "scene/images/b.png");
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "no image './images/b'");
+    EXPECT_ERROR(status_of(folder.path()), Code::kNotFound, "no image './images/b'");
     put_image(folder.path() / "scene/images/b.png", 8, 3);
-    EXPECT_ERROR(status_of(folder.path()), Code::kInvalidArgument, "its camera has 12 x 10");
+    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "its camera has 12 x 10");
 }
 
 TEST(ImageFolder, ReadsColmapModels) {

@@ -45,12 +45,24 @@ class PhotographRules : public testing::Test {
         EXPECT_OK(io::write_file(path, file.value()));
         return path;
     }
-    static data::PhotographDesc desc_of(const std::string& path) {
-        data::PhotographDesc desc;
-        desc.image = path;
-        desc.resolution = 32;
-        desc.foreground = 0.5;
-        return desc;
+    /// Paths of a picture and its maps, and how to cut it.
+    struct Files {
+        std::string image, depth = {}, normal = {}, mask = {};
+        data::CutOptions options = {.resolution = 32, .foreground = 0.5};
+    };
+    static Result<data::Photograph> read(const Files& files) {
+        const auto load = [](const std::string& path,
+                             std::optional<data::NamedImage>& to) -> Status {
+            if (path.empty()) return {};
+            SPLAT_ASSIGN(to, data::load_picture(path));
+            return {};
+        };
+        data::Picture picture;
+        SPLAT_ASSIGN(picture.image, data::load_picture(files.image));
+        SPLAT_TRY(load(files.depth, picture.depth));
+        SPLAT_TRY(load(files.normal, picture.normal));
+        SPLAT_TRY(load(files.mask, picture.mask));
+        return data::cut_photograph(picture, files.options);
     }
     /// The rectangle of 40 x 20 pixels in the middle of a square of 80 = 32 pixels: 16 x 8 of them.
     static void expect_in_the_middle(const data::Photograph& photo) {
@@ -73,9 +85,10 @@ class PhotographRules : public testing::Test {
 };
 
 TEST_F(PhotographRules, FollowsTheAlpha) {
-    const auto photo = data::read_photograph(desc_of(save("a.png", picture(4, 90))));
+    const auto photo = read({save("a.png", picture(4, 90))});
     ASSERT_OK(photo.status());
-    EXPECT_STREQ(photo.value().mask_from, "alpha");
+    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kAlpha);
+    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "alpha");
     expect_in_the_middle(photo.value());
     EXPECT_TRUE(photo.value().depth.empty());
 }
@@ -85,14 +98,15 @@ TEST_F(PhotographRules, FloodsFromTheBorder) {
     for (std::size_t pixel = 0; pixel < 300; ++pixel)
         image.samples[3 * pixel] =
             static_cast<std::uint16_t>(195 + pixel % 10);  // not quite uniform
-    const auto photo = data::read_photograph(desc_of(save("b.png", image)));
+    const auto photo = read({save("b.png", image)});
     ASSERT_OK(photo.status());
-    EXPECT_STREQ(photo.value().mask_from, "border");
+    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kBorder);
+    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "border");
     expect_in_the_middle(photo.value());
 }
 
 TEST_F(PhotographRules, TakesAMaskAndMaps) {
-    data::PhotographDesc desc = desc_of(save("c.png", picture(3, 40)));
+    Files desc{save("c.png", picture(3, 40))};
     io::Image mask = picture(4, 0);
     io::Image gray;
     gray.width = mask.width;
@@ -104,9 +118,10 @@ TEST_F(PhotographRules, TakesAMaskAndMaps) {
     for (std::uint16_t& sample : gray.samples) sample = 51;
     desc.depth = save("depth.png", gray);
     desc.normal = save("normal.png", gray);
-    const auto photo = data::read_photograph(desc);
+    const auto photo = read(desc);
     ASSERT_OK(photo.status());
-    EXPECT_STREQ(photo.value().mask_from, "mask");
+    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kMask);
+    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "mask");
     expect_in_the_middle(photo.value());
     const std::size_t middle = 16 * 32 + 16;
     ASSERT_EQ(photo.value().depth.size(), 1024U);
@@ -120,35 +135,51 @@ TEST_F(PhotographRules, TakesAMaskAndMaps) {
 TEST_F(PhotographRules, AUniformPictureIsTheObject) {
     io::Image image = picture(3, 0);
     std::fill(image.samples.begin(), image.samples.end(), std::uint16_t{80});
-    const auto photo = data::read_photograph(desc_of(save("d.png", image)));
+    const auto photo = read({save("d.png", image)});
     ASSERT_OK(photo.status());
-    EXPECT_STREQ(photo.value().mask_from, "nothing");
-    data::PhotographDesc whole = desc_of(save("e.png", picture(4, 0)));
-    whole.crop = false;
-    const auto square = data::read_photograph(whole);
+    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kNothing);
+    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "nothing");
+    Files whole{save("e.png", picture(4, 0))};
+    whole.options.crop = false;
+    const auto square = read(whole);
     ASSERT_OK(square.status());
     EXPECT_EQ(square.value().side, 50) << "the largest square in the middle";
     EXPECT_EQ(square.value().x, 25);
 }
 
+TEST_F(PhotographRules, SamplesOf16BitsAreReducedTo8) {
+    data::Picture eight{{picture(4, 90), "eight"}, {}, {}, {}};
+    data::Picture sixteen = eight;
+    sixteen.image.image.bits = 16;
+    for (std::uint16_t& sample : sixteen.image.image.samples)
+        sample = static_cast<std::uint16_t>(257 * sample + (sample == 255 ? 0 : 100));
+    for (data::Picture* each : {&eight, &sixteen}) each->mask = each->depth = each->image;
+    const auto a = data::cut_photograph(eight, {}), b = data::cut_photograph(sixteen, {});
+    ASSERT_OK(a.status());
+    ASSERT_OK(b.status());
+    EXPECT_EQ(a.value().image, b.value().image);
+    EXPECT_EQ(a.value().mask, b.value().mask);
+    EXPECT_EQ(a.value().depth, b.value().depth);
+}
+
 TEST_F(PhotographRules, RefusesAndNamesTheFile) {
-    data::PhotographDesc desc = desc_of("nowhere.png");
-    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "nowhere.png");
+    Files desc{"nowhere.png"};
+    EXPECT_ERROR(read(desc).status(), Code::kNotFound, "nowhere.png");
     desc.image = save("f.png", picture(3, 200));
     io::Image small = picture(3, 0);
     small.height = 25;
     small.samples.resize(small.samples.size() / 2);
     desc.depth = save("small.png", small);
-    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument,
                  "is 100 x 25 pixels, expected the image's 100 x 50");
     desc.depth.clear();
     io::Image black = picture(3, 0);
     std::fill(black.samples.begin(), black.samples.end(), std::uint16_t{0});
     desc.mask = save("black.png", black);
-    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument,
                  "the mask has no pixel above one half");
-    desc.foreground = 0;
-    EXPECT_ERROR(data::read_photograph(desc).status(), Code::kInvalidArgument, "foreground is 0");
+    desc.options.foreground = 0;
+    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument, "foreground is 0");
 }
 
 }  // namespace

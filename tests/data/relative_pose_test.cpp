@@ -99,8 +99,8 @@ TEST(RelativePose, RefusesPosesWithoutInverse) {
     for (const Mat4& pose : {bad, flat}) {
         const Mat4 first[] = {pose, kIdentity};
         const Mat4 second[] = {kIdentity, pose};
-        EXPECT_ERROR(relative_views(first).status(), Code::kInvalidArgument, "singular");
-        EXPECT_ERROR(relative_views(second).status(), Code::kInvalidArgument, "singular");
+        EXPECT_ERROR(relative_views(first).status(), Code::kFormat, "singular");
+        EXPECT_ERROR(relative_views(second).status(), Code::kFormat, "singular");
     }
 }
 

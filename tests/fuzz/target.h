@@ -14,6 +14,13 @@ inline void require(bool condition) {
     if (!condition) std::abort();
 }
 
+/// True if it was accepted. What is refused is not of the format, or beyond what is read: the input is a file,
+/// not an argument.
+inline bool accepted(const Status& status) {
+    require(status.ok() || status.code() == Code::kFormat || status.code() == Code::kUnsupported);
+    return status.ok();
+}
+
 /// A limit for scenes of fuzzed files, so that no input can request much memory.
 inline io::LoadOptions small_scenes() {
     io::LoadOptions options;

@@ -32,7 +32,7 @@ one_of() {
     printf '%s\n' "$found"
 }
 one_of include/splat.h >"$temp/found"
-for name in core scene render model train; do one_of "include/splat/$name.h" >>"$temp/found"; done
+for name in core scene render model predict train evaluate; do one_of "include/splat/$name.h" >>"$temp/found"; done
 one_of "lib*/libsplat.so" >>"$temp/found"
 one_of "lib*/libsplat.so.$version" >>"$temp/found"
 library=$(one_of "lib*/libsplat.so.0")
@@ -40,7 +40,7 @@ lib_dir=$(dirname "$library")
 one_of "lib*/cmake/Splat/SplatConfigVersion.cmake" >>"$temp/found"
 pc_dir=$(dirname "$(one_of "lib*/pkgconfig/splat.pc")")
 
-[ ! -x "$prefix/bin/vkrun" ] || one_of share/libsplat/weights/cars64/weights.safetensors >>"$temp/found"
+one_of share/libsplat/weights/cars64/weights.safetensors >>"$temp/found"
 
 # No installed file may name the build tree.
 if grep -rlF "$build_dir" "$prefix" --include='*.pc' --include='*.cmake' --include='*.h'; then
@@ -65,8 +65,50 @@ check_run pkg-config "$temp/version_c"
 "$cmake" --build "$temp/build" >"$temp/build.log" || { cat "$temp/build.log"; die "find_package"; }
 check_run find_package "$temp/build/version"
 
+# build_program NAME: a C program of tests/install/programs against the installed package.
+build_program() {
+    # shellcheck disable=SC2046,SC2086  # lists of words
+    "$cc" -std=c99 -Wall -Wextra -Werror ${CFLAGS:-} "$source_dir/tests/install/programs/$1.c" \
+        $(pkg-config --cflags --libs splat) ${LDFLAGS:-} -o "$temp/$1"
+}
+build_program predict
+LD_LIBRARY_PATH="$lib_dir" "$temp/predict" "$temp/scene.ply" >"$temp/predict.log" ||
+    die "predict: the program failed"
+[ "$(head -c 3 "$temp/scene.ply")" = ply ] || die "predict: no scene.ply"
+echo "predict: $(cat "$temp/predict.log")"
+build_program loop
+LD_LIBRARY_PATH="$lib_dir" "$temp/loop" >"$temp/loop.log" || die "loop: $(cat "$temp/loop.log")"
+echo "loop: $(cat "$temp/loop.log")"
+
 vkrun="$prefix/bin/vkrun"
 if [ -x "$vkrun" ]; then
     "$vkrun" --version >"$temp/vkrun.log" || die "the installed vkrun does not find its library"
     echo "vkrun: $(head -n 1 "$temp/vkrun.log")"
+
+    # A session stopped in the middle and resumed by vkrun, against a whole run of vkrun.
+    build_program train
+    "$vkrun" data synth "$temp/data" --objects 2 --val 0 --test 0 --views 3 --size 16 >"$temp/synth.log" ||
+        die "train: no data"
+    LD_LIBRARY_PATH="$lib_dir" "$temp/train" "$temp/data" "$temp/parts" >"$temp/train.log" ||
+        die "train: the program failed"
+    "$vkrun" train "$temp/parts/config.json" --out "$temp/whole" 2>"$temp/whole.log" ||
+        die "train: $(tail -n 1 "$temp/whole.log")"
+    "$vkrun" train --out "$temp/parts" --resume 2>"$temp/parts.log" ||
+        die "train: $(tail -n 1 "$temp/parts.log")"
+    grep -q "resumed from step_0000000002" "$temp/parts.log" || die "train: resumed from elsewhere"
+    cmp "$temp/whole/weights_last.safetensors" "$temp/parts/weights_last.safetensors" ||
+        die "train: the weights differ"
+    echo "train: the same weights after an interruption"
+    # An evaluation in C gives the numbers of vkrun eval; only times differ.
+    build_program evaluate
+    weights="$prefix/share/libsplat/weights/cars64/weights.safetensors"
+    "$vkrun" data synth "$temp/cars" --objects 1 --test 3 --size 64 >"$temp/synth.log" || die "data synth"
+    LD_LIBRARY_PATH="$lib_dir" "$temp/evaluate" "$temp/cars" "$temp/eval_c" >"$temp/evaluate.log" ||
+        die "evaluate: the program failed"
+    "$vkrun" eval "$weights" --data "$temp/cars" --out "$temp/eval_tool" >"$temp/eval.log" || die "vkrun eval"
+    for name in results.json scores.txt; do
+        for method in c tool; do grep -v _per_second "$temp/eval_$method/$name" >"$temp/$method.$name"; done
+        cmp "$temp/c.$name" "$temp/tool.$name" || die "evaluate: another $name than vkrun eval's"
+    done
+    echo "evaluate: $(cat "$temp/evaluate.log")"
 fi

@@ -95,21 +95,19 @@ TEST(TransformsJson, ErrorsNameFrameAndKey) {
     const auto one = [](const std::string& members) {
         return R"({"frames": [{)" + members + "}]}";
     };
-    refused("[]", Code::kInvalidArgument, "no list 'frames'");
-    refused(R"({"frames": [3]})", Code::kInvalidArgument, "frame 0: it is not an object");
-    refused(one(R"("fl_x": 1, )" + kPose), Code::kInvalidArgument, "'w' is 0");
-    refused(one(size + kPose), Code::kInvalidArgument, "neither 'fl_x' nor 'camera_angle_x'");
-    refused(one(size + R"("fl_x": "1", )" + kPose), Code::kInvalidArgument,
-            "'fl_x' is not a number");
-    refused(one(size + R"("fl_x": -1, )" + kPose), Code::kInvalidArgument, "focal");
-    refused(one(size + R"("fl_x": 1, "file_path": 1, )" + kPose), Code::kInvalidArgument,
-            "'file_path'");
-    refused(one(size + R"("fl_x": 1)"), Code::kInvalidArgument, "'transform_matrix' is missing");
-    refused(one(size + R"("fl_x": 1, "transform_matrix": [[1],[2],[3],[4]])"),
-            Code::kInvalidArgument, "row 0");
+    refused("[]", Code::kFormat, "no list 'frames'");
+    refused(R"({"frames": [3]})", Code::kFormat, "frame 0: it is not an object");
+    refused(one(R"("fl_x": 1, )" + kPose), Code::kFormat, "'w' is 0");
+    refused(one(size + kPose), Code::kFormat, "neither 'fl_x' nor 'camera_angle_x'");
+    refused(one(size + R"("fl_x": "1", )" + kPose), Code::kFormat, "'fl_x' is not a number");
+    refused(one(size + R"("fl_x": -1, )" + kPose), Code::kFormat, "focal");
+    refused(one(size + R"("fl_x": 1, "file_path": 1, )" + kPose), Code::kFormat, "'file_path'");
+    refused(one(size + R"("fl_x": 1)"), Code::kFormat, "'transform_matrix' is missing");
+    refused(one(size + R"("fl_x": 1, "transform_matrix": [[1],[2],[3],[4]])"), Code::kFormat,
+            "row 0");
     refused(
         one(size + R"("fl_x": 1, "transform_matrix": [[0,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])"),
-        Code::kInvalidArgument, "singular");
+        Code::kFormat, "singular");
     refused(one(size + R"("fl_x": 1, "k1": 0.1, )" + kPose), Code::kUnsupported,
             "distortion k1 = 0.1");
     CameraOptions lenient;
@@ -157,16 +155,14 @@ TEST(Colmap, ErrorsNameLineAndCause) {
     const std::string image = "1 1 0 0 0 1 2 3 1 a.png\n\n";
     refused("1 FISHEYE 1 1 1", image, Code::kUnsupported,
             "'FISHEYE', expected one of SIMPLE_PINHOLE");
-    refused("\n1 PINHOLE 64 48 50 x", image, Code::kInvalidArgument,
-            "cameras.txt line 2: parameter is 'x'");
-    refused("1 PINHOLE 64 48 50", image, Code::kInvalidArgument, "there is no parameter");
-    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 9 a.png", Code::kInvalidArgument,
+    refused("\n1 PINHOLE 64 48 50 x", image, Code::kFormat, "cameras.txt line 2: parameter is 'x'");
+    refused("1 PINHOLE 64 48 50", image, Code::kFormat, "there is no parameter");
+    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 9 a.png", Code::kFormat,
             "camera 9, which does not exist");
-    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 1", Code::kInvalidArgument, "no name");
-    refused(test::kColmapCameras, "1 0 0 0 0 1 2 3 1 a", Code::kInvalidArgument,
-            "quaternion of length 0");
+    refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 1", Code::kFormat, "no name");
+    refused(test::kColmapCameras, "1 0 0 0 0 1 2 3 1 a", Code::kFormat, "quaternion of length 0");
     refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 4 a", Code::kUnsupported, "distortion k = 0.5");
-    refused("1 PINHOLE 99999 48 50 50 1 1", image, Code::kInvalidArgument, "99999 x 48");
+    refused("1 PINHOLE 99999 48 50 50 1 1", image, Code::kFormat, "99999 x 48");
     CameraOptions one;
     one.max_cameras = 1;
     EXPECT_ERROR(
@@ -186,8 +182,8 @@ TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
     test::parse_damaged(images, by_images);
     Buffer many;
     put(many, ~std::uint64_t{0});
-    EXPECT_ERROR(read_colmap_binary(many, images).status(), Code::kInvalidArgument, "'records'");
-    EXPECT_ERROR(read_colmap_binary(cameras, many).status(), Code::kInvalidArgument, "'records'");
+    EXPECT_ERROR(read_colmap_binary(many, images).status(), Code::kFormat, "'records'");
+    EXPECT_ERROR(read_colmap_binary(cameras, many).status(), Code::kFormat, "'records'");
 }
 
 TEST(RealCameras, JsonAndColmapOfOneOrbitAgree) {
@@ -203,8 +199,7 @@ TEST(RealCameras, JsonAndColmapOfOneOrbitAgree) {
     ASSERT_EQ(cameras.size(), 14U);
     for (scene::Camera& camera : cameras) camera.name = camera.name.substr(7);  // images/
     expect_same(model.value().cameras, cameras, 1e-5);
-    EXPECT_ERROR(load_colmap(folder + "/images").status(), Code::kInvalidArgument,
-                 "no COLMAP model");
+    EXPECT_ERROR(load_colmap(folder + "/images").status(), Code::kNotFound, "no COLMAP model");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 
@@ -50,27 +51,25 @@ TEST_F(File, WritesReplacesAndReads) {
 
 TEST_F(File, NewFilesReplaceNone) {
     ASSERT_OK(write_new_file(path("new"), bytes_of("one")));
-    EXPECT_ERROR(write_new_file(path("new"), bytes_of("two")), Code::kInvalidArgument, "exists");
+    EXPECT_ERROR(write_new_file(path("new"), bytes_of("two")), Code::kIo, "exists");
     const auto read = read_file(path("new"));
     ASSERT_OK(read.status());
     EXPECT_EQ(as_text(read.value()), "one");
-    EXPECT_ERROR(write_new_file(path("none/a"), bytes_of("x")), Code::kInvalidArgument,
-                 "No such file");
+    EXPECT_ERROR(write_new_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
 }
 
 TEST_F(File, RefusesWhatItCannotRead) {
-    EXPECT_ERROR(read_file(path("none")).status(), Code::kInvalidArgument, "No such file");
-    EXPECT_ERROR(read_file(folder_).status(), Code::kInvalidArgument, "not a regular file");
+    EXPECT_ERROR(read_file(path("none")).status(), Code::kNotFound, "No such file");
+    EXPECT_ERROR(read_file(folder_).status(), Code::kIo, "not a regular file");
     ASSERT_OK(write_file(path("a"), bytes_of("12345")));
     EXPECT_OK(read_file(path("a"), 5).status());
-    EXPECT_ERROR(read_file(path("a"), 4).status(), Code::kInvalidArgument,
-                 "5 bytes, the limit is 4");
+    EXPECT_ERROR(read_file(path("a"), 4).status(), Code::kUnsupported, "5 bytes, the limit is 4");
 }
 
 TEST_F(File, RefusesWhereItCannotWrite) {
-    EXPECT_ERROR(write_file(path("none/a"), bytes_of("x")), Code::kInvalidArgument, "No such file");
+    EXPECT_ERROR(write_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
     fs::create_directories(folder_ / "folder");
-    EXPECT_FALSE(write_file(path("folder"), bytes_of("x")).ok());
+    EXPECT_ERROR(write_file(path("folder"), bytes_of("x")), Code::kIo, "Is a directory");
     EXPECT_EQ(files(), 1U) << "the temporary file is gone";
 }
 
@@ -94,16 +93,15 @@ TEST_F(File, IsReadPieceByPiece) {
         ASSERT_OK(source->read(4, part));
         EXPECT_EQ(as_text(part), "other");
         EXPECT_OK(source->read(11, std::span<std::byte>()));
-        EXPECT_ERROR(source->read(7, part), Code::kInvalidArgument,
-                     "5 bytes requested at byte 7 of 11");
+        EXPECT_ERROR(source->read(7, part), Code::kFormat, "5 bytes requested at byte 7 of 11");
         EXPECT_FALSE(source->read(~0ULL, part).ok());
     }
     std::filesystem::resize_file(path("a"), 3);
     Buffer part(5);
-    EXPECT_ERROR(file.value()->read(0, part), Code::kInvalidArgument, "became shorter");
+    EXPECT_ERROR(file.value()->read(0, part), Code::kIo, "became shorter");
     EXPECT_FALSE(open_source(path("none")).ok());
     EXPECT_FALSE(open_source(folder_).ok());
-    EXPECT_ERROR(open_source(path("a"), 2).status(), Code::kInvalidArgument, "the limit is 2");
+    EXPECT_ERROR(open_source(path("a"), 2).status(), Code::kUnsupported, "the limit is 2");
 }
 
 TEST_F(File, IsMappedAsItWas) {
@@ -129,14 +127,21 @@ TEST_F(File, IsMappedAsItWas) {
 
     const auto again = open_source(path("a"), 9, true).value()->map();
     std::ofstream(path("a"), std::ios::app) << "!";
-    EXPECT_ERROR(again->unchanged(), Code::kInvalidArgument,
+    EXPECT_ERROR(again->unchanged(), Code::kIo,
                  "a' was written since it was opened; open it again");
     const auto later = open_source(path("a"), 9, true).value()->map();
     fs::last_write_time(path("a"), fs::last_write_time(path("a")) + std::chrono::seconds(1));
-    EXPECT_ERROR(later->unchanged(), Code::kInvalidArgument, "was written since");
+    EXPECT_ERROR(later->unchanged(), Code::kIo, "was written since");
     EXPECT_OK(mapped->unchanged());
     fs::remove(path("a"));
     EXPECT_EQ(as_text(mapped->bytes()), "first");
+}
+
+TEST_F(File, ErrorsOfTheSystemHaveCodes) {
+    EXPECT_ERROR(system_error(ENOENT, "open", "a"), Code::kNotFound, "cannot open 'a': No such");
+    EXPECT_ERROR(system_error(ENOTDIR, "open", "a/b"), Code::kNotFound, "Not a directory");
+    EXPECT_ERROR(system_error(ENOSPC, "write", "a"), Code::kIo, "No space left");
+    EXPECT_ERROR(system_error(EACCES, "open", "a"), Code::kIo, "denied");
 }
 
 #if SPLAT_FAULT_POINTS
@@ -146,7 +151,7 @@ TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
         fault::arm(point, 1);
         const Status status = write_file(path("a"), bytes_of("new"));
         EXPECT_GT(fault::disarm(), 0U) << point;
-        EXPECT_FALSE(status.ok()) << point;
+        EXPECT_EQ(status.code(), Code::kIo) << point;
         EXPECT_NE(status.message().find(path("a")), std::string::npos) << status.message();
         const auto read = read_file(path("a"));
         ASSERT_OK(read.status());
@@ -157,11 +162,11 @@ TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
 
 TEST_F(File, AFailedReadIsAnError) {
     ASSERT_OK(write_file(path("a"), bytes_of("old")));
-    for (const char* point : {"io.open", "io.read"}) {
-        fault::arm(point, 1);
-        EXPECT_FALSE(read_file(path("a")).ok()) << point;
-        fault::disarm();
-    }
+    fault::arm("io.open", 1);
+    EXPECT_ERROR(read_file(path("a")).status(), Code::kNotFound, path("a").c_str());
+    fault::arm("io.read", 1);
+    EXPECT_ERROR(read_file(path("a")).status(), Code::kIo, path("a").c_str());
+    fault::disarm();
 }
 #endif
 
@@ -174,8 +179,8 @@ TEST(Reader, ChecksEveryStep) {
     const auto name = little.take_string("name");
     ASSERT_OK(name.status());
     EXPECT_EQ(name.value(), "name");
-    EXPECT_ERROR(little.take_string("other").status(), Code::kInvalidArgument, "'other' at byte 9");
-    EXPECT_ERROR(little.read(value, "value"), Code::kInvalidArgument,
+    EXPECT_ERROR(little.take_string("other").status(), Code::kFormat, "'other' at byte 9");
+    EXPECT_ERROR(little.read(value, "value"), Code::kFormat,
                  "'value' at byte 9 needs 4 x 1 bytes, but 1 are left");
     EXPECT_FALSE(little.need(~0ULL, ~0ULL, "much").ok());
     EXPECT_FALSE(little.take(~0ULL, "much").ok());

@@ -76,7 +76,7 @@ TEST(Png, RefusesEveryPrefixAndSurvivesDamage) {
         test::expect_prefixes_refused(file.value(), accepts_image);
         test::parse_damaged(file.value(), accepts_image);
     }
-    EXPECT_ERROR(read_png(test::bytes_of("not a png at all")).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_png(test::bytes_of("not a png at all")).status(), Code::kFormat,
                  "does not start");
 }
 
@@ -206,12 +206,12 @@ TEST(Npy, RefusesHostileHeaders) {
         EXPECT_ERROR(read_npy(npy(header)).status(), code, part);
     };
     const std::string start = "{'descr': '<f4', 'fortran_order': False, 'shape': ";
-    refused(start + "(1000000000000,)}", Code::kInvalidArgument, "'data'");
-    refused(start + "(4294967296, 4294967296, 4294967296)}", Code::kInvalidArgument, "2^64");
-    refused(start + "(-1,)}", Code::kInvalidArgument, "tuple");
-    refused(start + "(1", Code::kInvalidArgument, "tuple");
-    refused(start + "3}", Code::kInvalidArgument, "tuple");
-    refused("{}", Code::kInvalidArgument, "no 'descr'");
+    refused(start + "(1000000000000,)}", Code::kFormat, "'data'");
+    refused(start + "(4294967296, 4294967296, 4294967296)}", Code::kFormat, "2^64");
+    refused(start + "(-1,)}", Code::kFormat, "tuple");
+    refused(start + "(1", Code::kFormat, "tuple");
+    refused(start + "3}", Code::kFormat, "tuple");
+    refused("{}", Code::kFormat, "no 'descr'");
     refused("{'descr': '<i4', 'fortran_order': False, 'shape': ()}", Code::kUnsupported, "'<i4'");
     refused("{'descr': '<f4', 'fortran_order': True, 'shape': ()}", Code::kUnsupported,
             "column-major");

@@ -1,6 +1,7 @@
 // JPEG and WebP, against files that their own libraries write here.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -115,10 +116,10 @@ TEST(Exif, TurnsEachOrientationUpright) {
 
 TEST(Exif, IsReadOnRequestInEitherOrder) {
     const Buffer jpeg = jpeg_of(ramp(16, 8, 1), 16, 8, 1, false, JCS_GRAYSCALE);
-    EXPECT_EQ(exif_orientation(jpeg), 1U);
+    EXPECT_EQ(exif_of(jpeg, 4, 3).orientation, 1U);
     for (const bool little : {false, true}) {
         const Buffer file = with_exif(jpeg, 6, little);
-        EXPECT_EQ(exif_orientation(file), 6U);
+        EXPECT_EQ(exif_of(file, 4, 3).orientation, 6U);
         EXPECT_EQ(read_jpeg(file).value().width, 16U);
         const auto turned = read_jpeg(file, {.upright = true});
         ASSERT_OK(turned.status());
@@ -127,17 +128,82 @@ TEST(Exif, IsReadOnRequestInEitherOrder) {
     }
 }
 
+/// An Exif segment, big-endian: a directory of one entry that names a second one, which follows it.
+Buffer with_focal(const Buffer& jpeg, const std::vector<std::array<std::uint32_t, 3>>& entries,
+                  const std::vector<std::uint32_t>& fractions) {
+    std::vector<std::uint8_t> tiff = {'M', 'M'};
+    const auto put = [&](std::uint32_t value, int size) {
+        for (int i = size; i-- > 0;) tiff.push_back(static_cast<std::uint8_t>(value >> 8 * i));
+    };
+    const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t value) {
+        put(tag, 2);
+        put(type, 2);
+        put(1, 4);
+        put(type == 3 ? value << 16 : value, 4);
+    };
+    put(42, 2);
+    put(8, 4);
+    put(1, 2);
+    entry(34665, 4, 26);  // right after this directory
+    put(0, 4);
+    put(static_cast<std::uint32_t>(entries.size()), 2);
+    const std::size_t after = 26 + 2 + entries.size() * 12 + 4;
+    for (const auto& [tag, type, value] : entries)
+        entry(tag, type, type == 5 ? static_cast<std::uint32_t>(after) + value : value);
+    put(0, 4);
+    for (const std::uint32_t number : fractions) put(number, 4);
+    Buffer file(jpeg.begin(), jpeg.begin() + 2);
+    const auto length = static_cast<std::uint8_t>(2 + 6 + tiff.size());
+    for (const int byte :
+         {0xFF, 0xE1, 0, int{length}, int{'E'}, int{'x'}, int{'i'}, int{'f'}, 0, 0})
+        file.push_back(static_cast<std::byte>(byte));
+    for (const std::uint8_t byte : tiff) file.push_back(static_cast<std::byte>(byte));
+    file.insert(file.end(), jpeg.begin() + 2, jpeg.end());
+    return file;
+}
+
+TEST(Exif, TellsTheFocalLengthInPixels) {
+    const Buffer jpeg = jpeg_of(ramp(36, 24, 1), 36, 24, 1, false, JCS_GRAYSCALE);
+    EXPECT_EQ(read_jpeg(jpeg).value().focal, 0);
+    // 50 mm of a film of 36 x 24 mm; a pixel is a millimetre.
+    const Buffer film = with_focal(jpeg, {{41989, 3, 50}}, {});
+    EXPECT_NEAR(read_jpeg(film).value().focal, 50, 1e-9);
+    EXPECT_NEAR(exif_of(film, 360, 240).focal, 500, 1e-9);
+    // 8.5 mm, and 3,000 pixels to a centimetre.
+    const std::vector<std::array<std::uint32_t, 3>> sensor = {
+        {37386, 5, 0}, {41486, 5, 8}, {41488, 3, 3}};
+    EXPECT_NEAR(exif_of(with_focal(jpeg, sensor, {17, 2, 3000, 1}), 36, 24).focal, 2550, 1e-9);
+    EXPECT_EQ(exif_of(with_focal(jpeg, sensor, {17, 0, 3000, 1}), 36, 24).focal, 0);
+    EXPECT_EQ(exif_of(with_focal(jpeg, sensor, {17, 2}), 36, 24).focal, 0);
+}
+
+TEST(Photo, HeadersTellTheSizeWithoutPixels) {
+    const Buffer jpeg = with_exif(jpeg_of(ramp(16, 8, 3), 16, 8, 3, false, JCS_RGB), 6, true);
+    const Image gray{5, 3, 1, 16, std::vector<std::uint16_t>(15)};
+    const std::pair<Buffer, std::array<std::uint32_t, 4>> files[] = {
+        {jpeg, {8, 16, 3, 8}},
+        {webp_of(ramp(5, 4, 4), 5, 4, 4), {5, 4, 4, 8}},
+        {write_png(gray).value(), {5, 3, 1, 16}}};
+    for (const auto& [file, expected] : files) {
+        const auto image = read_image(file, {.upright = true, .header_only = true});
+        ASSERT_OK(image.status());
+        const Image& found = image.value();
+        EXPECT_EQ((std::array{found.width, found.height, found.channels, found.bits}), expected);
+        EXPECT_TRUE(found.samples.empty());
+    }
+}
+
 TEST(Exif, DamageMeansUpright) {
     const Buffer jpeg = jpeg_of(ramp(16, 8, 1), 16, 8, 1, false, JCS_GRAYSCALE);
-    EXPECT_EQ(exif_orientation(with_exif(jpeg, 9, true)), 1U);
+    EXPECT_EQ(exif_of(with_exif(jpeg, 9, true), 4, 3).orientation, 1U);
     const Buffer file = with_exif(jpeg, 6, true);
     for (std::size_t size = 0; size < 40; ++size)
-        EXPECT_EQ(exif_orientation(Bytes(file).first(size)), 1U) << size;
+        EXPECT_EQ(exif_of(Bytes(file).first(size), 4, 3).orientation, 1U) << size;
     for (std::size_t at = 0; at < 60; ++at) {  // any answer, but an answer
         Buffer damaged = file;
         damaged[at] ^= std::byte{0xFF};
-        EXPECT_GE(exif_orientation(damaged), 1U);
-        EXPECT_LE(exif_orientation(damaged), 8U);
+        EXPECT_GE(exif_of(damaged, 4, 3).orientation, 1U);
+        EXPECT_LE(exif_of(damaged, 4, 3).orientation, 8U);
     }
 }
 
@@ -160,15 +226,14 @@ TEST(Jpeg, HoldsWhatWasWritten) {
 
 TEST(Jpeg, RefusesOtherFiles) {
     const Buffer file = jpeg_of(ramp(33, 17, 3), 33, 17, 3, false, JCS_RGB);
-    EXPECT_ERROR(read_jpeg({}).status(), Code::kInvalidArgument, "does not start");
+    EXPECT_ERROR(read_jpeg({}).status(), Code::kFormat, "does not start");
     EXPECT_ERROR(read_jpeg(file, {32, 1U << 20}).status(), Code::kUnsupported, "33 x 17");
     EXPECT_ERROR(read_jpeg(file, {64, 100}).status(), Code::kUnsupported, "100 samples");
     const Buffer cmyk = jpeg_of(ramp(8, 8, 4), 8, 8, 4, false, JCS_CMYK);
     EXPECT_ERROR(read_jpeg(cmyk).status(), Code::kUnsupported, "CMYK");
     // The last two bytes are the end marker.
     for (std::size_t size = 0; size + 2 < file.size(); ++size)
-        EXPECT_ERROR(read_jpeg(Bytes(file).first(size)).status(), Code::kInvalidArgument, "jpeg: ")
-            << size;
+        EXPECT_ERROR(read_jpeg(Bytes(file).first(size)).status(), Code::kFormat, "jpeg: ") << size;
 }
 
 TEST(Jpeg, SurvivesEveryDamagedByte) {
@@ -201,8 +266,8 @@ TEST(WebP, HoldsWhatWasWritten) {
 
 TEST(WebP, RefusesOtherFiles) {
     const Buffer file = webp_of(ramp(21, 13, 3), 21, 13, 3);
-    EXPECT_ERROR(read_webp({}).status(), Code::kInvalidArgument, "webp: ");
-    EXPECT_ERROR(read_webp(as_bytes("not an image of any kind")).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_webp({}).status(), Code::kFormat, "webp: ");
+    EXPECT_ERROR(read_webp(as_bytes("not an image of any kind")).status(), Code::kFormat,
                  "does not start");
     EXPECT_ERROR(read_webp(file, {20, 1U << 20}).status(), Code::kUnsupported, "21 x 13");
     for (std::size_t size = 0; size + 2 < file.size(); ++size)
@@ -232,9 +297,9 @@ TEST(ImageFile, IsKnownByItsFirstBytes) {
     const auto image = load_image(path);
     EXPECT_OK(image.status());
     ASSERT_OK(write_file(path, as_bytes("GIF89a")));
-    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "not a PNG, JPEG or WebP");
+    EXPECT_ERROR(load_image(path).status(), Code::kFormat, "not a PNG, JPEG or WebP");
     ASSERT_OK(write_file(path, as_bytes("\xFF\xD8\xFF...")));
-    EXPECT_ERROR(load_image(path).status(), Code::kInvalidArgument, "x.png': jpeg: ");
+    EXPECT_ERROR(load_image(path).status(), Code::kFormat, "x.png': jpeg: ");
     std::filesystem::remove_all(folder);
 }
 

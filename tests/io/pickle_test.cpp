@@ -17,8 +17,7 @@ Result<Pickle> read(const std::string& text) {
     return Pickle::read(bytes_of(text));
 }
 
-void expect_pickle_refused(const std::string& text, const char* part,
-                           Code code = Code::kInvalidArgument) {
+void expect_pickle_refused(const std::string& text, const char* part, Code code = Code::kFormat) {
     EXPECT_ERROR(read(text).status(), code, part);
 }
 
@@ -145,7 +144,7 @@ TEST(Pickle, CyclesAndDepthAreHarmless) {
 TEST(Pickle, HasLimits) {
     expect_pickle_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
                           "more than 4194304 values");
-    EXPECT_ERROR(Pickle::read(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Pickle::read(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kFormat,
                  "the limit is 67108864");
 }
 

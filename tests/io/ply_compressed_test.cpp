@@ -60,8 +60,8 @@ TEST(PlyCompressed, BandsAreChannelMajorBytes) {
 
 TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     const auto refused = [](CompressedPlyLayout layout, const char* part) {
-        EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)).status(),
-                     Code::kInvalidArgument, part);
+        EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)).status(), Code::kFormat,
+                     part);
     };
     CompressedPlyLayout layout;
     layout.chunks = "0";
@@ -78,10 +78,10 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     refused(layout, "one for each of 2");
     layout.rest = 10;
     refused(layout, "10 properties");
-    EXPECT_ERROR(read_ply(sample_compressed_ply({})).status(), Code::kInvalidArgument, "'opacity'");
+    EXPECT_ERROR(read_ply(sample_compressed_ply({})).status(), Code::kFormat, "'opacity'");
     Buffer many = test::bytes_of(compressed_ply_header({true, 0, "1", "257", ""}));
     many.resize(many.size() + 18 * 4 + 257 * 16);
-    EXPECT_ERROR(read_compressed_ply(many).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_compressed_ply(many).status(), Code::kFormat,
                  "1 chunks for 257 Gaussians, expected 2");
 }
 

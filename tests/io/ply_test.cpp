@@ -178,7 +178,7 @@ TEST(Ply, RefusesHostileCountsBeforeItAllocates) {
     for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"})
         for (const char* count : {"2", "1000000000000", "18446744073709551615"})
             EXPECT_ERROR(status_of(bytes_of(header(encoding, count) + kEnd + kRow.substr(0, 28))),
-                         Code::kInvalidArgument, "truncated")
+                         Code::kFormat, "truncated")
                 << encoding << " " << count;
     for (const char* count : {"-1", "x", "18446744073709551616", "1.5", ""})
         EXPECT_FALSE(status_of(bytes_of(header("ascii", count) + kEnd + kRow)).ok()) << count;
@@ -210,7 +210,7 @@ TEST(Ply, ErrorsNameProblemAndPlace) {
          "line 19: 'f_dc_0' is 'oops'"},
     };
     for (const auto& c : cases)
-        EXPECT_ERROR(status_of(bytes_of(c.text)), Code::kInvalidArgument, c.part) << c.text;
+        EXPECT_ERROR(status_of(bytes_of(c.text)), Code::kFormat, c.part) << c.text;
 }
 
 TEST(Ply, RefusesEveryPrefix) {

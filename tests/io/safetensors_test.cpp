@@ -44,7 +44,7 @@ class BadDisk : public MemorySource {
     BadDisk(Bytes bytes, std::uint64_t bad) : MemorySource(bytes), bad_(bad) {}
     Status read(std::uint64_t offset, std::span<std::byte> to) const override {
         if (offset + to.size() <= bad_) return MemorySource::read(offset, to);
-        return error(Code::kInvalidArgument, "bad from byte %llu on, asked for %llu",
+        return error(Code::kFormat, "bad from byte %llu on, asked for %llu",
                      static_cast<unsigned long long>(bad_),
                      static_cast<unsigned long long>(offset));
     }
@@ -73,7 +73,7 @@ TEST(Safetensors, LargeFilesComeWhole) {
         }
         const std::uint64_t first = bytes.size() - tensors.elements() * (half ? 2 : 4);
         const BadDisk disk(bytes, first + 1);
-        EXPECT_ERROR(read_safetensors(disk).status(), Code::kInvalidArgument,
+        EXPECT_ERROR(read_safetensors(disk).status(), Code::kFormat,
                      format("asked for %llu", static_cast<unsigned long long>(first)));
     }
 }
@@ -177,7 +177,7 @@ TEST(Safetensors, RefusesPrefixesAndSurvivesDamage) {
 
 TEST(Safetensors, RefusesHeadersThatLie) {
     const auto refused = [](const std::string& header, const char* part,
-                            Code code = Code::kInvalidArgument) {
+                            Code code = Code::kFormat) {
         EXPECT_ERROR(read(test::sample_safetensors(header, 8)).status(), code, part);
     };
     const auto tensor = [](const std::string& name, const std::string& shape,
@@ -227,7 +227,7 @@ TEST(Safetensors, RefusesSizesThatLie) {
     const auto file = write_safetensors(test::sample_tensors());
     ASSERT_OK(file.status());
     EXPECT_OK(read(file.value().joined(), few(3)).status());
-    EXPECT_ERROR(read(file.value().joined(), few(2)).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read(file.value().joined(), few(2)).status(), Code::kFormat,
                  "more than 2 tensors");
 }
 

@@ -87,12 +87,12 @@ TEST(SceneFile, RefusesOtherFiles) {
     refused("glTF....", "a.glb", Code::kUnsupported, "glTF");
     refused("PK\x03\x04", "a.sog", Code::kUnsupported, "SOG");
     refused("abc", "a.ksplat", Code::kUnsupported, "convert it to .ply, ");
-    refused("abc", "a.ply", Code::kInvalidArgument, "'a.ply' is not a .ply file");
-    refused("abc", "a.spz", Code::kInvalidArgument, "expected gzip");
-    refused("abc", "ply", Code::kInvalidArgument, "not a scene of a known format");
-    refused("", "a.txt", Code::kInvalidArgument, "expected .ply, ");
-    refused("abc", "a.splat", Code::kInvalidArgument, "'a.splat': splat: 3 bytes");
-    refused("ply\nx", "a.ply", Code::kInvalidArgument, "'a.ply': ply: header line 2");
+    refused("abc", "a.ply", Code::kFormat, "'a.ply' is not a .ply file");
+    refused("abc", "a.spz", Code::kFormat, "expected gzip");
+    refused("abc", "ply", Code::kFormat, "not a scene of a known format");
+    refused("", "a.txt", Code::kFormat, "expected .ply, ");
+    refused("abc", "a.splat", Code::kFormat, "'a.splat': splat: 3 bytes");
+    refused("ply\nx", "a.ply", Code::kFormat, "'a.ply': ply: header line 2");
 }
 
 TEST(SceneFile, AGivenFormatChoosesTheReader) {
@@ -113,8 +113,8 @@ TEST(SceneFile, AGivenFormatChoosesTheReader) {
     const auto plain = write_scene(scene, ply);
     ASSERT_OK(plain.status());
     EXPECT_ERROR(read_scene(plain.value(), "a", {}, &format_named("compressed ply")).status(),
-                 Code::kInvalidArgument, "'a' is of the format ply, expected compressed ply");
-    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, &ply).status(), Code::kInvalidArgument,
+                 Code::kFormat, "'a' is of the format ply, expected compressed ply");
+    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, &ply).status(), Code::kFormat,
                  "'a.splat': ply: ");
 }
 

@@ -77,7 +77,7 @@ TEST(SplatFile, RefusesOtherLengths) {
     const auto file = write_splat(sample_scene(1, 0));
     ASSERT_OK(file.status());
     for (std::size_t size = 1; size < 32; ++size)
-        EXPECT_ERROR(read_splat(Bytes(file.value()).first(size)).status(), Code::kInvalidArgument,
+        EXPECT_ERROR(read_splat(Bytes(file.value()).first(size)).status(), Code::kFormat,
                      "multiple of 32");
     const auto none = read_splat({});
     ASSERT_OK(none.status());

@@ -144,16 +144,16 @@ TEST(Spz, RefusesHostileHeaders) {
     };
     refused(plain(5, 0, 0, 12, {}), Code::kUnsupported, "version 5");
     refused(plain(0, 0, 0, 12, {}), Code::kUnsupported, "version 0");
-    refused(plain(3, 0, 5, 12, {}), Code::kInvalidArgument, "degree 5");
-    refused(plain(3, 0, 0, 99, {}), Code::kInvalidArgument, "99 fraction bits");
-    EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {}), all).status(), Code::kInvalidArgument,
+    refused(plain(3, 0, 5, 12, {}), Code::kFormat, "degree 5");
+    refused(plain(3, 0, 0, 99, {}), Code::kFormat, "99 fraction bits");
+    EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {}), all).status(), Code::kFormat,
                  "truncated");
     const auto bomb = gzip(plain(3, 0xFFFFFFFF, 3, 12, {}));
     ASSERT_OK(bomb.status());
-    EXPECT_ERROR(read_spz(bomb.value(), all).status(), Code::kInvalidArgument, "cannot come from");
+    EXPECT_ERROR(read_spz(bomb.value(), all).status(), Code::kFormat, "cannot come from");
     EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {})).status(), Code::kUnsupported,
                  "max_count");
-    EXPECT_ERROR(read_spz(plain(3, 0, 0, 12, {1})).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_spz(plain(3, 0, 0, 12, {1})).status(), Code::kFormat,
                  "1 bytes after the last");
     Buffer extended = plain(3, 0, 0, 12, {});
     extended[14] = std::byte{spz::kExtensions};

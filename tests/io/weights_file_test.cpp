@@ -71,7 +71,7 @@ TEST(WeightsNpz, RefusesPrefixesAndSurvivesDamage) {
 
 TEST(WeightsNpz, RefusesForeignMembers) {
     const auto refused = [](const std::string& name, const std::string& data, const char* part,
-                            Code code = Code::kInvalidArgument) {
+                            Code code = Code::kFormat) {
         EXPECT_ERROR(read(sample_zip({{name, data}})).status(), code, part);
     };
     refused("x", "y", "'x' is not a .npy array", Code::kUnsupported);
@@ -84,7 +84,7 @@ TEST(WeightsNpz, RefusesForeignMembers) {
     EXPECT_ERROR(read(sample_zip({{"x.npy", npy("|u1", {100000}, std::string(100000, 'x')), true}}),
                       {64, 150000, 10})
                      .status(),
-                 Code::kInvalidArgument, "too many for the size");
+                 Code::kFormat, "too many for the size");
 }
 
 /// A folder of its own for each test, removed at the end.
@@ -141,12 +141,12 @@ TEST_F(WeightsFileTest, RefusesOtherFiles) {
         const Buffer bytes = test::bytes_of(text);
         EXPECT_ERROR(read_weights(MemorySource(bytes), "x.pth").status(), code, part);
     };
-    refused("", "'x.pth': not weights", Code::kInvalidArgument);
-    refused("ply\n", "not weights of a known format", Code::kInvalidArgument);
+    refused("", "'x.pth': not weights", Code::kFormat);
+    refused("ply\n", "not weights of a known format", Code::kFormat);
     refused("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", "before PyTorch 1.6",
             Code::kUnsupported);
-    EXPECT_ERROR(load_weights(path("none")).status(), Code::kInvalidArgument, "No such file");
-    EXPECT_ERROR(load_weights(path("")).status(), Code::kInvalidArgument, "regular file");
+    EXPECT_ERROR(load_weights(path("none")).status(), Code::kNotFound, "No such file");
+    EXPECT_ERROR(load_weights(path("")).status(), Code::kIo, "regular file");
 }
 
 }  // namespace

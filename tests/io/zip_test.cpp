@@ -26,7 +26,7 @@ Result<std::string> read_all(Bytes file, const ReadLimits& limits = {}) {
     return all;
 }
 
-void expect_zip_refused(const Buffer& file, const char* part, Code code = Code::kInvalidArgument) {
+void expect_zip_refused(const Buffer& file, const char* part, Code code = Code::kFormat) {
     EXPECT_ERROR(read_all(file).status(), code, part);
 }
 
@@ -138,11 +138,11 @@ TEST(Zip, HoldsNoMoreThanTheLimits) {
     ASSERT_LT(file.size(), 1000U);
     EXPECT_OK(read_all(file).status());
     ReadLimits limits{10, 1000, 10};
-    EXPECT_ERROR(read_all(file, limits).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_all(file, limits).status(), Code::kFormat,
                  "too many for the size of the file");
     limits = {};
     limits.max_tensors = 1;
-    EXPECT_ERROR(read_all(sample_zip(two()), limits).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_all(sample_zip(two()), limits).status(), Code::kFormat,
                  "2 entries, the limit is 1");
 }
 

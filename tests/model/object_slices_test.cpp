@@ -136,5 +136,63 @@ TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
     EXPECT_EQ(read(sliced->raw_output()), first) << "refused input leaves the previous one";
 }
 
+/// Inputs that stand in tensors, in one pass and in slices, give what arrays give.
+TEST_P(ObjectSlices, TakeTensors) {
+    PredictorConfig config = small_config();
+    config.embedding = model::Embedding::kCustom;
+    config.embedding_dim = 2;
+    config.tokens = 5;
+    config.token_dim = 7;
+    config.origin_distance = true;
+    const std::size_t pixels = std::size_t{config.resolution} * config.resolution;
+    Inputs inputs(config, 4, 17);
+    std::vector<float> shown, distances;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const auto plane =
+            inputs.images.begin() + static_cast<std::ptrdiff_t>((4 * i + 3) * pixels);
+        std::fill_n(plane, pixels, 1.5F + static_cast<float>(i));
+        distances.push_back(*plane);
+        shown.insert(shown.end(), plane - static_cast<std::ptrdiff_t>(3 * pixels), plane);
+    }
+    const std::vector<float> embedding = normal_fill(4 * config.embedding_length(), 18);
+    model::PredictorInput given = inputs.view();
+    given.embedding = embedding;
+    for (const std::uint64_t most_bytes : {0, 1}) {
+        std::vector<float> results[2], gradients[2];
+        for (const bool tensors : {false, true}) {
+            const auto predictor = make(config, options_of(most_bytes));
+            ASSERT_TRUE(predictor);
+            EXPECT_EQ(predictor->slices(), most_bytes == 0 ? 1U : 4U);
+            randomise(*predictor, 90);
+            if (tensors) {
+                const std::pair<const char*, const std::vector<float>*> all[] = {
+                    {"images", &shown},
+                    {"origin_distance", &distances},
+                    {"embedding", &embedding},
+                    {"tokens", &inputs.tokens},
+                    {"view_to_world", &inputs.poses}};
+                for (const auto& [name, values] : all) {
+                    const auto view = predictor->input_tensor(name);
+                    ASSERT_OK(view.status());
+                    ASSERT_EQ(view.value().shape.elements(), values->size()) << name;
+                    ASSERT_OK(context().write(view.value(), values->data(), values->size() * 4));
+                }
+                ASSERT_OK(predictor->use_tensors(0, 0));
+            } else {
+                ASSERT_OK(predictor->set_input(given));
+            }
+            ASSERT_OK(predictor->forward());
+            results[tensors ? 1 : 0] = read(predictor->outputs().means);
+            write_gradients(*predictor, 91);
+            ASSERT_OK(predictor->backward());
+            gradients[tensors ? 1 : 0] =
+                predictor->input_gradient(Predictor::Input::kEmbedding).value();
+        }
+        EXPECT_EQ(results[0], results[1]) << most_bytes;
+        EXPECT_EQ(gradients[0], gradients[1]) << most_bytes;
+        EXPECT_GT(norm(gradients[0]), 0) << most_bytes;
+    }
+}
+
 }  // namespace
 }  // namespace splat::test

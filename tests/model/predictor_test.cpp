@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "model/adapters.h"
 #include "model/small_predictor.h"
 
@@ -39,6 +41,35 @@ TEST_P(PredictorRules, ObjectsOfABatchAreIndependent) {
                                   together.begin() + static_cast<std::ptrdiff_t>(alone.size()));
     EXPECT_LE(relative_l2(head, alone), 1e-6)
         << "the sums of a larger batch may be tiled otherwise";
+}
+
+/// What a pass gave is counted: of two objects in one pass, and in two.
+TEST_P(PredictorRules, CountsWhatIsNotFiniteOrTooFaint) {
+    for (const std::uint64_t most_bytes : {0, 1}) {
+        PredictorOptions options;
+        options.objects = 2;
+        options.most_bytes = most_bytes;
+        const auto predictor = make(small_config(), options);
+        ASSERT_TRUE(predictor);
+        const auto count = [&] {
+            run(*predictor, Inputs(small_config(), 2));
+            return predictor->ledger();
+        };
+        model::Ledger ledger = count();
+        EXPECT_EQ(ledger.gaussians, 512U);
+        EXPECT_EQ(ledger.non_finite, 0U);
+        EXPECT_EQ(ledger.faint, 0U);
+        const nn::Parameter* bias = predictor->parameters().find("network_with_offset.out.bias");
+        ASSERT_NE(bias, nullptr);
+        std::vector<float> values = read(bias->value);
+        values[4] = -20;  // the logit of the opacity, see GradientsAddUp in tests/api
+        ASSERT_OK(predictor->parameters().write(*bias, values));
+        EXPECT_EQ(count().faint, 512U);
+        values[4] = std::numeric_limits<float>::quiet_NaN();
+        ASSERT_OK(predictor->parameters().write(*bias, values));
+        ledger = count();
+        EXPECT_EQ(ledger.non_finite, 512U) << "though the head makes an opacity of 0 of it";
+    }
 }
 
 /// Adapters and attention to tokens start without effect.
@@ -228,6 +259,8 @@ TEST_P(PredictorRules, GraftsByMeaning) {
     options.graft = true;
     EXPECT_ERROR(model::load_state(*to, state.value(), options, report), Code::kShape,
                  "name the file's channels");
+    EXPECT_EQ(model::likely_channels(narrow, state.value()), model::channels_of(narrow));
+    EXPECT_EQ(model::likely_channels(wide, state.value()), model::ImageChannels{});
     options.source = model::channels_of(narrow);
     ASSERT_OK(model::load_state(*to, state.value(), options, report));
     ASSERT_EQ(report.widened.size(), 1U);

@@ -203,6 +203,7 @@ Result<PackedCase> PackedCase::create(vk::Context& context, const RasterCase& fr
     for (raster::PackedBuffers* buffers : {&packed.scene, &packed.gradients}) {
         SPLAT_ASSIGN(buffers->gaussians, make(gaussians));
         SPLAT_ASSIGN(buffers->colors, make(colors));
+        buffers->count = static_cast<std::uint32_t>(from.count());
     }
     const raster::PackedGaussians to = packed.scene.scene();
     SPLAT_TRY(context.write(to.gaussians, gaussians.data(), gaussians.size() * 4));

@@ -81,8 +81,8 @@ TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
     refuses([](Camera& c) { c.world_to_camera.fill(0); }, "its rotation is singular");
     refuses([](Camera& c) { std::copy_n(&c.world_to_camera[0], 3, &c.world_to_camera[4]); },
             "singular (determinant");
-    EXPECT_ERROR(session.forward(std::span<const scene::Camera>()), Code::kInvalidArgument,
-                 "0 cameras, expected 1");
+    const std::vector<scene::Camera> two(2, camera_of(scene));
+    EXPECT_ERROR(session.forward(two), Code::kInvalidArgument, "2 cameras, expected at most 1");
     // The previous call is still the latest that succeeded.
     EXPECT_OK(session.backward(std::vector<float>(image.size(), 1.0F)));
 }

@@ -114,7 +114,7 @@ TEST(ObjectWriter, RefusesInvalidDescs) {
     refused([](WriterDesc& d) { d.train_views = 0; }, Code::kInvalidArgument, "views");
     refused([](WriterDesc& d) { d.train_objects = d.val_objects = d.test_objects = 0; },
             Code::kInvalidArgument, "0 objects");
-    refused([](WriterDesc& d) { d.path = "/proc/none"; }, Code::kInvalidArgument, "/proc/none");
+    refused([](WriterDesc& d) { d.path = "/proc/none"; }, Code::kNotFound, "/proc/none");
     EXPECT_ERROR(write_object(good, 4), Code::kInvalidArgument, "index is 4");
 }
 

@@ -304,9 +304,9 @@ TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     EXPECT_ERROR(wider->resume(file.value()), Code::kInvalidArgument, "of another configuration");
     for (auto& [key, text] : file.value().metadata)
         if (key == "crc32") text = "1";
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "the file is damaged");
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "the file is damaged");
     file.value().metadata.clear();
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kInvalidArgument, "is not a training state");
+    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "is not a training state");
 }
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {

@@ -80,12 +80,19 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     return context;
 }
 
+/// Writes the pipeline cache. Names the context without owning it: the context does its work before it
+/// ends.
+struct PipelineSaving : vk::DeferredWork {
+    explicit PipelineSaving(vk::Context& of) : context(of) {}
+    ~PipelineSaving() override { context.pipelines().save(); }
+    vk::Context& context;
+};
+
 splat_result give_profile(splat_device device, char* buffer, size_t capacity, size_t* needed,
                           std::string (vk::Profile::*text)(const std::string&) const) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
         vk::Context& context = *object->context;
-        const std::lock_guard lock(context.mutex);
         if (context.profile() == nullptr)
             return error(
                 Code::kInvalidState,
@@ -132,6 +139,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
         SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
         SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, vk::Context::create(wanted));
         auto object = std::make_shared<api::DeviceObject>(std::move(context));
+        object->saving = std::make_unique<PipelineSaving>(*object->context);
         *device = api::Devices::add(std::move(object));
         return {};
     });
@@ -140,13 +148,17 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
 splat_result splat_device_destroy(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
-        if (object == nullptr) return {};
+        if (object == nullptr || object->context->forked()) return {};
         // Save now: the last child may never be destroyed, as finalisers of other languages may
         // not run.
-        const std::lock_guard lock(object->context->mutex);
-        object->context->pipelines().save();
+        object->context->mutex.defer(std::move(object->saving));
         return {};
     });
+}
+
+splat_result splat_device_cancel(splat_device device) {
+    if (api::Devices::interrupt(device)) return SPLAT_OK;
+    return api::guarded([&] { return api::Devices::find(device, "device").status(); });
 }
 
 splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
@@ -164,7 +176,6 @@ splat_result splat_device_get_memory(splat_device device, splat_memory_info* inf
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
         SPLAT_TRY(api::check_info(info, "splat_memory_info", sizeof(splat_memory_info)));
-        const std::lock_guard lock(object->context->mutex);
         const vk::MemoryUse use = object->context->memory().use();
         api::give({.struct_size = 0,
                    .allocations = use.allocations,
@@ -190,7 +201,6 @@ splat_result splat_device_profile_table(splat_device device, char* buffer, size_
 splat_result splat_device_profile_reset(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
-        const std::lock_guard lock(object->context->mutex);
         if (object->context->profile() == nullptr)
             return error(
                 Code::kInvalidState,

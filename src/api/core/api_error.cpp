@@ -16,6 +16,9 @@ struct LastError {
     bool out_of_memory = false;
 };
 
+/// Larger than any struct of any version; a larger struct_size is a number that was never set.
+constexpr std::size_t kMostStructBytes = 1 << 16;
+
 LastError& last_error() {
     thread_local LastError instance;
     return instance;
@@ -44,6 +47,39 @@ splat_result fail_out_of_memory() noexcept {
     return SPLAT_ERROR_OUT_OF_HOST_MEMORY;
 }
 
+EntryPoint::EntryPoint() noexcept {
+    hold_log();
+}
+
+EntryPoint::~EntryPoint() {
+    if (!release_log()) return;
+    try {
+        LastError kept = last_error();
+        deliver_log();
+        last_error() = std::move(kept);
+    } catch (const std::bad_alloc&) {  // the messages wait for the next call
+    }
+}
+
+Status check_struct_size(std::size_t given, const char* type, std::size_t first_version_size,
+                         std::size_t known_size) {
+    if (given >= first_version_size && given <= kMostStructBytes) return {};
+    return error(Code::kInvalidArgument, "%s.struct_size is %zu, expected sizeof(%s) = %zu", type,
+                 given, type, known_size);
+}
+
+Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size) {
+    const auto* const bytes = static_cast<const unsigned char*>(given);
+    for (std::size_t i = known_size; i < size; ++i)
+        if (bytes[i] != 0)
+            return error(
+                Code::kUnsupported,
+                "%s.struct_size is %zu and byte %zu is not zero, but this version knows %zu "
+                "bytes: use a later library, or leave the new members zero",
+                type, size, i, known_size);
+    return {};
+}
+
 Status require(const void* pointer, const char* argument) {
     if (pointer != nullptr) return {};
     return error(Code::kInvalidArgument, "%s is NULL", argument);
@@ -57,6 +93,22 @@ splat_result give_text(std::string_view text, char* buffer, std::size_t capacity
     std::memcpy(buffer, text.data(), copied);
     buffer[copied] = '\0';
     return copied == text.size() ? SPLAT_OK : SPLAT_INCOMPLETE;
+}
+
+splat_result give_bytes(std::span<const std::byte> file, void* buffer, std::size_t capacity,
+                        std::size_t* needed) {
+    return give_bytes(std::span(&file, 1), buffer, capacity, needed);
+}
+
+splat_result give_bytes(std::span<const std::span<const std::byte>> pieces, void* buffer,
+                        std::size_t capacity, std::size_t* needed) {
+    std::size_t size = 0;
+    for (const auto piece : pieces) size += piece.size();
+    if (needed != nullptr) *needed = size;
+    if (buffer == nullptr || capacity < size) return SPLAT_INCOMPLETE;
+    auto* at = static_cast<std::byte*>(buffer);
+    for (const auto piece : pieces) at = std::copy(piece.begin(), piece.end(), at);
+    return SPLAT_OK;
 }
 
 }  // namespace splat::api

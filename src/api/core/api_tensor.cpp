@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "api/api_guard.h"
+#include "api/core/dlpack.h"
 #include "api/core/strides.h"
 #include "api/core/tensor_arguments.h"
 #include "api/handles.h"
@@ -54,6 +55,7 @@ Status write(api::TensorObject& tensor, const void* data, std::size_t bytes,
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
+    tensor.written();
     if (layout.contiguous) return context.write(tensor.view, data, tensor.bytes());
     std::vector<std::byte> contiguous(tensor.bytes());
     api::gather(tensor.view.shape, layout, static_cast<const std::byte*>(data), contiguous.data());
@@ -100,7 +102,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
         tensor.mapped_copy = std::move(copy);
         host = tensor.mapped_copy.data();
     }
-    tensor.mapped = access;
+    tensor.begin_mapping(access);
     *pointer = host;
     if (bytes != nullptr) *bytes = tensor.bytes();
     return {};
@@ -119,7 +121,7 @@ Status unmap(api::TensorObject& tensor) {
             SPLAT_TRY(
                 context.write(tensor.view, tensor.mapped_copy.data(), tensor.mapped_copy.size()));
     }
-    tensor.mapped = 0;
+    tensor.end_mapping();
     tensor.mapped_copy = {};
     return {};
 }
@@ -200,6 +202,28 @@ splat_result splat_tensor_unmap(splat_tensor tensor) {
     });
 }
 
+splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size_t* bytes) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        SPLAT_TRY(api::require(pointer, "pointer"));
+        SPLAT_ASSIGN(void* const host, api::host_pointer(*object));
+        object->expose();
+        *pointer = host;
+        if (bytes != nullptr) *bytes = object->bytes();
+        return {};
+    });
+}
+
+splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersioned** managed) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+        SPLAT_TRY(api::require(managed, "managed"));
+        SPLAT_ASSIGN(*managed, api::dlpack_of(object));
+        object->expose();
+        return {};
+    });
+}
+
 splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
@@ -208,10 +232,7 @@ splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info)
         const Shape& shape = object->view.shape;
         filled.dtype = object->dtype;
         filled.rank = shape.rank();
-        {
-            const std::lock_guard lock(object->context->mutex);
-            filled.mapped = object->mapped != 0 ? 1 : 0;
-        }
+        filled.mapped = object->mapped != 0 ? 1 : 0;
         for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) filled.dims[axis] = shape[axis];
         filled.elements = shape.elements();
         filled.bytes = object->bytes();

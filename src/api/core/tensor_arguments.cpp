@@ -45,7 +45,7 @@ Status TensorArguments::read(splat_tensor tensor, const char* name,
         return error(Code::kShape, "%s has the shape %s, expected %s", name,
                      object->view.shape.text().c_str(), text_of(dims).c_str());
     view = object->view;
-    arguments_.push_back({name, std::move(object)});
+    arguments_.push_back({name, std::move(object), false});
     return {};
 }
 
@@ -53,15 +53,22 @@ Status TensorArguments::write(splat_tensor tensor, const char* name,
                               std::initializer_list<std::int64_t> dims, vk::BufferView& view) {
     SPLAT_TRY(read(tensor, name, dims, view));
     if (tensor == nullptr) return {};
-    for (std::size_t i = 0; i + 1 < arguments_.size(); ++i)
+    for (std::size_t i = 0; i + 1 < arguments_.size(); ++i) {
         if (arguments_[i].tensor == arguments_.back().tensor)
             return error(Code::kInvalidArgument, "%s is the same tensor as %s", name,
                          arguments_[i].name);
+        if (arguments_[i].tensor->view.overlaps(view))
+            return error(Code::kInvalidArgument, "%s shares its memory with %s", name,
+                         arguments_[i].name);
+    }
+    arguments_.back().written = true;
     return {};
 }
 
 Status TensorArguments::check_unmapped() const {
     for (const Argument& argument : arguments_) SPLAT_TRY(api::check_unmapped(*argument.tensor));
+    for (const Argument& argument : arguments_)
+        if (argument.written) argument.tensor->written();
     return {};
 }
 

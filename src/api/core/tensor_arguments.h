@@ -25,17 +25,19 @@ class TensorArguments {
     Status read(splat_tensor tensor, const char* name, std::initializer_list<std::int64_t> dims,
                 vk::BufferView& view);
     /// The same for a tensor that the call writes. Errors: also kInvalidArgument if another
-    /// argument of the call is the same tensor. Add the tensors that are read first.
+    /// argument of the call shares its memory. Add the tensors that are read first.
     Status write(splat_tensor tensor, const char* name, std::initializer_list<std::int64_t> dims,
                  vk::BufferView& view);
 
-    /// Call with the context's mutex held. Errors: kInvalidState.
+    /// Call with the context's mutex held, before the device starts: also tells the owners of tensors
+    /// that the call writes. Errors: kInvalidState.
     [[nodiscard]] Status check_unmapped() const;
 
   private:
     struct Argument {
         const char* name;
         std::shared_ptr<TensorObject> tensor;
+        bool written = false;
     };
 
     const vk::Context& context_;

@@ -1,13 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
-#include "api/model/network_arrays.h"
+#include "api/model/model_tensors.h"
 #include "config/config_file.h"
-#include "core/finite.h"
 #include "core/json_writer.h"
 #include "model/adapters.h"
 #include "scene/activate.h"
@@ -24,18 +22,44 @@ Result<config::PredictorConfig> config_of(const char* text) {
     return config::predictor_config(config);
 }
 
+void add_ledger(JsonWriter& json, const model::Ledger& ledger) {
+    json.key("ledger").begin_object().member("gaussians", ledger.gaussians);
+    json.member("non_finite", ledger.non_finite).member("faint", ledger.faint).end();
+}
+
+JsonWriter& begin_tensor(JsonWriter& json, const char* name, const Shape& shape) {
+    return json.newline(2).begin_object().member("name", name).key("shape").raw(shape.text());
+}
+
+void add_tensors(JsonWriter& json, model::Predictor& predictor) {
+    json.newline(1).key("inputs").begin_array();
+    for (const model::Predictor::Port& port : predictor.inputs())
+        begin_tensor(json, port.name, port.shape).member("optional", port.optional).end();
+    json.end().newline(1).key("outputs").begin_array();
+    for (const api::ModelOutput& output : api::model_outputs(predictor))
+        begin_tensor(json, output.name, output.view.shape).end();
+    json.end().newline(1).key("tensors").begin_array();
+    for (const nn::Parameter& parameter : predictor.parameters().all())
+        begin_tensor(json, parameter.name.c_str(), parameter.shape)
+            .member("trainable", parameter.trainable)
+            .end();
+    json.end();
+}
+
 std::string report_of(api::ModelObject& object) {
     const model::Predictor& predictor = *object.predictor;
     std::uint64_t trainable = 0;
     for (const nn::Parameter& parameter : object.predictor->parameters().all())
         if (parameter.trainable) trainable += parameter.shape.elements();
-    const nn::ExecutorMemory& memory = predictor.executor().memory();
-    const model::LoadReport& load = object.load;
+    const nn::ExecutorMemory memory = predictor.executor().memory();
+    const model::LoadReport load = object.load.get();
     JsonWriter json;
     json.begin_object().member("parameters", object.predictor->parameters().elements());
     json.member("trainable", trainable).member("slices", predictor.slices());
     json.key("bytes").begin_object().member("activations", memory.arenas - memory.prepared);
     json.member("prepared", memory.prepared).end();
+    add_ledger(json, predictor.ledger());
+    add_tensors(json, *object.predictor);
     json.newline(1).key("load").begin_object().member("rays_differ", load.rays_differ);
     json.member("rays_taken", load.rays_taken).key("copied").list(load.copied);
     json.key("widened").list(load.widened).key("fresh").list(load.fresh);
@@ -50,92 +74,6 @@ splat_result locked(splat_model model, Body&& body) {
     return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
-/// Identity poses where the caller gives none.
-struct Poses {
-    std::vector<float> matrices;
-    std::vector<float> quaternions;
-
-    explicit Poses(std::size_t images) : matrices(16 * images), quaternions(4 * images) {
-        for (std::size_t i = 0; i < images; ++i) {
-            for (std::size_t axis = 0; axis < 4; ++axis) matrices[16 * i + 5 * axis] = 1;
-            quaternions[4 * i] = 1;
-        }
-    }
-};
-
-Status run(api::ModelObject& object, const splat_model_input& input) {
-    const config::PredictorConfig& c = object.predictor->config();
-    const std::size_t images = std::size_t{object.objects} * c.views;
-    const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
-    SPLAT_TRY(api::require(input.images, "splat_model_input.images"));
-    if ((input.view_to_world == nullptr) != (input.quaternions == nullptr))
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
-                     "or neither");
-    SPLAT_TRY(api::check_network_arrays({"splat_model_input", input.focals, input.embedding,
-                                         input.tokens, input.channels, input.objects},
-                                        c, object.objects));
-    const Poses identity(images);
-    const auto span = [](const float* values, std::size_t count) {
-        return values == nullptr ? std::span<const float>() : std::span(values, count);
-    };
-    model::PredictorInput given;
-    given.images = span(input.images, images * c.input_channels() * pixels);
-    given.view_to_world = input.view_to_world == nullptr ? std::span<const float>(identity.matrices)
-                                                         : span(input.view_to_world, 16 * images);
-    given.quaternions = input.quaternions == nullptr ? std::span<const float>(identity.quaternions)
-                                                     : span(input.quaternions, 4 * images);
-    given.focals = span(input.focals, 2 * images);
-    given.embedding = span(input.embedding, images * c.embedding_length());
-    given.tokens = span(input.tokens, images * c.token_dim * c.tokens);
-    given.seed = input.seed;
-    given.step = input.step;
-    SPLAT_TRY(object.predictor->set_input(given));
-    object.ran = false;
-    SPLAT_TRY(object.predictor->forward());
-    object.ran = true;
-    return {};
-}
-
-Status expect_ran(const api::ModelObject& object) {
-    if (object.ran) return {};
-    return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
-}
-
-constexpr std::pair<model::Predictor::Input, const char*> kInputs[] = {
-    {model::Predictor::Input::kImages, "grad:images"},
-    {model::Predictor::Input::kEmbedding, "grad:embedding"},
-    {model::Predictor::Input::kTokens, "grad:tokens"}};
-
-/// Find a result, a parameter or a gradient by its name.
-Result<vk::BufferView> find_view(api::ModelObject& object, const std::string& name) {
-    const auto outputs = object.predictor->outputs();
-    const std::pair<const char*, vk::BufferView> results[] = {
-        {"means", outputs.means},   {"opacities", outputs.opacities},
-        {"scales", outputs.scales}, {"rotations", outputs.rotations},
-        {"sh", outputs.sh},         {"raw", object.predictor->raw_output()}};
-    for (const auto& [known, view] : results)
-        if (name == known) {
-            SPLAT_TRY(expect_ran(object));
-            return view;
-        }
-    const bool gradient = name.starts_with("grad:");
-    const nn::Parameter* parameter =
-        object.predictor->parameters().find(gradient ? name.substr(5) : name);
-    if (parameter == nullptr)
-        return error(Code::kInvalidArgument,
-                     "'%s' is not a result (means, opacities, scales, rotations, sh, raw), a "
-                     "parameter, or a gradient ('grad:' and a parameter's name, images, "
-                     "embedding or tokens)",
-                     name.c_str());
-    if (!gradient) return parameter->value;
-    if (parameter->grad.block == nullptr)
-        return error(Code::kInvalidState, "parameter '%s' has no gradient: %s", name.c_str() + 5,
-                     parameter->trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
-                                          : "the configuration does not train it");
-    return parameter->grad;
-}
-
 Status read_view(api::ModelObject& object, const vk::BufferView& view, std::vector<float>& values) {
     values.resize(view.shape.elements());
     return object.context->read(view, values.data(), values.size() * sizeof(float));
@@ -148,7 +86,7 @@ std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, st
 }
 
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
-    SPLAT_TRY(expect_ran(object));
+    SPLAT_TRY(api::expect_ran(object));
     if (index >= object.objects)
         return error(Code::kInvalidArgument,
                      "object is %u, expected less than %u, the objects of the model", index,
@@ -223,6 +161,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         options.input_gradient = (desc->flags & SPLAT_MODEL_INPUT_GRADIENTS) != 0;
         auto object = std::make_shared<api::ModelObject>(owner->context);
         object->objects = options.objects;
+        object->flags = desc->flags;
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(object->predictor,
@@ -243,11 +182,16 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_ADAPTERS - 1;
         if ((flags & ~kKnown) != 0)
             return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        model::LoadReport report = object.load.get();
+        const auto loaded = [&](Status status) {
+            object.load.set(std::move(report));
+            return status;
+        };
         if ((flags & SPLAT_LOAD_ADAPTERS) != 0) {
             if (flags != SPLAT_LOAD_ADAPTERS)
                 return error(Code::kInvalidArgument,
                              "flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
-            return model::load_adapters(*object.predictor, file->file, object.load);
+            return loaded(model::load_adapters(*object.predictor, file->file, report));
         }
         model::LoadOptions options;
         options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
@@ -255,7 +199,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         options.source = {(flags & SPLAT_LOAD_FROM_DEPTH) != 0,
                           (flags & SPLAT_LOAD_FROM_NORMAL) != 0,
                           (flags & SPLAT_LOAD_FROM_MASK) != 0};
-        return model::load_state(*object.predictor, file->file.tensors, options, object.load);
+        return loaded(model::load_state(*object.predictor, file->file.tensors, options, report));
     });
 }
 
@@ -291,66 +235,9 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
-        return api::use<api::Models>(
-            model, "model", [&](api::ModelObject& object) { return give(report_of(object)); });
-    });
-}
-
-splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
-        splat_model_input taken{};
-        SPLAT_TRY(api::take_input(input, "input", "splat_model_input",
-                                  offsetof(splat_model_input, channels), taken));
-        return run(object, taken);
-    });
-}
-
-splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
-        const auto check_bytes = [&](std::size_t needed) -> Status {
-            if (bytes >= needed) return {};
-            return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
-                         needed);
-        };
-        for (const auto& [input, known] : kInputs) {
-            if (std::string_view(name) != known) continue;
-            SPLAT_ASSIGN(const std::vector<float> gradient,
-                         object.predictor->input_gradient(input));
-            if (!object.has_input_gradients)
-                return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
-            SPLAT_TRY(check_bytes(gradient.size() * sizeof(float)));
-            std::copy(gradient.begin(), gradient.end(), values);
-            return {};
-        }
-        SPLAT_ASSIGN(const vk::BufferView view, find_view(object, name));
-        const std::size_t needed = view.shape.elements() * sizeof(float);
-        SPLAT_TRY(check_bytes(needed));
-        return object.context->read(view, values, needed);
-    });
-}
-
-splat_result splat_model_write(splat_model model, const char* name, const float* values,
-                               size_t bytes) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
-        nn::Parameters& parameters = object.predictor->parameters();
-        const nn::Parameter* parameter = parameters.find(name);
-        if (parameter == nullptr)
-            return error(Code::kInvalidArgument,
-                         "the model has no parameter '%s'; splat_model_store lists them", name);
-        const std::size_t needed = parameter->shape.elements() * sizeof(float);
-        if (bytes != needed)
-            return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,
-                         parameter->shape.text().c_str(), needed);
-        const std::span<const float> given(values, bytes / sizeof(float));
-        if (const std::size_t bad = find_not_finite(given); bad < given.size())
-            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                         name, static_cast<double>(given[bad]), bad);
-        return parameters.write(*parameter, given);
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
+        return give(report_of(*object));
     });
 }
 
@@ -361,43 +248,6 @@ splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* 
         SPLAT_ASSIGN(made->gaussians, gaussians_of(from, object));
         *scene = api::Scenes::add(std::move(made));
         return {};
-    });
-}
-
-splat_result splat_model_backward(splat_model model, const float* const gradients[5]) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(gradients, "gradients"));
-        SPLAT_TRY(expect_ran(object));
-        if (!object.predictor->has_gradients())
-            return error(Code::kInvalidState,
-                         "the model was created without SPLAT_MODEL_GRADIENTS");
-        const auto outputs = object.predictor->output_gradients();
-        const vk::BufferView views[5] = {outputs.means, outputs.opacities, outputs.scales,
-                                         outputs.rotations, outputs.sh};
-        constexpr const char* kNames[5] = {"means", "opacities", "scales", "rotations", "sh"};
-        for (std::size_t i = 0; i < 5; ++i) {  // all are checked before any is written
-            if (gradients[i] == nullptr) continue;
-            const std::span<const float> values(gradients[i], views[i].shape.elements());
-            if (const std::size_t bad = find_not_finite(values); bad < values.size())
-                return error(Code::kInvalidArgument,
-                             "gradients[%zu], of '%s', holds %g at %zu, expected finite numbers", i,
-                             kNames[i], static_cast<double>(values[bad]), bad);
-        }
-        for (std::size_t i = 0; i < 5; ++i) {
-            const std::uint64_t bytes = views[i].shape.elements() * sizeof(float);
-            SPLAT_TRY(gradients[i] == nullptr
-                          ? object.context->fill(views[i], 0)
-                          : object.context->write(views[i], gradients[i], bytes));
-        }
-        const Status done = object.predictor->backward();
-        if (done.code() != Code::kInvalidState) object.has_input_gradients = done.ok();
-        return done;
-    });
-}
-
-splat_result splat_model_zero_gradients(splat_model model) {
-    return locked(model, [&](api::ModelObject& object) {
-        return object.predictor->parameters().zero_gradients();
     });
 }
 

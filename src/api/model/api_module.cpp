@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/model/port_list.h"
 #include "core/json_writer.h"
 
 using namespace splat;
@@ -25,19 +26,18 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
                      parse_flat_json(given.attributes, "splat_module_desc.attributes"));
     }
     for (std::uint32_t i = 0; i < given.port_count; ++i) {
-        const splat_tensor_desc& port = given.ports[i];
+        const splat_port& port = given.ports[i];
         const std::string what = format("splat_module_desc.ports[%u]", i);
-        SPLAT_TRY(api::check_desc(&port, what.c_str(), sizeof(splat_tensor_desc), 0));
         SPLAT_TRY(api::require(port.name, (what + ".name").c_str()));
-        if (port.dtype != 0 && port.dtype != SPLAT_DTYPE_F32)
-            return error(Code::kInvalidArgument, "%s.dtype is %d, expected SPLAT_DTYPE_F32",
-                         what.c_str(), port.dtype);
+        if (port.flags != 0)
+            return error(Code::kInvalidArgument, "%s.flags is %#x, expected 0", what.c_str(),
+                         port.flags);
         if (port.rank < 1 || port.rank > SPLAT_MAX_RANK)
             return error(Code::kInvalidArgument, "%s.rank is %u, expected 1 to %d", what.c_str(),
                          port.rank, SPLAT_MAX_RANK);
         SPLAT_ASSIGN(const Shape shape,
                      Shape::create({port.dims, port.rank}, format("port '%s'", port.name)));
-        desc.ports.push_back({port.name, shape});
+        desc.ports.push_back({port.name, shape, false, false});
     }
     desc.gradients = (given.flags & SPLAT_MODULE_GRADIENTS) != 0;
     desc.input_gradients = (given.flags & SPLAT_MODULE_INPUT_GRADIENTS) != 0;
@@ -56,8 +56,17 @@ void begin_tensor(JsonWriter& json, const std::string& name, const Shape& shape)
     json.begin_object().member("name", name).key("shape").raw(shape.text());
 }
 
-void add_ports(JsonWriter& json, const char* key, const std::vector<model::ModulePort>& ports) {
-    json.newline(1).key(key).begin_array();
+void add_inputs(JsonWriter& json, const std::vector<model::ModulePort>& ports) {
+    json.newline(1).key("inputs").begin_array();
+    for (const model::ModulePort& port : ports) {
+        begin_tensor(json, port.name, port.shape);
+        json.member("optional", port.optional).end();
+    }
+    json.end();
+}
+
+void add_outputs(JsonWriter& json, const std::vector<model::ModulePort>& ports) {
+    json.newline(1).key("outputs").begin_array();
     for (const model::ModulePort& port : ports) {
         begin_tensor(json, port.name, port.shape);
         json.end();
@@ -68,8 +77,8 @@ void add_ports(JsonWriter& json, const char* key, const std::vector<model::Modul
 std::string report_of(model::Module& module) {
     JsonWriter json;
     json.begin_object().member("type", module.type());
-    add_ports(json, "inputs", module.names().inputs);
-    add_ports(json, "outputs", module.names().outputs);
+    add_inputs(json, module.names().inputs);
+    add_outputs(json, module.names().outputs);
     json.newline(1).key("parameters").begin_array();
     for (const nn::Parameter& p : module.parameters().all()) {
         json.newline(2);
@@ -79,6 +88,24 @@ std::string report_of(model::Module& module) {
     json.end().newline(1);
     json.member("bytes", module.memory().arenas - module.memory().prepared).end();
     return json.text();
+}
+
+Result<std::vector<splat_port>> module_ports(model::Module& module, splat_port_kind kind) {
+    std::vector<splat_port> ports;
+    if (kind == SPLAT_PORT_KIND_PARAMETER) {
+        for (const nn::Parameter& p : module.parameters().all())
+            ports.push_back(
+                api::port_of(p.name.c_str(), p.shape,
+                             {.trainable = p.trainable, .graded = p.grad.block != nullptr}));
+        return ports;
+    }
+    if (kind != SPLAT_PORT_KIND_INPUT && kind != SPLAT_PORT_KIND_OUTPUT)
+        return api::unknown_port_kind(kind);
+    for (const model::ModulePort& port :
+         kind == SPLAT_PORT_KIND_INPUT ? module.names().inputs : module.names().outputs)
+        ports.push_back(api::port_of(port.name.c_str(), port.shape,
+                                     {.optional = port.optional, .graded = port.graded}));
+    return ports;
 }
 
 }  // namespace
@@ -108,10 +135,17 @@ splat_result splat_module_init(splat_module module, uint64_t seed) {
 
 splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                  size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
-        return api::use<api::Modules>(module, "module", [&](api::ModuleObject& object) {
-            return give(report_of(*object.module));
-        });
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
+        return give(report_of(*object->module));
+    });
+}
+
+splat_result splat_module_ports(splat_module module, splat_port_kind kind, splat_port* ports,
+                                uint32_t capacity, uint32_t* count) {
+    return api::guarded_ports(ports, capacity, count, [&]() -> Result<std::vector<splat_port>> {
+        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
+        return module_ports(*object->module, kind);
     });
 }
 

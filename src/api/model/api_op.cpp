@@ -17,7 +17,7 @@ class TensorList {
 
     /// Errors: kInvalidHandle, kInvalidArgument (NULL where required, dtype, other device).
     Status add(splat_tensor tensor, const char* prefix, const char* name, bool optional,
-               std::vector<vk::BufferView>& views) {
+               std::vector<vk::BufferView>& views, std::vector<TensorPointer>* written = nullptr) {
         if (tensor == nullptr && optional) {
             views.emplace_back();
             return {};
@@ -26,11 +26,19 @@ class TensorList {
         SPLAT_ASSIGN(TensorPointer object,
                      api::find_tensor(tensor, argument.c_str(), context_, "operator"));
         views.push_back(object->view);
+        if (written != nullptr) {
+            for (const TensorPointer& other : *written)
+                if (other->view.overlaps(object->view))
+                    return error(Code::kInvalidArgument,
+                                 "%s: tensor '%s%s' shares its memory with another result", op_,
+                                 prefix, name);
+            written->push_back(object);
+        }
         tensors.push_back(std::move(object));
         return {};
     }
 
-    std::vector<TensorPointer> tensors;
+    std::vector<TensorPointer> tensors, outputs, grad_inputs;
 
   private:
     const char* op_;
@@ -80,28 +88,32 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
         const ops::Port& port = row->inputs[i];
         SPLAT_TRY(list.add(desc->inputs[i], "", port.name, port.optional, tensors.inputs));
         if (desc->grad_inputs != nullptr)
-            SPLAT_TRY(
-                list.add(desc->grad_inputs[i], "grad_", port.name, true, tensors.grad_inputs));
+            SPLAT_TRY(list.add(desc->grad_inputs[i], "grad_", port.name, true, tensors.grad_inputs,
+                               &list.grad_inputs));
     }
     for (std::size_t i = 0; i < row->outputs.size(); ++i) {
         const ops::Port& port = row->outputs[i];
-        SPLAT_TRY(list.add(desc->outputs[i], "", port.name, false, tensors.outputs));
+        SPLAT_TRY(list.add(desc->outputs[i], "", port.name, false, tensors.outputs, &list.outputs));
         if (desc->grad_outputs != nullptr)
             SPLAT_TRY(
                 list.add(desc->grad_outputs[i], "grad_", port.name, false, tensors.grad_outputs));
     }
     auto object = std::make_shared<api::OpObject>(owner->context);
     object->tensors = std::move(list.tensors);
+    object->outputs = std::move(list.outputs);
+    object->grad_inputs = std::move(list.grad_inputs);
     const std::lock_guard lock(object->context->mutex);
     SPLAT_ASSIGN(object->op, nn::OpInstance::create(*object->context, *row, attributes, tensors));
     return object;
 }
 
-splat_result run(splat_op op, Status (nn::OpInstance::*pass)()) {
+splat_result run(splat_op op, Status (nn::OpInstance::*pass)(),
+                 std::vector<TensorPointer> api::OpObject::*written) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Ops::find(op, "op"));
         const std::lock_guard lock(object->context->mutex);
         for (const TensorPointer& tensor : object->tensors) SPLAT_TRY(api::check_unmapped(*tensor));
+        for (const TensorPointer& tensor : (*object).*written) tensor->written();
         return ((*object->op).*pass)();
     });
 }
@@ -152,11 +164,11 @@ splat_result splat_op_create(splat_device device, const splat_op_desc* desc, spl
 }
 
 splat_result splat_op_forward(splat_op op) {
-    return run(op, &nn::OpInstance::forward);
+    return run(op, &nn::OpInstance::forward, &api::OpObject::outputs);
 }
 
 splat_result splat_op_backward(splat_op op) {
-    return run(op, &nn::OpInstance::backward);
+    return run(op, &nn::OpInstance::backward, &api::OpObject::grad_inputs);
 }
 
 splat_result splat_op_destroy(splat_op op) {

@@ -36,16 +36,78 @@ Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t in
                  tensors.size());
 }
 
+Status check_weights_flags(std::uint32_t flags, std::uint32_t known) {
+    if ((flags & ~known) == 0) return {};
+    return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~known);
+}
+
+splat_weights add_weights(io::WeightsFile file) {
+    auto object = std::make_shared<api::WeightsObject>();
+    object->file = std::move(file);
+    object->report =
+        api::weights_report(object->file, io::weights_format_name(object->file.format));
+    return api::Weights::add(std::move(object));
+}
+
+/// A copy of an array. Errors: kInvalidArgument, kShape, naming `argument`.
+Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::string& argument) {
+    SPLAT_TRY(api::require(array.name, (argument + ".name").c_str()));
+    if (array.rank > SPLAT_MAX_RANK)
+        return error(Code::kInvalidArgument, "%s.rank is %u, expected at most %d", argument.c_str(),
+                     array.rank, SPLAT_MAX_RANK);
+    io::NamedTensor tensor;
+    tensor.name = array.name;
+    tensor.dims.assign(array.dims, array.dims + array.rank);
+    SPLAT_ASSIGN(const std::uint64_t count, io::count_elements(tensor.dims, array.name));
+    if (array.value_count != count)
+        return error(Code::kShape, "%s.value_count is %llu, '%s' of shape %s has %llu",
+                     argument.c_str(), static_cast<unsigned long long>(array.value_count),
+                     array.name, io::dims_text(tensor.dims).c_str(),
+                     static_cast<unsigned long long>(count));
+    if (count > 0) SPLAT_TRY(api::require(array.values, (argument + ".values").c_str()));
+    tensor.values.own().assign(array.values, array.values + count);
+    return tensor;
+}
+
 }  // namespace
 
-splat_result splat_weights_load(const char* path, splat_weights* weights) {
+splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
+        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_COPY));
+        SPLAT_ASSIGN(io::WeightsFile file,
+                     io::load_weights(path, {}, (flags & SPLAT_WEIGHTS_COPY) == 0));
+        *weights = add_weights(std::move(file));
+        return {};
+    });
+}
+
+splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_weights* weights) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_ASSIGN(io::WeightsFile file,
+                     io::read_weights(
+                         io::MemorySource({static_cast<const std::byte*>(data), bytes}), "memory"));
+        *weights = add_weights(std::move(file));
+        return {};
+    });
+}
+
+splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
+                                       splat_weights* weights) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(weights, "weights"));
+        if (count > 0) SPLAT_TRY(api::require(arrays, "arrays"));
         auto object = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(object->file, io::load_weights(path, {}, true));
-        object->report =
-            api::weights_report(object->file, io::weights_format_name(object->file.format));
+        for (std::uint64_t i = 0; i < count; ++i) {
+            SPLAT_ASSIGN(io::NamedTensor tensor,
+                         named_tensor(arrays[i],
+                                      format("arrays[%llu]", static_cast<unsigned long long>(i))));
+            SPLAT_TRY(object->file.tensors.add(std::move(tensor)));
+        }
+        object->report = api::weights_report(object->file, "arrays");
         *weights = api::Weights::add(std::move(object));
         return {};
     });
@@ -55,10 +117,28 @@ splat_result splat_weights_save(splat_weights weights, const char* path, uint32_
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
-        if ((flags & ~SPLAT_WEIGHTS_HALF) != 0)
-            return error(Code::kInvalidArgument, "flags has unknown bits %#x",
-                         flags & ~SPLAT_WEIGHTS_HALF);
+        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_HALF));
         return io::save_weights(object->file, path, (flags & SPLAT_WEIGHTS_HALF) != 0);
+    });
+}
+
+splat_result splat_weights_save_memory(splat_weights weights, splat_weights_format format,
+                                       uint32_t flags, void* buffer, size_t capacity,
+                                       size_t* needed) {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
+        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_HALF));
+        if (format != SPLAT_WEIGHTS_SAFETENSORS && format != SPLAT_WEIGHTS_NPZ)
+            return error(Code::kInvalidArgument,
+                         "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS or SPLAT_WEIGHTS_NPZ",
+                         format);
+        SPLAT_ASSIGN(
+            const io::FilePieces file,
+            io::write_weights(object->file,
+                              format == SPLAT_WEIGHTS_NPZ ? io::WeightsFormat::kNpz
+                                                          : io::WeightsFormat::kSafetensors,
+                              (flags & SPLAT_WEIGHTS_HALF) != 0));
+        return give(file.pieces());
     });
 }
 
@@ -96,7 +176,7 @@ splat_result splat_weights_find(splat_weights weights, const char* name, uint32_
         const io::NamedTensors& tensors = object->file.tensors;
         const io::NamedTensor* found = tensors.find(name);
         if (found == nullptr)
-            return error(Code::kInvalidArgument, "the weights have no tensor '%s'", name);
+            return error(Code::kNotFound, "the weights have no tensor '%s'", name);
         *index = static_cast<std::uint32_t>(found - &tensors[0]);
         return {};
     });
@@ -114,6 +194,19 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
                          tensor->name.c_str(), wanted);
         SPLAT_TRY(object->file.tensors.unchanged());
         if (wanted != 0) std::memcpy(values, tensor->values.data(), wanted);
+        return {};
+    });
+}
+
+splat_result splat_weights_data(splat_weights weights, uint32_t index, const float** values,
+                                uint64_t* count) {
+    return api::guarded([&]() -> Status {
+        std::shared_ptr<api::WeightsObject> object;
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_TRY(object->file.tensors.unchanged());
+        *values = tensor->values.empty() ? nullptr : tensor->values.data();
+        if (count != nullptr) *count = tensor->values.size();
         return {};
     });
 }

@@ -22,6 +22,25 @@ std::string channel_names(const config::PredictorConfig& c) {
 
 }  // namespace
 
+Result<std::span<const float>> host_array(const char* type, const char* name, HostArray array,
+                                          const std::vector<std::uint64_t>& dims) {
+    std::uint64_t expected = 1;
+    std::string shape;
+    for (const std::uint64_t size : dims) {
+        expected *= size;
+        shape += (shape.empty() ? "[" : ", ") + std::to_string(size);
+    }
+    if (array.values == nullptr && array.count == 0) return std::span<const float>();
+    if (array.values == nullptr)
+        return error(Code::kInvalidArgument, "%s.%s is NULL, but %s_count is %llu", type, name,
+                     name, static_cast<unsigned long long>(array.count));
+    if (array.count != 0 && array.count != expected)
+        return error(Code::kShape, "%s.%s has %llu numbers, expected %llu: %s]", type, name,
+                     static_cast<unsigned long long>(array.count),
+                     static_cast<unsigned long long>(expected), shape.c_str());
+    return std::span(array.values, expected);
+}
+
 Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& c,
                             std::uint32_t objects) {
     if (given.channels != 0 && given.channels != c.input_channels())

@@ -1,8 +1,22 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "config/predictor_config.h"
 
 namespace splat::api {
+
+/// A caller's array with the length that it states; 0: trusted.
+struct HostArray {
+    const float* values;
+    std::uint64_t count;
+};
+
+/// The array as a span of the numbers that `dims` imply; empty for NULL.
+/// Errors  kShape for another count, naming the array, its count, the one expected and the shape
+Result<std::span<const float>> host_array(const char* type, const char* name, HostArray array,
+                                          const std::vector<std::uint64_t>& dims);
 
 /// The optional members of splat_model_input and splat_trainer_batch.
 struct NetworkArrays {

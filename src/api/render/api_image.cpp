@@ -1,82 +1,208 @@
 #include <cctype>
-#include <cstring>
 
 #include "api/api_guard.h"
+#include "api/core/image_view.h"
 #include "io/apng.h"
 #include "io/file.h"
 #include "io/gif.h"
-#include "io/image.h"
 #include "io/npy.h"
+#include "io/photo/image_file.h"
 #include "scene/camera_pose.h"
 
 using namespace splat;
 
 namespace {
 
-Status check(const char* path, const float* values, std::uint32_t width, std::uint32_t height,
-             std::uint32_t channels) {
-    SPLAT_TRY(api::require(path, "path"));
-    SPLAT_TRY(api::require(values, "values"));
-    const auto in_range = [](const char* name, std::uint32_t value, std::uint32_t most) -> Status {
-        if (value >= 1 && value <= most) return {};
-        return error(Code::kInvalidArgument, "%s is %u, expected 1 to %u", name, value, most);
-    };
-    SPLAT_TRY(in_range("width", width, scene::kMaxImageSide));
-    SPLAT_TRY(in_range("height", height, scene::kMaxImageSide));
-    return in_range("channels", channels, 4);
+constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 32;
+
+/// What a file holds: an image of samples, or of float32.
+struct ImageFile {
+    io::Image image;            ///< its sizes; samples if they were asked for and are whole numbers
+    std::vector<float> values;  ///< [height,width,channels] of a .npy
+    bool floats = false;
+};
+
+bool is_npy(io::Bytes file) {
+    return io::as_text(file).starts_with("\x93NUMPY");
 }
 
-bool has_extension(const char* path, const char* extension) {
+Result<ImageFile> read_float_image(io::Bytes file, bool header_only) {
+    SPLAT_ASSIGN(const io::NpyHeader header, io::read_npy_header(file));
+    const std::vector<std::uint64_t>& shape = header.shape;
+    if (shape.size() < 2 || shape.size() > 3)
+        return error(Code::kUnsupported,
+                     "npy: an array of %zu dimensions, expected [height,width] or "
+                     "[height,width,channels]",
+                     shape.size());
+    const std::uint64_t channels = shape.size() == 3 ? shape[2] : 1;
+    for (const std::uint64_t side : {shape[0], shape[1]})
+        if (side < 1 || side > scene::kMaxImageSide || channels < 1 || channels > 4)
+            return error(
+                Code::kUnsupported,
+                "npy: %llu x %llu pixels of %llu channels, expected sides of 1 to %u and 1 "
+                "to 4 channels",
+                static_cast<unsigned long long>(shape[1]),
+                static_cast<unsigned long long>(shape[0]),
+                static_cast<unsigned long long>(channels), scene::kMaxImageSide);
+    ImageFile read;
+    read.floats = true;
+    read.image.width = static_cast<std::uint32_t>(shape[1]);
+    read.image.height = static_cast<std::uint32_t>(shape[0]);
+    read.image.channels = static_cast<std::uint32_t>(channels);
+    read.image.bits = 32;
+    if (header_only) return read;
+    SPLAT_ASSIGN(io::FloatArray array, io::read_npy(file));
+    read.values = std::move(array.values);
+    return read;
+}
+
+Result<ImageFile> read_image_file(io::Bytes file, bool header_only) {
+    if (is_npy(file)) return read_float_image(file, header_only);
+    ImageFile read;
+    SPLAT_ASSIGN(read.image, io::read_image(file, {.upright = true, .header_only = header_only}));
+    return read;
+}
+
+/// Set the sizes of a picture without pixels.
+void give_image_size(const io::Image& from, splat_image& to) {
+    to.width = from.width;
+    to.height = from.height;
+    to.channels = from.channels;
+    if (to.type == 0) to.type = from.bits == 8 ? SPLAT_PIXEL_U8 : SPLAT_PIXEL_F32;
+    to.bytes = std::size_t{to.width} * to.height * to.channels * api::pixel_bytes(to.type);
+}
+
+Status read_into(io::Bytes file, splat_image& image, splat_image_info* info) {
+    if (info != nullptr)
+        SPLAT_TRY(api::check_info(info, "splat_image_info", sizeof(splat_image_info)));
+    const bool header_only = image.pixels == nullptr;
+    api::ImageView view;
+    if (!header_only) {
+        SPLAT_ASSIGN(view, api::image_to_fill(&image, "image"));
+    } else if (image.type != 0 && api::pixel_bytes(image.type) == 0) {
+        return error(Code::kInvalidArgument, "image.type is %d, expected 0 or a SPLAT_PIXEL_ type",
+                     image.type);
+    }
+    SPLAT_ASSIGN(const ImageFile read, read_image_file(file, header_only));
+    if (header_only) {
+        give_image_size(read.image, image);
+    } else if (read.floats) {
+        SPLAT_TRY(api::check_image_size(view, "image", read.image.width, read.image.height,
+                                        read.image.channels));
+        api::fill_interleaved(view, read.values.data());
+    } else {
+        SPLAT_TRY(api::fill_image(view, "image", read.image));
+    }
+    if (info != nullptr) {
+        splat_image_info filled{};
+        filled.bits = read.image.bits;
+        filled.focal = read.image.focal;
+        api::give(filled, info);
+    }
+    return {};
+}
+
+/// 0 if the extension is none of these.
+splat_image_format extension_format(const char* path) {
     std::string text = path;
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text.ends_with(extension);
+    if (text.ends_with(".png")) return SPLAT_IMAGE_PNG;
+    if (text.ends_with(".npy")) return SPLAT_IMAGE_NPY;
+    return text.ends_with(".gif") ? SPLAT_IMAGE_GIF : 0;
 }
 
-Result<io::Buffer> file_of(const char* path, std::span<const float> values, std::uint32_t width,
-                           std::uint32_t height, std::uint32_t channels) {
-    if (has_extension(path, ".png"))
-        return io::write_png(io::image_from_floats(values, width, height, channels));
-    if (has_extension(path, ".npy"))
-        return io::write_npy({{height, width, channels}, {values.begin(), values.end()}});
-    return error(Code::kUnsupported, "'%s': expected the extension .png or .npy", path);
+Status no_format(const char* name, const char* expected) {
+    return error(Code::kUnsupported, "'%s': expected the extension %s", name, expected);
 }
 
-Result<io::Buffer> animation_of(const char* path, const std::vector<io::Image>& frames,
-                                const io::AnimationOptions& options) {
-    return has_extension(path, ".gif") ? io::write_gif(frames, options)
-                                       : io::write_apng(frames, options);
+Status bad_format(splat_image_format format, const char* expected) {
+    return error(Code::kInvalidArgument, "format is %d, expected %s", format, expected);
+}
+
+Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format format) {
+    SPLAT_ASSIGN(const api::ImageView view, api::image_to_read(image, "image"));
+    if (format == SPLAT_IMAGE_NPY)
+        return io::write_npy({{view.height, view.width, view.channels}, api::interleaved_of(view)});
+    return io::write_png(api::image_of(view));
+}
+
+Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
+                                std::uint32_t milliseconds, splat_image_format format) {
+    SPLAT_TRY(api::require(frames, "frames"));
+    if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+    std::vector<io::Image> images;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        SPLAT_ASSIGN(const api::ImageView view,
+                     api::image_to_read(frames + i, splat::format("frames[%u]", i).c_str()));
+        images.push_back(api::image_of(view));
+    }
+    const io::AnimationOptions options{milliseconds, 0};
+    return format == SPLAT_IMAGE_GIF ? io::write_gif(images, options)
+                                     : io::write_apng(images, options);
 }
 
 }  // namespace
 
-splat_result splat_image_save(const char* path, const float* values, uint32_t width,
-                              uint32_t height, uint32_t channels) {
+splat_result splat_image_load(const char* path, splat_image* image, splat_image_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(check(path, values, width, height, channels));
-        const std::size_t count = std::size_t{width} * height * channels;
-        SPLAT_ASSIGN(const io::Buffer file,
-                     file_of(path, {values, count}, width, height, channels));
+        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_TRY(api::require(image, "image"));
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxImageFileBytes));
+        const Status read = read_into(file, *image, info);
+        if (read.ok() || read.code() == Code::kInvalidArgument) return read;
+        return Status(read.code(), "'" + std::string(path) + "': " + read.message());
+    });
+}
+
+splat_result splat_image_load_memory(const void* data, size_t bytes, splat_image* image,
+                                     splat_image_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_TRY(api::require(image, "image"));
+        return read_into({static_cast<const std::byte*>(data), bytes}, *image, info);
+    });
+}
+
+splat_result splat_image_save(const char* path, const splat_image* image) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(path, "path"));
+        const splat_image_format format = extension_format(path);
+        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_NPY)
+            return no_format(path, ".png or .npy");
+        SPLAT_ASSIGN(const io::Buffer file, image_file_of(image, format));
         return io::write_file(path, file);
     });
 }
 
-splat_result splat_image_save_animation(const char* path, const float* values, uint32_t frames,
-                                        uint32_t width, uint32_t height, uint32_t channels,
+splat_result splat_image_save_memory(const splat_image* image, splat_image_format format,
+                                     void* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
+        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_NPY)
+            return bad_format(format, "SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY");
+        SPLAT_ASSIGN(const io::Buffer file, image_file_of(image, format));
+        return give(file);
+    });
+}
+
+splat_result splat_image_save_animation(const char* path, const splat_image* frames, uint32_t count,
                                         uint32_t milliseconds) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(check(path, values, width, height, channels));
-        if (frames == 0) return error(Code::kInvalidArgument, "frames is 0, expected at least 1");
-        if (milliseconds < 1 || milliseconds > 65535)
-            return error(Code::kInvalidArgument, "milliseconds is %u, expected 1 to 65535",
-                         milliseconds);
-        if (!has_extension(path, ".png") && !has_extension(path, ".gif"))
-            return error(Code::kUnsupported, "'%s': expected the extension .png or .gif", path);
-        const std::size_t count = std::size_t{width} * height * channels;
-        std::vector<io::Image> images;
-        for (std::size_t i = 0; i < frames; ++i)
-            images.push_back(
-                io::image_from_floats({values + i * count, count}, width, height, channels));
-        SPLAT_ASSIGN(const io::Buffer file, animation_of(path, images, {milliseconds, 0}));
+        SPLAT_TRY(api::require(path, "path"));
+        const splat_image_format format = extension_format(path);
+        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_GIF)
+            return no_format(path, ".png or .gif");
+        SPLAT_ASSIGN(const io::Buffer file, animation_of(frames, count, milliseconds, format));
         return io::write_file(path, file);
+    });
+}
+
+splat_result splat_image_save_animation_memory(const splat_image* frames, uint32_t count,
+                                               uint32_t milliseconds, splat_image_format format,
+                                               void* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
+        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_GIF)
+            return bad_format(format, "SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF");
+        SPLAT_ASSIGN(const io::Buffer file, animation_of(frames, count, milliseconds, format));
+        return give(file);
     });
 }

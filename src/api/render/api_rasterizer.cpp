@@ -1,5 +1,6 @@
 #include <atomic>
 #include <cmath>
+#include <shared_mutex>
 
 #include "api/api_guard.h"
 #include "api/core/tensor_arguments.h"
@@ -10,6 +11,7 @@ using namespace splat;
 namespace {
 
 using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
+using StatePointer = std::shared_ptr<api::RasterStateObject>;
 using CopyPointer = std::shared_ptr<api::SceneCopy>;
 
 Status check_flags(const splat_rasterizer_desc& desc) {
@@ -72,16 +74,30 @@ Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
 }
 
 /// Allocate the gradients at creation, so that a backward call cannot run out of memory for them.
-Status allocate_gradients(api::RasterizerObject& object, const raster::RasterDesc& desc) {
-    vk::Context& context = *object.context;
-    SPLAT_ASSIGN(object.grad_gaussians, raster::allocate_packed(context, desc));
-    SPLAT_ASSIGN(object.grad_image,
-                 context.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
-                                           "gradient of the image"));
+Result<std::shared_ptr<api::RasterGradients>> make_gradients(
+    const std::shared_ptr<vk::Context>& context, const raster::RasterDesc& desc) {
+    auto made = std::make_shared<api::RasterGradients>(context);
+    const std::lock_guard lock(context->mutex);
+    SPLAT_TRY(context->device().alive());
+    if (!desc.backward) return made;
+    SPLAT_ASSIGN(made->gaussians, raster::allocate_packed(*context, desc));
+    SPLAT_ASSIGN(made->image,
+                 context->memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
+                                            "gradient of the image"));
     const std::uint64_t depth = desc.grad_depth ? vk::quad_bytes(desc.pixels()) : 16;
-    SPLAT_ASSIGN(object.grad_depth, context.memory().allocate(depth, vk::MemoryKind::kDevice,
-                                                              "gradient of the depth"));
-    return {};
+    SPLAT_ASSIGN(made->depth, context->memory().allocate(depth, vk::MemoryKind::kDevice,
+                                                         "gradient of the depth"));
+    return made;
+}
+
+Result<StatePointer> make_state(const api::RasterizerObject& rasterizer) {
+    auto state = std::make_shared<api::RasterStateObject>(rasterizer.context);
+    state->gradients = rasterizer.gradients;
+    const std::lock_guard lock(state->context->mutex);
+    SPLAT_TRY(state->context->device().alive());
+    SPLAT_ASSIGN(state->rasterizer, raster::Rasterizer::create(*state->context, rasterizer.desc));
+    state->describe();
+    return state;
 }
 
 Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_desc* from) {
@@ -89,22 +105,22 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
     SPLAT_TRY(
         api::check_desc(from, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
-    SPLAT_ASSIGN(const raster::RasterDesc desc, raster_desc(*from));
     auto object = std::make_shared<api::RasterizerObject>(owner->context);
-    const std::lock_guard lock(owner->context->mutex);
-    SPLAT_TRY(owner->context->device().alive());
-    SPLAT_ASSIGN(object->rasterizer, raster::Rasterizer::create(*owner->context, desc));
-    if (desc.backward) SPLAT_TRY(allocate_gradients(*object, desc));
+    SPLAT_ASSIGN(object->desc, raster_desc(*from));
+    SPLAT_TRY(raster::check_desc(owner->context->device().info(), object->desc));
+    SPLAT_ASSIGN(object->gradients, make_gradients(owner->context, object->desc));
+    SPLAT_ASSIGN(object->default_state, make_state(*object));
     return object;
 }
 
 /// Check and pack the cameras and the background of a forward call.
 Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
                                         std::uint32_t count, const float* background) {
-    SPLAT_TRY(api::require(cameras, "cameras"));
-    if (count != desc.views)  // before reading: `cameras` may hold fewer
+    if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+    if (count > desc.views)
         return error(Code::kInvalidArgument,
-                     "count is %u, but the rasterizer was made for %u views", count, desc.views);
+                     "count is %u, but the rasterizer was made for at most %u views", count,
+                     desc.views);
     std::vector<scene::Camera> views;
     for (std::uint32_t i = 0; i < count; ++i)
         views.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
@@ -119,39 +135,54 @@ Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const sp
 }
 
 /// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
-/// caller holds the scene's mutex.
-Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterizerObject& object) {
+/// caller holds the device's mutex.
+Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObject& object) {
     static std::atomic<std::uint64_t> versions{0};
-    const raster::RasterDesc& desc = object.rasterizer->desc();
+    raster::RasterDesc desc = object.rasterizer->desc();
     if (desc.direct_colors)
         return error(Code::kInvalidState,
                      "the rasterizer was made for direct colours, but a scene has spherical "
                      "harmonics");
-    if (scene.gaussians.count() != desc.gaussians)
+    const std::shared_lock reading(scene.mutex);
+    if (scene.gaussians.count() > desc.gaussians)
         return error(Code::kInvalidArgument,
-                     "the scene has %zu Gaussians, but the rasterizer was made for %u",
+                     "the scene has %zu Gaussians, but the rasterizer was made for at most %u",
                      scene.gaussians.count(), desc.gaussians);
+    desc.gaussians = static_cast<std::uint32_t>(scene.gaussians.count());
+    const std::lock_guard lock(scene.copies_mutex);
     for (const CopyPointer& copy : scene.copies)
         if (copy->context == object.context && copy->sh_degree == desc.sh_degree) return copy;
     auto copy = std::make_shared<api::SceneCopy>(object.context);
     copy->sh_degree = desc.sh_degree;
-    {
-        const std::lock_guard lock(object.context->mutex);
-        SPLAT_TRY(object.context->device().alive());
-        SPLAT_ASSIGN(copy->buffers, raster::allocate_packed(*object.context, desc));
-        SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, copy->buffers));
-    }
+    SPLAT_TRY(object.context->device().alive());
+    SPLAT_ASSIGN(copy->buffers, raster::allocate_packed(*object.context, desc));
+    SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, copy->buffers));
     copy->packed = copy->buffers.scene(++versions, scene.gaussians.sh_degree);
     scene.copies.push_back(copy);
     return copy;
 }
 
-/// Check the tensors and put their views into `to`.
+/// The number of Gaussians that a call's tensors hold. Errors: kInvalidArgument beyond the capacity.
+Result<std::uint32_t> gaussians_in(const raster::RasterDesc& desc,
+                                   const splat_gaussians_desc& from) {
+    if (from.means == nullptr) return std::uint32_t{0};
+    SPLAT_ASSIGN(const auto means, api::Tensors::find(from.means, "means"));
+    const std::uint32_t count = means->view.shape.rank() == 0 ? 0 : means->view.shape[0];
+    if (count <= desc.gaussians) return count;
+    return error(Code::kShape,
+                 "means has the shape %s, but the rasterizer was made for at most %u Gaussians",
+                 means->view.shape.text().c_str(), desc.gaussians);
+}
+
+/// Check the tensors of desc.gaussians Gaussians and put their views into `to`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
                        const splat_gaussians_desc& from, raster::GaussianAttributes& to) {
     const std::int64_t n = desc.gaussians;
     const std::int64_t k = scene::sh_coefficients(desc.sh_degree);
-    if (n > 0) {
+    const bool some = from.means != nullptr || from.scales != nullptr ||
+                      from.rotations != nullptr || from.opacities != nullptr ||
+                      from.sh != nullptr || from.colors != nullptr;
+    if (some) {
         SPLAT_TRY(api::require(from.means, "splat_gaussians_desc.means"));
         SPLAT_TRY(api::require(from.scales, "splat_gaussians_desc.scales"));
         SPLAT_TRY(api::require(from.rotations, "splat_gaussians_desc.rotations"));
@@ -175,7 +206,7 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
 /// Keeps the scene that the rasterizer's command lists name when a call ends: the one drawn, or the
 /// one before if the call failed before it recorded.
 struct NamedSceneKeeper {
-    api::RasterizerObject& object;
+    api::RasterStateObject& object;
     CopyPointer& drawn;
 
     ~NamedSceneKeeper() {
@@ -183,11 +214,14 @@ struct NamedSceneKeeper {
     }
 };
 
-Status pack(api::RasterizerObject& object, const raster::GaussianAttributes& attributes) {
-    const raster::RasterDesc& desc = object.rasterizer->desc();
+/// Copy `desc.gaussians` Gaussians into the kernels' layout.
+Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
+            const raster::GaussianAttributes& attributes) {
     if (object.inputs.bytes() == 0) {
-        SPLAT_ASSIGN(object.inputs, raster::allocate_packed(*object.context, desc));
+        SPLAT_ASSIGN(object.inputs,
+                     raster::allocate_packed(*object.context, object.rasterizer->desc()));
     }
+    object.inputs.count = desc.gaussians;
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(raster::pack_attributes(recorder, desc, attributes, object.inputs.scene()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
@@ -196,7 +230,44 @@ Status pack(api::RasterizerObject& object, const raster::GaussianAttributes& att
     return object.context->run(list);
 }
 
+Status forward(api::RasterStateObject& object, const raster::PackedGaussians& scene,
+               const raster::PackedViews& views) {
+    const Status done = object.rasterizer->forward(scene, views);
+    object.describe();
+    return done;
+}
+
 }  // namespace
+
+void api::RasterStateObject::describe() {
+    const raster::RasterStats& stats = rasterizer->stats();
+    splat_rasterizer_info filled{};
+    filled.bytes = rasterizer->workspace().bytes() + inputs.bytes() + gradients->bytes();
+    if (rasterizer->drawn()) {
+        filled.passes = stats.passes;
+        filled.visible = stats.visible;
+        filled.pairs = stats.pairs;
+        filled.longest = stats.longest;
+        filled.tiles = stats.tiles;
+        filled.empty_tiles = stats.empty_tiles;
+        filled.runs = stats.runs;
+        filled.gaussians = rasterizer->drawn_desc().gaussians;
+        filled.views = rasterizer->drawn_desc().views;
+    }
+    info.set(filled);
+}
+
+Result<std::shared_ptr<api::RasterStateObject>> api::find_state(splat_rasterizer rasterizer,
+                                                                splat_raster_state state) {
+    SPLAT_ASSIGN(const auto object, Rasterizers::find(rasterizer, "rasterizer"));
+    if (state == nullptr) return object->default_state;
+    SPLAT_ASSIGN(const auto found, RasterStates::find(state, "state"));
+    if (found->gradients != object->gradients)
+        return error(Code::kInvalidArgument,
+                     "state was made for another rasterizer, expected one of "
+                     "splat_raster_state_create(rasterizer, ...) or NULL");
+    return found;
+}
 
 splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer_desc* desc,
                                      splat_rasterizer* rasterizer) {
@@ -208,66 +279,63 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
     });
 }
 
-splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_scene scene,
-                                            const splat_camera* cameras, uint32_t count,
-                                            const float* background) {
+splat_result splat_raster_state_create(splat_rasterizer rasterizer, splat_raster_state* state) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
-        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
-        SPLAT_ASSIGN(const raster::PackedViews views,
-                     check_views(object->rasterizer->desc(), cameras, count, background));
-        CopyPointer copy;  // destroyed after the mutex is released: its destructor locks it
-        {
-            const std::lock_guard lock(from->mutex);
-            SPLAT_ASSIGN(copy, copy_of(*from, *object));
-        }
-        const std::lock_guard lock(object->context->mutex);
-        const NamedSceneKeeper keeper{*object, copy};
-        return object->rasterizer->forward(copy->packed, views);
+        SPLAT_TRY(api::require(state, "state"));
+        SPLAT_ASSIGN(StatePointer made, make_state(*object));
+        *state = api::RasterStates::add(std::move(made));
+        return {};
     });
 }
 
-splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
+splat_result splat_raster_state_destroy(splat_raster_state state) {
+    return api::destroy<api::RasterStates>(state, "state");
+}
+
+splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_raster_state state,
+                                            splat_scene scene, const splat_camera* cameras,
+                                            uint32_t count, const float* background) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
+        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const raster::PackedViews views,
+                     check_views(object->rasterizer->desc(), cameras, count, background));
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_ASSIGN(CopyPointer copy, copy_of(*from, *object));
+        const NamedSceneKeeper keeper{*object, copy};
+        return forward(*object, copy->packed, views);
+    });
+}
+
+splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_state state,
                                       const splat_gaussians_desc* gaussians,
                                       const splat_camera* cameras, uint32_t count,
                                       const float* background) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(
             api::check_desc(gaussians, "splat_gaussians_desc", sizeof(splat_gaussians_desc), 0));
-        const raster::RasterDesc& desc = object->rasterizer->desc();
+        raster::RasterDesc desc = object->rasterizer->desc();
         SPLAT_ASSIGN(const raster::PackedViews views,
                      check_views(desc, cameras, count, background));
+        SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, *gaussians));
         api::TensorArguments arguments(*object->context, "rasterizer");
         raster::GaussianAttributes attributes;
         SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
-        SPLAT_TRY(pack(*object, attributes));
-        return object->rasterizer->forward(object->inputs.scene(), views);
+        SPLAT_TRY(pack(*object, desc, attributes));
+        return forward(*object, object->inputs.scene(), views);
     });
 }
 
-splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_rasterizer_info* info) {
+splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster_state state,
+                                       splat_rasterizer_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::check_info(info, "splat_rasterizer_info", sizeof(splat_rasterizer_info)));
-        const std::lock_guard lock(object->context->mutex);
-        const raster::RasterStats& stats = object->rasterizer->stats();
-        splat_rasterizer_info filled{};
-        filled.bytes = object->rasterizer->workspace().bytes() + object->inputs.bytes() +
-                       object->grad_gaussians.bytes() + object->grad_image.bytes() +
-                       object->grad_depth.bytes();
-        if (object->rasterizer->drawn()) {
-            filled.passes = stats.passes;
-            filled.visible = stats.visible;
-            filled.pairs = stats.pairs;
-            filled.longest = stats.longest;
-            filled.tiles = stats.tiles;
-            filled.empty_tiles = stats.empty_tiles;
-            filled.runs = stats.runs;
-        }
-        api::give(filled, info);
+        api::give(object->info.get(), info);
         return {};
     });
 }

@@ -62,12 +62,12 @@ bool present(const vk::BufferView& view) {
 }
 
 /// Copy the gradients with respect to the outputs into the kernels' layout.
-Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
-    const std::uint64_t pixels = object.rasterizer->desc().pixels();
-    const vk::BufferView& image = object.grad_image.range();
+Status pack(api::RasterStateObject& object, const GradientTensors& tensors) {
+    const std::uint64_t pixels = object.rasterizer->drawn_desc().pixels();
+    const vk::BufferView& image = object.gradients->image.range();
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(recorder.fill(image, 0));
-    SPLAT_TRY(recorder.fill(object.grad_depth.range(), 0));
+    SPLAT_TRY(recorder.fill(object.gradients->depth.range(), 0));
     if (present(tensors.rgb))
         SPLAT_TRY(
             ops::strided_copy(recorder, {pixels, 3, {3, 0}, {4, 0}, false}, tensors.rgb, image));
@@ -76,17 +76,17 @@ Status pack(api::RasterizerObject& object, const GradientTensors& tensors) {
             ops::strided_copy(recorder, {pixels, 1, {1, 0}, {4, 3}, false}, tensors.alpha, image));
     if (present(tensors.depth))
         SPLAT_TRY(ops::strided_copy(recorder, {pixels, 1, {1, 0}, {1, 0}, false}, tensors.depth,
-                                    object.grad_depth.range()));
+                                    object.gradients->depth.range()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     return object.context->run(list);
 }
 
 /// Copy the gradients with respect to the inputs out of the kernels' layout.
-Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, bool accumulate) {
-    const raster::RasterDesc& desc = object.rasterizer->desc();
+Status unpack(api::RasterStateObject& object, const GradientTensors& tensors, bool accumulate) {
+    const raster::RasterDesc& desc = object.rasterizer->drawn_desc();
     const raster::Workspace& space = object.rasterizer->workspace();
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::unpack_gradients(recorder, desc, object.grad_gaussians.gradients(),
+    SPLAT_TRY(raster::unpack_gradients(recorder, desc, object.gradients->gaussians.gradients(),
                                        tensors.attributes, accumulate));
     if (present(tensors.means2d))
         SPLAT_TRY(ops::strided_copy(recorder, {desc.items(), 2, {12, 0}, {2, 0}, accumulate},
@@ -103,26 +103,25 @@ Status unpack(api::RasterizerObject& object, const GradientTensors& tensors, boo
 
 }  // namespace
 
-splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
+splat_result splat_rasterizer_backward(splat_rasterizer rasterizer, splat_raster_state state,
                                        const splat_gradients_desc* gradients) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::check_desc(gradients, "splat_gradients_desc", sizeof(splat_gradients_desc),
                                   SPLAT_GRADIENTS_ACCUMULATE));
-        const raster::RasterDesc& desc = object->rasterizer->desc();
-        SPLAT_TRY(check_purpose(desc, *gradients));
+        SPLAT_TRY(check_purpose(object->rasterizer->desc(), *gradients));
         api::TensorArguments arguments(*object->context, "rasterizer");
         GradientTensors tensors;
-        SPLAT_TRY(check_tensors(arguments, desc, *gradients, tensors));
         const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(check_tensors(arguments, object->rasterizer->drawn_desc(), *gradients, tensors));
         SPLAT_TRY(arguments.check_unmapped());
         if (!object->rasterizer->drawn())
             return error(Code::kInvalidState,
                          "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
         SPLAT_TRY(pack(*object, tensors));
-        SPLAT_TRY(object->rasterizer->backward(object->grad_image.range(),
-                                               object->grad_depth.range(),
-                                               object->grad_gaussians.gradients()));
+        api::RasterGradients& made = *object->gradients;
+        SPLAT_TRY(object->rasterizer->backward(made.image.range(), made.depth.range(),
+                                               made.gaussians.gradients()));
         return unpack(*object, tensors, (gradients->flags & SPLAT_GRADIENTS_ACCUMULATE) != 0);
     });
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "api/api_guard.h"
+#include "api/core/image_view.h"
 #include "api/core/tensor_arguments.h"
 #include "ops/strided_copy.h"
 
@@ -35,7 +36,7 @@ constexpr OutputRow kOutputs[] = {
 };
 static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
-Result<const OutputRow*> find_output(const api::RasterizerObject& object, splat_output output) {
+Result<const OutputRow*> find_output(const api::RasterStateObject& object, splat_output output) {
     if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
         return error(Code::kInvalidArgument, "output is %d, expected 1 to %d", output,
                      SPLAT_OUTPUT_NORMALS);
@@ -49,7 +50,7 @@ Result<const OutputRow*> find_output(const api::RasterizerObject& object, splat_
 }
 
 /// The context's mutex is held.
-Status check_drawn(const api::RasterizerObject& object) {
+Status check_drawn(const api::RasterStateObject& object) {
     if (object.rasterizer->drawn()) return {};
     return error(Code::kInvalidState,
                  "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
@@ -59,36 +60,47 @@ std::uint64_t elements_of(const raster::RasterDesc& desc, const OutputRow& row) 
     return row.per_pixel ? desc.pixels() : desc.items();
 }
 
-Result<std::vector<float>> download(vk::Context& context, const vk::Buffer& buffer,
-                                    std::uint64_t floats) {
-    std::vector<float> values(floats);
-    if (floats > 0) SPLAT_TRY(context.read(buffer.range(), values.data(), floats * sizeof(float)));
-    return values;
+/// The first `floats` numbers of a buffer, in place where the device's memory is mapped, else in
+/// `copy`. The context's mutex is held.
+Result<const float*> numbers(vk::Context& context, const vk::BufferView& view, std::uint64_t floats,
+                             std::vector<float>& copy) {
+    const std::byte* host = vk::Memory::host(view);
+    if (host == nullptr || floats == 0) {
+        copy.resize(floats);
+        if (floats > 0) SPLAT_TRY(context.read(view, copy.data(), floats * sizeof(float)));
+        return static_cast<const float*>(copy.data());
+    }
+    SPLAT_TRY(context.device().alive());
+    SPLAT_TRY(context.settle());
+    SPLAT_TRY(context.memory().invalidate(view));
+    return reinterpret_cast<const float*>(host);
 }
 
-/// All values of an output. The context's mutex is held.
-Result<std::vector<float>> output_values(const api::RasterizerObject& object,
-                                         const OutputRow& row) {
+/// Write all values of an output to `to`. The context's mutex is held.
+Status read_output(const api::RasterStateObject& object, const OutputRow& row, float* to) {
+    vk::Context& context = *object.context;
     const Workspace& space = object.rasterizer->workspace();
-    const std::uint64_t count = elements_of(object.rasterizer->desc(), row);
+    const std::uint64_t count = elements_of(object.rasterizer->drawn_desc(), row);
+    std::vector<float> copy;
     if (row.buffer != nullptr) {
-        SPLAT_ASSIGN(const std::vector<float> raw,
-                     download(*object.context, space.*row.buffer, count * row.layout.stride));
-        std::vector<float> values(count * row.channels);
+        SPLAT_ASSIGN(const float* from, numbers(context, (space.*row.buffer).range(),
+                                                count * row.layout.stride, copy));
         for (std::uint64_t i = 0; i < count; ++i)
-            std::copy_n(&raw[i * row.layout.stride + row.layout.offset], row.channels,
-                        &values[i * row.channels]);
-        return values;
+            std::copy_n(&from[i * row.layout.stride + row.layout.offset], row.channels,
+                        &to[i * row.channels]);
+        return {};
     }
-    SPLAT_ASSIGN(const std::vector<float> radii, download(*object.context, space.radii, 2 * count));
+    SPLAT_ASSIGN(const float* radii, numbers(context, space.radii.range(), 2 * count, copy));
     if (row.channels == 1) {
-        std::vector<float> visible(count);
-        for (std::uint64_t i = 0; i < count; ++i) visible[i] = radii[2 * i] > 0 ? 1.0F : 0.0F;
-        return visible;
+        for (std::uint64_t i = 0; i < count; ++i) to[i] = radii[2 * i] > 0 ? 1.0F : 0.0F;
+        return {};
     }
-    SPLAT_ASSIGN(const std::vector<float> splats,
-                 download(*object.context, space.splats, 12 * count));
-    return raster::conics_of(splats, radii);
+    std::vector<float> splats_copy;
+    SPLAT_ASSIGN(const float* splats,
+                 numbers(context, space.splats.range(), 12 * count, splats_copy));
+    const std::vector<float> conics = raster::conics_of({splats, 12 * count}, {radii, 2 * count});
+    std::copy(conics.begin(), conics.end(), to);
+    return {};
 }
 
 /// The view of a tensor of the output's shape.
@@ -103,16 +115,17 @@ Status check_tensor(api::TensorArguments& arguments, const raster::RasterDesc& d
     return arguments.write(tensor, "tensor", {v, desc.height, desc.width, c}, view);
 }
 
-Status copy_output(const api::RasterizerObject& object, const OutputRow& row,
+Status copy_output(const api::RasterStateObject& object, const OutputRow& row,
                    const vk::BufferView& view) {
     vk::Context& context = *object.context;
     if (row.buffer == nullptr) {
-        SPLAT_ASSIGN(const std::vector<float> values, output_values(object, row));
+        std::vector<float> values(elements_of(object.rasterizer->drawn_desc(), row) * row.channels);
+        SPLAT_TRY(read_output(object, row, values.data()));
         return context.write(view, values.data(), values.size() * sizeof(float));
     }
     vk::Recorder recorder(context);
     SPLAT_TRY(ops::strided_copy(recorder,
-                                {elements_of(object.rasterizer->desc(), row),
+                                {elements_of(object.rasterizer->drawn_desc(), row),
                                  row.channels,
                                  row.layout,
                                  {row.channels, 0},
@@ -122,39 +135,82 @@ Status copy_output(const api::RasterizerObject& object, const OutputRow& row,
     return context.run(list);
 }
 
+/// An output that is an image of row.channels channels; RGB has four with its alpha.
+Status check_images(const OutputRow& row, const raster::RasterDesc& desc,
+                    std::span<const splat_image> images, std::vector<api::ImageView>& views) {
+    if (!row.per_pixel)
+        return error(Code::kInvalidArgument, "output %s is no image: use splat_rasterizer_read",
+                     row.name);
+    const bool rgb = row.buffer == &Workspace::image && row.channels == 3;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        const std::string name = format("images[%zu]", i);
+        SPLAT_ASSIGN(const api::ImageView view, api::image_to_fill(&images[i], name.c_str()));
+        const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row.channels;
+        SPLAT_TRY(api::check_image_size(view, name.c_str(), desc.width, desc.height, channels));
+        views.push_back(view);
+    }
+    return {};
+}
+
 }  // namespace
 
-splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_output output,
-                                     splat_tensor tensor) {
+splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_state state,
+                                     splat_output output, splat_tensor tensor) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::Tensors::find(tensor, "tensor").status());
         SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;
-        SPLAT_TRY(check_tensor(arguments, object->rasterizer->desc(), *row, tensor, view));
         const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(check_tensor(arguments, object->rasterizer->drawn_desc(), *row, tensor, view));
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(check_drawn(*object));
         return copy_output(*object, *row, view);
     });
 }
 
-splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_output output, float* values,
-                                   size_t bytes) {
+splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_state state,
+                                   splat_output output, float* values, size_t bytes) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
-        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
+        if (bytes > 0) SPLAT_TRY(api::require(values, "values"));
         SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
+        const std::lock_guard lock(object->context->mutex);
         const std::uint64_t needed =
-            elements_of(object->rasterizer->desc(), *row) * row->channels * sizeof(float);
+            elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
             return error(Code::kInvalidArgument, "bytes is %zu, but output %s takes %llu", bytes,
                          row->name, static_cast<unsigned long long>(needed));
+        SPLAT_TRY(check_drawn(*object));
+        return read_output(*object, *row, values);
+    });
+}
+
+splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_raster_state state,
+                                          splat_output output, uint32_t first,
+                                          const splat_image* images, uint32_t count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
+        if (count > 0) SPLAT_TRY(api::require(images, "images"));
+        SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
+        std::vector<api::ImageView> views;
+        SPLAT_TRY(check_images(*row, object->rasterizer->desc(), {images, count}, views));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(check_drawn(*object));
-        SPLAT_ASSIGN(const std::vector<float> read, output_values(*object, *row));
-        std::copy(read.begin(), read.end(), values);
+        const raster::RasterDesc& drawn = object->rasterizer->drawn_desc();
+        if (std::uint64_t{first} + count > drawn.views)
+            return error(
+                Code::kInvalidArgument, "views %u to %llu, but the last forward call drew %u",
+                first, static_cast<unsigned long long>(std::uint64_t{first} + count), drawn.views);
+        const std::uint64_t floats = std::uint64_t{4} * drawn.width * drawn.height;
+        const vk::BufferView& all = (object->rasterizer->workspace().*row->buffer).range();
+        std::vector<float> copy;
+        SPLAT_ASSIGN(const float* from,
+                     numbers(*object->context, all.part(first * floats * 4, count * floats * 4),
+                             count * floats, copy));
+        for (std::size_t i = 0; i < count; ++i)
+            api::fill_pixels(views[i], from + i * floats + row->layout.offset, row->layout.stride);
         return {};
     });
 }

@@ -34,23 +34,78 @@ Result<scene::OrbitOptions> orbit_options(const splat_orbit_desc* desc) {
     return options;
 }
 
-Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc) {
-    splat_camera_file_desc full{};
-    if (desc != nullptr) {
-        SPLAT_TRY(api::check_desc(desc, "splat_camera_file_desc", sizeof full,
-                                  SPLAT_CAMERA_IGNORE_DISTORTION));
-        full = *desc;
-    }
+/// How to read a file of cameras.
+struct CameraReading {
     io::CameraOptions options;
-    options.ignore_distortion = (full.flags & SPLAT_CAMERA_IGNORE_DISTORTION) != 0;
+    std::uint32_t width = 0, height = 0;  ///< where the file has none
+};
+
+Result<CameraReading> camera_reading(const splat_camera_file_desc* desc) {
+    CameraReading reading;
+    if (desc == nullptr) return reading;
+    SPLAT_TRY(api::check_desc(desc, "splat_camera_file_desc", sizeof *desc,
+                              SPLAT_CAMERA_IGNORE_DISTORTION));
+    reading.options.ignore_distortion = (desc->flags & SPLAT_CAMERA_IGNORE_DISTORTION) != 0;
+    reading.width = desc->width;
+    reading.height = desc->height;
+    return reading;
+}
+
+Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc) {
+    SPLAT_TRY(api::require(path, "path"));
+    SPLAT_ASSIGN(const CameraReading reading, camera_reading(desc));
     std::error_code unknown;
-    if (std::filesystem::is_directory(path, unknown)) return io::load_colmap(path, options);
+    if (std::filesystem::is_directory(path, unknown)) return io::load_colmap(path, reading.options);
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-    auto set = io::read_transforms_json(file, full.width, full.height, options);
+    auto set = io::read_transforms_json(file, reading.width, reading.height, reading.options);
     if (!set.ok())
         return Status(set.status().code(),
                       "'" + std::string(path) + "': " + set.status().message());
     return set;
+}
+
+Result<io::CameraSet> load(const splat_camera_bytes* files, const splat_camera_file_desc* desc) {
+    splat_camera_bytes given{};
+    SPLAT_TRY(api::take_input(files, "files", "splat_camera_bytes", sizeof given, given));
+    SPLAT_TRY(api::require(given.cameras, "splat_camera_bytes.cameras"));
+    SPLAT_ASSIGN(const CameraReading reading, camera_reading(desc));
+    const auto bytes = [](const void* data, std::size_t size) {
+        return io::Bytes(static_cast<const std::byte*>(data), size);
+    };
+    const io::Bytes cameras = bytes(given.cameras, given.camera_bytes);
+    if (given.images == nullptr)
+        return io::read_transforms_json(cameras, reading.width, reading.height, reading.options);
+    return io::read_colmap(cameras, bytes(given.images, given.image_bytes), reading.options);
+}
+
+/// Load cameras from a path or from memory, and copy as many as fit.
+template <class From>
+splat_result load_cameras(From from, const splat_camera_file_desc* desc, splat_camera* cameras,
+                          std::uint32_t capacity, std::uint32_t* count) {
+    splat_result given = SPLAT_OK;
+    const splat_result result = api::guarded([&]() -> Status {
+        if (capacity > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+        SPLAT_ASSIGN(const io::CameraSet set, load(from, desc));
+        const std::size_t fitting = std::min<std::size_t>(capacity, set.cameras.size());
+        for (std::size_t i = 0; i < fitting; ++i) cameras[i] = api::value_of(set.cameras[i]);
+        if (count != nullptr) *count = static_cast<std::uint32_t>(set.cameras.size());
+        if (fitting < set.cameras.size()) given = SPLAT_INCOMPLETE;
+        return {};
+    });
+    return result != SPLAT_OK ? result : given;
+}
+
+Result<io::Buffer> camera_file(const splat_camera* cameras, const char* const* names,
+                               std::uint32_t count) {
+    if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+    std::vector<scene::Camera> set;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (names != nullptr) SPLAT_TRY(api::require(names[i], format("names[%u]", i).c_str()));
+        set.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
+        SPLAT_TRY(scene::check_camera(set.back()));
+        set.back().name = names != nullptr ? names[i] : "";
+    }
+    return io::write_transforms_json(set);
 }
 
 std::string report_of(const io::CameraSet& set) {
@@ -120,7 +175,7 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
         options.count = count;
         scene::Statistics statistics;
         {
-            const std::lock_guard lock(object->mutex);
+            const std::shared_lock lock(object->mutex);
             SPLAT_ASSIGN(statistics, scene::statistics(object->gaussians));
         }
         SPLAT_ASSIGN(const std::vector<scene::Camera> made, scene::orbit(statistics, options));
@@ -131,25 +186,46 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
 
 splat_result splat_camera_load(const char* path, const splat_camera_file_desc* desc,
                                splat_camera* cameras, uint32_t capacity, uint32_t* count) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(path, "path"));
-        if (capacity > 0) SPLAT_TRY(api::require(cameras, "cameras"));
-        SPLAT_ASSIGN(const io::CameraSet set, load(path, desc));
-        const std::size_t fitting = std::min<std::size_t>(capacity, set.cameras.size());
-        for (std::size_t i = 0; i < fitting; ++i) cameras[i] = api::value_of(set.cameras[i]);
-        if (count != nullptr) *count = static_cast<std::uint32_t>(set.cameras.size());
-        if (fitting < set.cameras.size()) given = SPLAT_INCOMPLETE;
-        return {};
-    });
-    return result != SPLAT_OK ? result : given;
+    return load_cameras(path, desc, cameras, capacity, count);
+}
+
+splat_result splat_camera_load_memory(const splat_camera_bytes* files,
+                                      const splat_camera_file_desc* desc, splat_camera* cameras,
+                                      uint32_t capacity, uint32_t* count) {
+    return load_cameras(files, desc, cameras, capacity, count);
 }
 
 splat_result splat_camera_load_report(const char* path, const splat_camera_file_desc* desc,
                                       char* buffer, size_t capacity, size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const io::CameraSet set, load(path, desc));
         return give(report_of(set));
+    });
+}
+
+splat_result splat_camera_load_memory_report(const splat_camera_bytes* files,
+                                             const splat_camera_file_desc* desc, char* buffer,
+                                             size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const io::CameraSet set, load(files, desc));
+        return give(report_of(set));
+    });
+}
+
+splat_result splat_camera_save(const char* path, const splat_camera* cameras,
+                               const char* const* names, uint32_t count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_ASSIGN(const io::Buffer file, camera_file(cameras, names, count));
+        return io::write_file(path, file);
+    });
+}
+
+splat_result splat_camera_save_memory(const splat_camera* cameras, const char* const* names,
+                                      uint32_t count, void* buffer, size_t capacity,
+                                      size_t* needed) {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const io::Buffer file, camera_file(cameras, names, count));
+        return give(file);
     });
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <shared_mutex>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -29,14 +30,22 @@ Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     SPLAT_TRY(check_count(desc.count));
     const auto count = static_cast<std::size_t>(desc.count);
     scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
-    const auto fill = [](const float* from, std::vector<float>& to) {
-        if (from != nullptr) std::copy_n(from, to.size(), to.begin());
+    const auto fill = [](const char* name, const float* from, std::uint64_t length,
+                         std::vector<float>& to) -> Status {
+        if (from == nullptr) return {};
+        if (length != 0 && length < to.size())
+            return error(Code::kInvalidArgument,
+                         "splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
+                         static_cast<unsigned long long>(length), to.size());
+        std::copy_n(from, to.size(), to.begin());
+        return {};
     };
-    fill(desc.means, gaussians.means);
-    fill(desc.log_scales, gaussians.log_scales);
-    fill(desc.rotations, gaussians.rotations);
-    fill(desc.opacity_logits, gaussians.opacity_logits);
-    fill(desc.sh, gaussians.sh);
+    SPLAT_TRY(fill("means", desc.means, desc.mean_count, gaussians.means));
+    SPLAT_TRY(fill("log_scales", desc.log_scales, desc.log_scale_count, gaussians.log_scales));
+    SPLAT_TRY(fill("rotations", desc.rotations, desc.rotation_count, gaussians.rotations));
+    SPLAT_TRY(fill("opacity_logits", desc.opacity_logits, desc.opacity_logit_count,
+                   gaussians.opacity_logits));
+    SPLAT_TRY(fill("sh", desc.sh, desc.sh_count, gaussians.sh));
     for (std::size_t i = 0; desc.rotations == nullptr && i < count; ++i)
         gaussians.rotations[4 * i] = 1;
     return gaussians;
@@ -104,7 +113,7 @@ Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::
     for (std::uint32_t i = 0; i < count; ++i) {
         SPLAT_ASSIGN(const auto object,
                      api::Scenes::find(scenes[i], format("scenes[%u]", i).c_str()));
-        const std::lock_guard lock(object->mutex);
+        const std::shared_lock lock(object->mutex);
         total += object->gaussians.count();
         SPLAT_TRY(check_count(total));
         copies.push_back(object->gaussians);
@@ -136,7 +145,7 @@ splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t cap
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        const std::lock_guard lock(object->mutex);
+        const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
         const std::vector<float> read = api::attribute_values(*attribute, object->gaussians);
@@ -169,7 +178,7 @@ splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_de
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
-        const std::lock_guard lock(object->mutex);
+        const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const Shape shape, api::attribute_shape(*attribute, object->gaussians));
         desc.rank = shape.rank();
         for (std::uint32_t axis = 0; axis < desc.rank; ++axis) desc.dims[axis] = shape[axis];
@@ -240,7 +249,7 @@ splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         SPLAT_TRY(api::check_info(info, "splat_scene_info", sizeof(splat_scene_info)));
-        const std::lock_guard lock(object->mutex);
+        const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object->gaussians));
         api::give(info_of(measured), info);
         return {};

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstring>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -95,7 +94,7 @@ Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& form
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);
     if (desc.spz_version != 0) options.spz_version = desc.spz_version;
-    const std::lock_guard lock(object.mutex);
+    const std::shared_lock lock(object.mutex);
     return io::write_scene(object.gaussians, format, options);
 }
 
@@ -147,8 +146,7 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
 
 splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_desc* desc,
                                      void* buffer, size_t capacity, size_t* needed) {
-    splat_result given = SPLAT_OK;
-    const splat_result result = api::guarded([&]() -> Status {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* const format = format_of(full);
@@ -157,12 +155,6 @@ splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_d
                          "splat_scene_file_desc.format is 0, but memory has no extension; name a "
                          "SPLAT_SCENE_ format");
         SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
-        if (needed != nullptr) *needed = file.size();
-        if (buffer == nullptr || capacity < file.size())
-            given = SPLAT_INCOMPLETE;
-        else
-            std::memcpy(buffer, file.data(), file.size());
-        return {};
+        return give(file);
     });
-    return result != SPLAT_OK ? result : given;
 }

@@ -33,6 +33,31 @@ Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
     return value;
 }
 
+/// The arrays of `views` hold n views of R x R pixels.
+Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint64_t resolution) {
+    const std::uint64_t pixels = resolution * resolution;
+    const struct {
+        const char* name;
+        const float* array;
+        std::uint64_t length, each;
+    } rows[] = {{"images", views.images, views.image_count, 3 * pixels},
+                {"depths", views.depths, views.depth_count, pixels},
+                {"normals", views.normals, views.normal_count, 3 * pixels},
+                {"masks", views.masks, views.mask_count, pixels},
+                {"view_to_world", views.view_to_world, views.view_to_world_count, 16},
+                {"quaternions", views.quaternions, views.quaternion_count, 4},
+                {"focals", views.focals, views.focal_count, 2},
+                {"origin_distances", views.origin_distances, views.origin_distance_count, 1}};
+    for (const auto& row : rows)
+        if (row.array != nullptr && row.length != 0 && row.length < n * row.each)
+            return error(Code::kInvalidArgument,
+                         "splat_dataset_views.%s has %llu floats, %llu views take %llu", row.name,
+                         static_cast<unsigned long long>(row.length),
+                         static_cast<unsigned long long>(n),
+                         static_cast<unsigned long long>(n * row.each));
+    return {};
+}
+
 }  // namespace
 
 splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
@@ -71,9 +96,10 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
                                 uint32_t count, splat_dataset_views* out) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
-        SPLAT_TRY(api::require(views, "views"));
+        if (count > 0) SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::require(out, "out"));
         SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
+        SPLAT_TRY(check_views(*out, count, found->dataset->resolution()));
         return found->dataset->read(
             object, {views, count},
             {out->images, out->depths, out->normals, out->masks, out->view_to_world,

@@ -1,9 +1,9 @@
-#include <cstddef>
-
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/model/network_arrays.h"
 #include "api/scene/camera_value.h"
+#include "api/train/settings.h"
+#include "api/train/trainer_info.h"
 #include "config/config_file.h"
 #include "core/json_writer.h"
 #include "eval/image_scores.h"
@@ -11,18 +11,6 @@
 using namespace splat;
 
 namespace {
-
-Result<config::Settings> settings_of(const char* text, std::span<const std::string> values) {
-    Config config("configuration");
-    if (text != nullptr) {
-        SPLAT_ASSIGN(config, read_config(text, "configuration"));
-    }
-    SPLAT_ASSIGN(config, config::with_values(config, values));
-    config::Settings made;
-    SPLAT_ASSIGN(made.network, config::predictor_config(config));
-    SPLAT_ASSIGN(made.training, config::train_config(config));
-    return made;
-}
 
 /// A live trainer, its device locked while `body` runs.
 template <class Body>
@@ -46,39 +34,34 @@ Status take(const splat_trainer_batch& from, const config::PredictorConfig& netw
     SPLAT_TRY(api::check_network_arrays({"splat_trainer_batch", from.focals, from.embedding,
                                          from.tokens, from.channels, from.objects},
                                         network, training.batch_size));
-    const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
+    const std::uint64_t r = network.resolution;
     const std::size_t inputs = std::size_t{training.batch_size} * network.views;
     const std::size_t targets = std::size_t{training.batch_size} * training.targets;
-    const auto span = [](const float* values, std::size_t count) {
-        return values == nullptr ? std::span<const float>() : std::span(values, count);
+    if (from.cameras_count != 0 && from.cameras_count != targets)
+        return error(Code::kShape, "splat_trainer_batch.cameras has %llu cameras, expected %zu",
+                     static_cast<unsigned long long>(from.cameras_count), targets);
+    const auto array = [](const char* name, const float* values, std::uint64_t count,
+                          const std::vector<std::uint64_t>& dims) {
+        return api::host_array("splat_trainer_batch", name, {values, count}, dims);
     };
     for (std::size_t i = 0; i < targets; ++i)
         to.cameras.push_back(api::camera_of(from.cameras[i], format("cameras[%zu]", i)));
-    to.batch.images = span(from.images, inputs * network.input_channels() * pixels);
-    to.batch.view_to_world = span(from.view_to_world, 16 * inputs);
-    to.batch.quaternions = span(from.quaternions, 4 * inputs);
-    to.batch.focals = span(from.focals, 2 * inputs);
-    to.batch.embedding = span(from.embedding, inputs * network.embedding_length());
-    to.batch.tokens = span(from.tokens, inputs * network.token_dim * network.tokens);
-    to.batch.targets = span(from.targets, targets * 3 * pixels);
+    train::TrainBatch& batch = to.batch;
+    SPLAT_ASSIGN(batch.images, array("images", from.images, from.images_count,
+                                     {inputs, network.input_channels(), r, r}));
+    SPLAT_ASSIGN(batch.view_to_world, array("view_to_world", from.view_to_world,
+                                            from.view_to_world_count, {inputs, 4, 4}));
+    SPLAT_ASSIGN(batch.quaternions,
+                 array("quaternions", from.quaternions, from.quaternions_count, {inputs, 4}));
+    SPLAT_ASSIGN(batch.focals, array("focals", from.focals, from.focals_count, {inputs, 2}));
+    SPLAT_ASSIGN(batch.embedding, array("embedding", from.embedding, from.embedding_count,
+                                        {inputs, network.embedding_length()}));
+    SPLAT_ASSIGN(batch.tokens, array("tokens", from.tokens, from.tokens_count,
+                                     {inputs, network.token_dim, network.tokens}));
+    SPLAT_ASSIGN(batch.targets,
+                 array("targets", from.targets, from.targets_count, {targets, 3, r, r}));
     to.batch.cameras = to.cameras;
     return {};
-}
-
-splat_trainer_info info_of(const train::TrainStep& step) {
-    splat_trainer_info info{};
-    info.skipped = step.skipped ? 1 : 0;
-    info.step = step.step;
-    info.pairs = step.pairs;
-    info.loss = step.loss.total;
-    info.squared_error = step.loss.squared;
-    info.pixel_loss = step.loss.pixel;
-    info.ssim = step.loss.ssim;
-    info.network_ms = 1e3 * step.network_seconds;
-    info.render_ms = 1e3 * step.render_seconds;
-    info.update_ms = 1e3 * step.update_seconds;
-    info.lpips = step.loss.lpips;
-    return info;
 }
 
 std::string report_of(train::Trainer& trainer) {
@@ -97,6 +80,36 @@ std::string report_of(train::Trainer& trainer) {
 
 }  // namespace
 
+splat_trainer_info api::info_of(const train::TrainStep& step) {
+    splat_trainer_info info{};
+    info.skipped = step.skipped ? 1 : 0;
+    info.step = step.step;
+    info.pairs = step.pairs;
+    info.loss = step.loss.total;
+    info.squared_error = step.loss.squared;
+    info.pixel_loss = step.loss.pixel;
+    info.ssim = step.loss.ssim;
+    info.network_ms = 1e3 * step.network_seconds;
+    info.render_ms = 1e3 * step.render_seconds;
+    info.update_ms = 1e3 * step.update_seconds;
+    info.lpips = step.loss.lpips;
+    info.visible = step.visible;
+    info.culled = step.culled;
+    info.non_finite = step.non_finite;
+    info.gradients_zero = step.gradients_zero ? 1 : 0;
+    return info;
+}
+
+std::shared_ptr<api::ModelObject> api::model_of(const std::shared_ptr<vk::Context>& context,
+                                                const std::shared_ptr<train::Trainer>& trainer) {
+    auto made = std::make_shared<api::ModelObject>(context);
+    made->objects = trainer->config().micro_batch;
+    made->flags = SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING;
+    if (trainer->config().recompute) made->flags |= SPLAT_MODEL_RECOMPUTE;
+    made->predictor = {trainer, &trainer->predictor()};
+    return made;
+}
+
 splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed) {
     return api::guarded_text(buffer, capacity, needed,
                              [](auto give) { return give(config::keys_json()); });
@@ -105,13 +118,8 @@ splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed) {
 splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
                                 char* buffer, size_t capacity, size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        if (count > 0) SPLAT_TRY(api::require(values, "values"));
-        std::vector<std::string> texts;
-        for (size_t i = 0; i < count; ++i) {
-            SPLAT_TRY(api::require(values[i], format("values[%zu]", i).c_str()));
-            texts.emplace_back(values[i]);
-        }
-        SPLAT_ASSIGN(const config::Settings made, settings_of(text, texts));
+        SPLAT_ASSIGN(const std::vector<std::string> texts, api::texts_of(values, count));
+        SPLAT_ASSIGN(const config::Settings made, api::settings_of(text, texts));
         return give(config::merged_config_text(made));
     });
 }
@@ -122,7 +130,7 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(trainer, "trainer"));
         SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
-        SPLAT_ASSIGN(const config::Settings made, settings_of(desc->config, {}));
+        SPLAT_ASSIGN(const config::Settings made, api::settings_of(desc->config, {}));
         auto object = std::make_shared<api::TrainerObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);
@@ -139,10 +147,7 @@ splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
     return api::guarded([&]() -> Status {  // not locked: if add() throws, the model is destroyed
         SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
         SPLAT_TRY(api::require(model, "model"));
-        auto made = std::make_shared<api::ModelObject>(object->context);
-        made->objects = object->trainer->config().micro_batch;
-        made->predictor = {object->trainer, &object->trainer->predictor()};
-        *model = api::Models::add(std::move(made));
+        *model = api::Models::add(api::model_of(object->context, object->trainer));
         return {};
     });
 }
@@ -152,24 +157,23 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
     return locked(trainer, [&](api::TrainerObject& object) -> Status {
         splat_trainer_batch taken{};
         SPLAT_TRY(api::take_input(batch, "batch", "splat_trainer_batch",
-                                  offsetof(splat_trainer_batch, channels), taken));
+                                  sizeof(splat_trainer_batch), taken));
         SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
         Arrays arrays;
         SPLAT_TRY(
             take(taken, object.trainer->predictor().config(), object.trainer->config(), arrays));
         train::TrainStep step;
         SPLAT_TRY(object.trainer->step(arrays.batch, step));
-        api::give(info_of(step), info);
+        api::give(api::info_of(step), info);
         return {};
     });
 }
 
 splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) {
-        return api::use<api::Trainers>(trainer, "trainer", [&](api::TrainerObject& object) {
-            return give(report_of(*object.trainer));
-        });
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
+        return give(report_of(*object->trainer));
     });
 }
 
@@ -189,6 +193,29 @@ splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
         return io::save_weights(file, path);
+    });
+}
+
+splat_result splat_trainer_save_memory(splat_trainer trainer, void* buffer, size_t capacity,
+                                       size_t* needed) {
+    return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
+        return api::use<api::Trainers>(
+            trainer, "trainer", [&](api::TrainerObject& object) -> Status {
+                SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
+                SPLAT_ASSIGN(const io::FilePieces pieces,
+                             io::write_weights(file, io::WeightsFormat::kSafetensors));
+                return give(pieces.pieces());
+            });
+    });
+}
+
+splat_result splat_trainer_resume_memory(splat_trainer trainer, const void* data, size_t bytes) {
+    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_ASSIGN(const io::WeightsFile file,
+                     io::read_weights(
+                         io::MemorySource({static_cast<const std::byte*>(data), bytes}), "memory"));
+        return object.trainer->resume(file);
     });
 }
 

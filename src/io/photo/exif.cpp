@@ -1,5 +1,6 @@
 #include "io/photo/exif.h"
 
+#include <cmath>
 #include <optional>
 #include <string_view>
 
@@ -8,8 +9,17 @@ namespace {
 
 constexpr std::size_t kTiffHeader = 8;  ///< "II" or "MM", 42, where the first directory starts
 constexpr std::size_t kEntryBytes = 12;
-constexpr std::uint32_t kOrientationTag = 274;
-constexpr std::uint32_t kShort = 3;  ///< type of the entry
+
+enum Tag : std::uint32_t {
+    kOrientation = 274,
+    kExifDirectory = 34665,
+    kFocalLength = 37386,     ///< mm
+    kFocalPlaneX = 41486,     ///< pixels in a unit of the sensor's width
+    kFocalPlaneUnit = 41488,  ///< 2 inch, 3 cm
+    kFocalLength35 = 41989  ///< mm, of a film of 36 x 24 mm with the same angle across the diagonal
+};
+
+enum Type : std::uint32_t { kShort = 3, kLong = 4, kRational = 5 };
 
 /// Unsigned numbers of either byte order; the bytes may end too early.
 struct Tiff {
@@ -26,25 +36,53 @@ struct Tiff {
     }
 };
 
-std::optional<std::uint32_t> orientation_of(Tiff tiff) {
-    const auto order = tiff.number(0, 2);
-    if (order != 0x4949U && order != 0x4D4DU) return std::nullopt;
-    tiff.little = order == 0x4949U;
-    const auto directory = tiff.number(4, 4);
-    if (tiff.number(2, 2) != 42U || !directory || *directory < kTiffHeader) return std::nullopt;
-    const auto count = tiff.number(*directory, 2);
-    if (!count) return std::nullopt;
+/// An entry of a directory, where it is there and of this type: a number, or the place of a fraction.
+std::optional<std::uint32_t> entry(const Tiff& tiff, std::uint32_t directory, Tag tag, Type type) {
+    const auto count = tiff.number(directory, 2);
+    if (directory < kTiffHeader || !count) return std::nullopt;
     for (std::size_t i = 0; i < *count; ++i) {
-        const std::size_t entry = std::size_t{*directory} + 2 + i * kEntryBytes;
-        if (tiff.number(entry, 2) == kOrientationTag && tiff.number(entry + 2, 2) == kShort)
-            return tiff.number(entry + 8, 2);
+        const std::size_t at = std::size_t{directory} + 2 + i * kEntryBytes;
+        if (tiff.number(at, 2) == tag && tiff.number(at + 2, 2) == type)
+            return tiff.number(at + 8, type == kShort ? 2 : 4);
     }
     return std::nullopt;
 }
 
+/// 0 if it is not there.
+double fraction(const Tiff& tiff, std::uint32_t directory, Tag tag) {
+    const auto at = entry(tiff, directory, tag, kRational);
+    const auto above = at ? tiff.number(*at, 4) : std::nullopt;
+    const auto below = at ? tiff.number(std::size_t{*at} + 4, 4) : std::nullopt;
+    return above && below && *below != 0 ? static_cast<double>(*above) / *below : 0;
+}
+
+double focal_of(const Tiff& tiff, std::uint32_t directory, double diagonal) {
+    const auto film = entry(tiff, directory, kFocalLength35, kShort);
+    if (film && *film != 0) return *film * diagonal / std::hypot(36, 24);
+    const auto unit = entry(tiff, directory, kFocalPlaneUnit, kShort).value_or(2);
+    const double millimetres = unit == 2 ? 25.4 : unit == 3 ? 10 : 0;
+    if (millimetres == 0) return 0;
+    return fraction(tiff, directory, kFocalLength) * fraction(tiff, directory, kFocalPlaneX) /
+           millimetres;
+}
+
+Exif facts_of(Tiff tiff, double diagonal) {
+    const auto order = tiff.number(0, 2);
+    if (order != 0x4949U && order != 0x4D4DU) return {};
+    tiff.little = order == 0x4949U;
+    const auto directory = tiff.number(4, 4);
+    if (tiff.number(2, 2) != 42U || !directory) return {};
+    Exif facts;
+    const auto noted = entry(tiff, *directory, kOrientation, kShort);
+    if (noted && *noted >= 1 && *noted <= 8) facts.orientation = *noted;
+    if (const auto below = entry(tiff, *directory, kExifDirectory, kLong))
+        facts.focal = focal_of(tiff, *below, diagonal);
+    return facts;
+}
+
 }  // namespace
 
-std::uint32_t exif_orientation(Bytes jpeg) {
+Exif exif_of(Bytes jpeg, std::uint32_t width, std::uint32_t height) {
     constexpr std::string_view kExif("Exif\0\0", 6);
     const Tiff file{jpeg};
     // Segments follow each other: FF, marker, length with its own two bytes; FF DA starts the pixels.
@@ -57,12 +95,10 @@ std::uint32_t exif_orientation(Bytes jpeg) {
         const auto length = file.number(at + 2, 2);
         if (!marker || !length || *marker >> 8U != 0xFFU || *marker == 0xFFDAU || *length < 2 ||
             jpeg.size() - at - 2 < *length)
-            return 1;
+            return {};
         const Bytes segment = jpeg.subspan(at + 4, *length - 2);
-        if (*marker == 0xFFE1U && as_text(segment).starts_with(kExif)) {
-            const auto noted = orientation_of({segment.subspan(kExif.size())});
-            return noted && *noted >= 1 && *noted <= 8 ? *noted : 1;
-        }
+        if (*marker == 0xFFE1U && as_text(segment).starts_with(kExif))
+            return facts_of({segment.subspan(kExif.size())}, std::hypot(width, height));
         at += 2 + *length;
     }
 }

@@ -35,15 +35,17 @@ bool is_image_name(const std::string& path) {
 
 Result<Image> load_image(const std::string& path, const ImageOptions& options) {
     SPLAT_ASSIGN(const Buffer file, read_file(path, kMaxImageBytes));
-    for (const Format& format : kFormats) {
-        if (as_text(file).substr(std::min(format.offset, file.size()), format.signature.size()) !=
+    auto image = read_image(file, options);
+    if (image.ok()) return image;
+    return Status(image.status().code(), "'" + path + "': " + image.status().message());
+}
+
+Result<Image> read_image(Bytes file, const ImageOptions& options) {
+    for (const Format& format : kFormats)
+        if (as_text(file).substr(std::min(format.offset, file.size()), format.signature.size()) ==
             format.signature)
-            continue;
-        auto image = format.read(file, options);
-        if (image.ok()) return image;
-        return Status(image.status().code(), "'" + path + "': " + image.status().message());
-    }
-    return error(Code::kInvalidArgument, "'%s': not a PNG, JPEG or WebP file", path.c_str());
+            return format.read(file, options);
+    return error(Code::kFormat, "not a PNG, JPEG or WebP file");
 }
 
 }  // namespace splat::io

@@ -2,6 +2,7 @@
 
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h needs FILE
+#include <utility>
 
 #include <jpeglib.h>
 // After jpeglib.h, whose types it needs.
@@ -83,7 +84,7 @@ class JpegReader {
 };
 
 Status bad(const char* message) {
-    return error(Code::kInvalidArgument, "jpeg: %s", message);
+    return error(Code::kFormat, "jpeg: %s", message);
 }
 
 }  // namespace
@@ -105,14 +106,20 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
                      static_cast<unsigned long long>(options.max_samples));
     // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())
-        return error(Code::kInvalidArgument, "jpeg: %u x %u pixels cannot come from %zu bytes",
-                     image.width, image.height, file.size());
+        return error(Code::kFormat, "jpeg: %u x %u pixels cannot come from %zu bytes", image.width,
+                     image.height, file.size());
+    const Exif exif = exif_of(file, image.width, image.height);
+    image.focal = exif.focal;
+    if (options.header_only) {
+        if (options.upright && exif.orientation >= 5) std::swap(image.width, image.height);
+        return image;
+    }
     const std::size_t row_bytes = std::size_t{image.width} * image.channels;
     std::vector<unsigned char> rows(row_bytes * image.height);
     if (!reader.read_rows(rows.data(), row_bytes, image.channels == 1))
         return bad(reader.state.message);
     image.samples.assign(rows.begin(), rows.end());
-    return options.upright ? upright(std::move(image), exif_orientation(file)) : std::move(image);
+    return options.upright ? upright(std::move(image), exif.orientation) : std::move(image);
 }
 
 }  // namespace splat::io

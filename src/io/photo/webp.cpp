@@ -9,7 +9,7 @@ Result<Image> read_webp(Bytes file, const ImageOptions& options) {
     WebPBitstreamFeatures features;
     const VP8StatusCode status = WebPGetFeatures(data, file.size(), &features);
     if (status != VP8_STATUS_OK)
-        return error(Code::kInvalidArgument, "webp: %s",
+        return error(Code::kFormat, "webp: %s",
                      status == VP8_STATUS_NOT_ENOUGH_DATA
                          ? "the file is truncated"
                          : "the file does not start like a WebP file");
@@ -26,14 +26,14 @@ Result<Image> read_webp(Bytes file, const ImageOptions& options) {
                      "webp: %u x %u pixels, the limit is %u on a side, %llu samples", image.width,
                      image.height, options.max_side,
                      static_cast<unsigned long long>(options.max_samples));
+    if (options.header_only) return image;
     std::vector<std::uint8_t> rows(samples);
     const int stride = static_cast<int>(image.width * image.channels);
     const auto* const decoded =
         image.channels == 4
             ? WebPDecodeRGBAInto(data, file.size(), rows.data(), rows.size(), stride)
             : WebPDecodeRGBInto(data, file.size(), rows.data(), rows.size(), stride);
-    if (decoded == nullptr)
-        return error(Code::kInvalidArgument, "webp: the file is damaged or truncated");
+    if (decoded == nullptr) return error(Code::kFormat, "webp: the file is damaged or truncated");
     image.samples.assign(rows.begin(), rows.end());
     return image;
 }

@@ -34,19 +34,86 @@ inline const Layout kModelDesc = {  // clang-format off
 inline const Layout kModelInput = {  // clang-format off
     "splat_model_input",
     sizeof(splat_model_input),
-    72,
+    136,
     {
     SPLAT_FIELD(splat_model_input, struct_size, 0, 4),
-    SPLAT_FIELD(splat_model_input, step, 4, 4),
+    SPLAT_FIELD(splat_model_input, flags, 4, 4),
     SPLAT_FIELD(splat_model_input, seed, 8, 8),
-    SPLAT_FIELD(splat_model_input, images, 16, 8),
-    SPLAT_FIELD(splat_model_input, view_to_world, 24, 8),
-    SPLAT_FIELD(splat_model_input, quaternions, 32, 8),
-    SPLAT_FIELD(splat_model_input, focals, 40, 8),
-    SPLAT_FIELD(splat_model_input, embedding, 48, 8),
-    SPLAT_FIELD(splat_model_input, tokens, 56, 8),
-    SPLAT_FIELD(splat_model_input, channels, 64, 4),
-    SPLAT_FIELD(splat_model_input, objects, 68, 4),}
+    SPLAT_FIELD(splat_model_input, step, 16, 4),
+    SPLAT_FIELD(splat_model_input, channels, 20, 4),
+    SPLAT_FIELD(splat_model_input, objects, 24, 4),
+    SPLAT_FIELD(splat_model_input, picture_count, 28, 4),
+    SPLAT_FIELD(splat_model_input, pictures, 32, 8),
+    SPLAT_FIELD(splat_model_input, images, 40, 8),
+    SPLAT_FIELD(splat_model_input, images_count, 48, 8),
+    SPLAT_FIELD(splat_model_input, view_to_world, 56, 8),
+    SPLAT_FIELD(splat_model_input, view_to_world_count, 64, 8),
+    SPLAT_FIELD(splat_model_input, quaternions, 72, 8),
+    SPLAT_FIELD(splat_model_input, quaternions_count, 80, 8),
+    SPLAT_FIELD(splat_model_input, focals, 88, 8),
+    SPLAT_FIELD(splat_model_input, focals_count, 96, 8),
+    SPLAT_FIELD(splat_model_input, embedding, 104, 8),
+    SPLAT_FIELD(splat_model_input, embedding_count, 112, 8),
+    SPLAT_FIELD(splat_model_input, tokens, 120, 8),
+    SPLAT_FIELD(splat_model_input, tokens_count, 128, 8),}
+};  // clang-format on
+
+inline const Layout kModelGradients = {  // clang-format off
+    "splat_model_gradients",
+    sizeof(splat_model_gradients),
+    88,
+    {
+    SPLAT_FIELD(splat_model_gradients, struct_size, 0, 4),
+    SPLAT_FIELD(splat_model_gradients, flags, 4, 4),
+    SPLAT_FIELD(splat_model_gradients, means, 8, 8),
+    SPLAT_FIELD(splat_model_gradients, means_count, 16, 8),
+    SPLAT_FIELD(splat_model_gradients, opacities, 24, 8),
+    SPLAT_FIELD(splat_model_gradients, opacities_count, 32, 8),
+    SPLAT_FIELD(splat_model_gradients, scales, 40, 8),
+    SPLAT_FIELD(splat_model_gradients, scales_count, 48, 8),
+    SPLAT_FIELD(splat_model_gradients, rotations, 56, 8),
+    SPLAT_FIELD(splat_model_gradients, rotations_count, 64, 8),
+    SPLAT_FIELD(splat_model_gradients, sh, 72, 8),
+    SPLAT_FIELD(splat_model_gradients, sh_count, 80, 8),}
+};  // clang-format on
+
+inline const Layout kModelInfo = {  // clang-format off
+    "splat_model_info",
+    sizeof(splat_model_info),
+    104,
+    {
+    SPLAT_FIELD(splat_model_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_model_info, flags, 4, 4),
+    SPLAT_FIELD(splat_model_info, objects, 8, 4),
+    SPLAT_FIELD(splat_model_info, views, 12, 4),
+    SPLAT_FIELD(splat_model_info, resolution, 16, 4),
+    SPLAT_FIELD(splat_model_info, channels, 20, 4),
+    SPLAT_FIELD(splat_model_info, image_channels, 24, 4),
+    SPLAT_FIELD(splat_model_info, output_channels, 28, 4),
+    SPLAT_FIELD(splat_model_info, gaussians, 32, 4),
+    SPLAT_FIELD(splat_model_info, sh_degree, 36, 4),
+    SPLAT_FIELD(splat_model_info, embedding_length, 40, 4),
+    SPLAT_FIELD(splat_model_info, token_dim, 44, 4),
+    SPLAT_FIELD(splat_model_info, tokens, 48, 4),
+    SPLAT_FIELD(splat_model_info, slices, 52, 4),
+    SPLAT_FIELD(splat_model_info, fov, 56, 4),
+    SPLAT_FIELD(splat_model_info, reserved, 60, 4),
+    SPLAT_FIELD(splat_model_info, parameters, 64, 8),
+    SPLAT_FIELD(splat_model_info, trainable, 72, 8),
+    SPLAT_FIELD(splat_model_info, predicted, 80, 8),
+    SPLAT_FIELD(splat_model_info, non_finite, 88, 8),
+    SPLAT_FIELD(splat_model_info, faint, 96, 8),}
+};  // clang-format on
+
+inline const Layout kPort = {  // clang-format off
+    "splat_port",
+    sizeof(splat_port),
+    80,
+    {
+    SPLAT_FIELD(splat_port, name, 0, 8),
+    SPLAT_FIELD(splat_port, rank, 8, 4),
+    SPLAT_FIELD(splat_port, flags, 12, 4),
+    SPLAT_FIELD(splat_port, dims, 16, 64),}
 };  // clang-format on
 
 inline const Layout kTrainerDesc = {  // clang-format off
@@ -63,26 +130,34 @@ inline const Layout kTrainerDesc = {  // clang-format off
 inline const Layout kTrainerBatch = {  // clang-format off
     "splat_trainer_batch",
     sizeof(splat_trainer_batch),
-    80,
+    144,
     {
     SPLAT_FIELD(splat_trainer_batch, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_batch, reserved, 4, 4),
     SPLAT_FIELD(splat_trainer_batch, images, 8, 8),
-    SPLAT_FIELD(splat_trainer_batch, view_to_world, 16, 8),
-    SPLAT_FIELD(splat_trainer_batch, quaternions, 24, 8),
-    SPLAT_FIELD(splat_trainer_batch, focals, 32, 8),
-    SPLAT_FIELD(splat_trainer_batch, embedding, 40, 8),
-    SPLAT_FIELD(splat_trainer_batch, tokens, 48, 8),
-    SPLAT_FIELD(splat_trainer_batch, targets, 56, 8),
-    SPLAT_FIELD(splat_trainer_batch, cameras, 64, 8),
-    SPLAT_FIELD(splat_trainer_batch, channels, 72, 4),
-    SPLAT_FIELD(splat_trainer_batch, objects, 76, 4),}
+    SPLAT_FIELD(splat_trainer_batch, images_count, 16, 8),
+    SPLAT_FIELD(splat_trainer_batch, view_to_world, 24, 8),
+    SPLAT_FIELD(splat_trainer_batch, view_to_world_count, 32, 8),
+    SPLAT_FIELD(splat_trainer_batch, quaternions, 40, 8),
+    SPLAT_FIELD(splat_trainer_batch, quaternions_count, 48, 8),
+    SPLAT_FIELD(splat_trainer_batch, focals, 56, 8),
+    SPLAT_FIELD(splat_trainer_batch, focals_count, 64, 8),
+    SPLAT_FIELD(splat_trainer_batch, embedding, 72, 8),
+    SPLAT_FIELD(splat_trainer_batch, embedding_count, 80, 8),
+    SPLAT_FIELD(splat_trainer_batch, tokens, 88, 8),
+    SPLAT_FIELD(splat_trainer_batch, tokens_count, 96, 8),
+    SPLAT_FIELD(splat_trainer_batch, targets, 104, 8),
+    SPLAT_FIELD(splat_trainer_batch, targets_count, 112, 8),
+    SPLAT_FIELD(splat_trainer_batch, cameras, 120, 8),
+    SPLAT_FIELD(splat_trainer_batch, cameras_count, 128, 8),
+    SPLAT_FIELD(splat_trainer_batch, channels, 136, 4),
+    SPLAT_FIELD(splat_trainer_batch, objects, 140, 4),}
 };  // clang-format on
 
 inline const Layout kTrainerInfo = {  // clang-format off
     "splat_trainer_info",
     sizeof(splat_trainer_info),
-    88,
+    120,
     {
     SPLAT_FIELD(splat_trainer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_info, skipped, 4, 4),
@@ -95,7 +170,12 @@ inline const Layout kTrainerInfo = {  // clang-format off
     SPLAT_FIELD(splat_trainer_info, network_ms, 56, 8),
     SPLAT_FIELD(splat_trainer_info, render_ms, 64, 8),
     SPLAT_FIELD(splat_trainer_info, update_ms, 72, 8),
-    SPLAT_FIELD(splat_trainer_info, lpips, 80, 8),}
+    SPLAT_FIELD(splat_trainer_info, lpips, 80, 8),
+    SPLAT_FIELD(splat_trainer_info, visible, 88, 8),
+    SPLAT_FIELD(splat_trainer_info, culled, 96, 8),
+    SPLAT_FIELD(splat_trainer_info, non_finite, 104, 8),
+    SPLAT_FIELD(splat_trainer_info, gradients_zero, 112, 4),
+    SPLAT_FIELD(splat_trainer_info, reserved, 116, 4),}
 };  // clang-format on
 
 inline const Layout kModuleDesc = {  // clang-format off
@@ -159,7 +239,7 @@ inline const Layout kDatasetDesc = {  // clang-format off
 inline const Layout kDatasetViews = {  // clang-format off
     "splat_dataset_views",
     sizeof(splat_dataset_views),
-    72,
+    136,
     {
     SPLAT_FIELD(splat_dataset_views, struct_size, 0, 4),
     SPLAT_FIELD(splat_dataset_views, reserved, 4, 4),
@@ -170,7 +250,15 @@ inline const Layout kDatasetViews = {  // clang-format off
     SPLAT_FIELD(splat_dataset_views, view_to_world, 40, 8),
     SPLAT_FIELD(splat_dataset_views, quaternions, 48, 8),
     SPLAT_FIELD(splat_dataset_views, focals, 56, 8),
-    SPLAT_FIELD(splat_dataset_views, origin_distances, 64, 8),}
+    SPLAT_FIELD(splat_dataset_views, origin_distances, 64, 8),
+    SPLAT_FIELD(splat_dataset_views, image_count, 72, 8),
+    SPLAT_FIELD(splat_dataset_views, depth_count, 80, 8),
+    SPLAT_FIELD(splat_dataset_views, normal_count, 88, 8),
+    SPLAT_FIELD(splat_dataset_views, mask_count, 96, 8),
+    SPLAT_FIELD(splat_dataset_views, view_to_world_count, 104, 8),
+    SPLAT_FIELD(splat_dataset_views, quaternion_count, 112, 8),
+    SPLAT_FIELD(splat_dataset_views, focal_count, 120, 8),
+    SPLAT_FIELD(splat_dataset_views, origin_distance_count, 128, 8),}
 };  // clang-format on
 
 inline const Layout kSyntheticDesc = {  // clang-format off
@@ -190,24 +278,6 @@ inline const Layout kSyntheticDesc = {  // clang-format off
     SPLAT_FIELD(splat_synthetic_desc, train_objects, 52, 4),
     SPLAT_FIELD(splat_synthetic_desc, val_objects, 56, 4),
     SPLAT_FIELD(splat_synthetic_desc, test_objects, 60, 4),}
-};  // clang-format on
-
-inline const Layout kPhotoDesc = {  // clang-format off
-    "splat_photo_desc",
-    sizeof(splat_photo_desc),
-    72,
-    {
-    SPLAT_FIELD(splat_photo_desc, struct_size, 0, 4),
-    SPLAT_FIELD(splat_photo_desc, flags, 4, 4),
-    SPLAT_FIELD(splat_photo_desc, next, 8, 8),
-    SPLAT_FIELD(splat_photo_desc, image, 16, 8),
-    SPLAT_FIELD(splat_photo_desc, depth, 24, 8),
-    SPLAT_FIELD(splat_photo_desc, normal, 32, 8),
-    SPLAT_FIELD(splat_photo_desc, mask, 40, 8),
-    SPLAT_FIELD(splat_photo_desc, resolution, 48, 4),
-    SPLAT_FIELD(splat_photo_desc, foreground, 52, 4),
-    SPLAT_FIELD(splat_photo_desc, background, 56, 12),
-    SPLAT_FIELD(splat_photo_desc, reserved, 68, 4),}
 };  // clang-format on
 
 }  // namespace splat::test

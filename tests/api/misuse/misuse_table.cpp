@@ -10,19 +10,34 @@ Outputs::Outputs() {
     scene_info.set_struct_size(sizeof(splat_scene_info));
     rasterizer_info.set_struct_size(sizeof(splat_rasterizer_info));
     weights_info.set_struct_size(sizeof(splat_weights_info));
+    predictor_info.set_struct_size(sizeof(splat_predictor_info));
+    model_info.set_struct_size(sizeof(splat_model_info));
+    evaluator_info.set_struct_size(sizeof(splat_evaluator_info));
+    object_scores.set_struct_size(sizeof(splat_object_scores));
+    summary.set_struct_size(sizeof(splat_evaluation_summary));
+    comparison_info.set_struct_size(sizeof(splat_comparison_info));
+    metric.set_struct_size(sizeof(splat_metric_comparison));
     trainer_info.set_struct_size(sizeof(splat_trainer_info));
+    optimizer_info.set_struct_size(sizeof(splat_optimizer_info));
     image_scores.set_struct_size(sizeof(splat_image_scores));
 }
 
 bool Outputs::untouched() const {
-    return device.untouched() && tensor.untouched() && op.untouched() && device_info.untouched() &&
+    return state.untouched() && optimizer.untouched() && optimizer_info.untouched() &&
+           device.untouched() && tensor.untouched() && op.untouched() && device_info.untouched() &&
            memory.untouched() && tensor_info.untouched() && stats.untouched() &&
            values.untouched() && text.untouched() && size.untouched() && count.untouched() &&
            pointer.untouched() && scene.untouched() && rasterizer.untouched() &&
            camera.untouched() && scene_info.untouched() && rasterizer_info.untouched() &&
            weights.untouched() && model.untouched() && weights_info.untouched() &&
+           predictor.untouched() && predictor_info.untouched() && picture_info.untouched() &&
            trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
-           module.untouched() && dataset.untouched() && lpips.untouched() && distance.untouched();
+           module.untouched() && dataset.untouched() && batches.untouched() &&
+           training.untouched() && lpips.untouched() && distance.untouched() &&
+           dlpack.untouched() && model_info.untouched() && port.untouched() && state.untouched() &&
+           evaluator.untouched() && evaluator_info.untouched() && object_scores.untouched() &&
+           summary.untouched() && comparison.untouched() && comparison_info.untouched() &&
+           metric.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -31,11 +46,18 @@ MisuseTable::MisuseTable() {
     stale_op_ = number(make_op(device_, request_).destroy());
     stale_scene_ = number(SampleScene(1).create().destroy());
     stale_rasterizer_ = number(make_rasterizer(device_, rasterizer_desc(1, 16, 16)).destroy());
+    stale_state_ = number(make_state(rasterizer_).destroy());
     stale_weights_ = number(make_weights().destroy());
     stale_model_ = number(make_model(device_).destroy());
     stale_module_ = number(make_module(device_).destroy());
+    stale_predictor_ = number(make_predictor(device_).destroy());
+    stale_evaluator_ = number(make_evaluator(dataset_).destroy());
+    stale_comparison_ = number(make_comparison().destroy());
     stale_trainer_ = number(make_trainer(device_).destroy());
+    stale_optimizer_ = number(make_optimizer(item_).destroy());
     stale_dataset_ = number(make_dataset().destroy());
+    stale_batches_ = number(make_batches().destroy());
+    stale_training_ = number(make_training(device_).destroy());
     library_rows();
     device_rows();
     device_text_rows();
@@ -53,14 +75,31 @@ MisuseTable::MisuseTable() {
     rasterizer_rows();
     rasterizer_forward_rows();
     rasterizer_output_rows();
+    rasterizer_image_rows();
+    raster_state_rows();
     image_rows();
+    image_memory_rows();
+    weights_memory_rows();
+    camera_memory_rows();
+    camera_save_rows();
+    trainer_memory_rows();
     weights_rows();
     dataset_rows();
     model_rows();
     module_rows();
     config_rows();
     trainer_rows();
-    photo_rows();
+    batches_rows();
+    training_rows();
+    training_desc_rows();
+    picture_rows();
+    predictor_rows();
+    evaluator_rows();
+    evaluator_score_rows();
+    comparison_rows();
+    prediction_rows();
+    optimizer_rows();
+    optimizer_desc_rows();
     image_score_rows();
     lpips_rows();
 }
@@ -80,7 +119,7 @@ void MisuseTable::library_rows() {
         [given] { return given(splat_version_string()); });
     add("splat_build_info", "", "as it is", SPLAT_OK,
         [given] { return given(splat_build_info()); });
-    for (const splat_result code : {INT32_MIN, -12, 2, INT32_MAX}) {
+    for (const splat_result code : {INT32_MIN, -16, 2, INT32_MAX}) {
         add("splat_result_name", "code", "no code", SPLAT_OK,
             [given, code] { return given(splat_result_name(code)); });
         add("splat_result_sentence", "code", "no code", SPLAT_OK,
@@ -131,6 +170,7 @@ void MisuseTable::device_rows() {
     infos<splat_memory_info>("splat_device_get_memory", "info", [this](splat_memory_info* info) {
         return splat_device_get_memory(device_, info);
     });
+    handles<splat_device>("splat_device_cancel", "device", splat_device_cancel, kHandle);
     handles<splat_device>("splat_device_profile_reset", "device", splat_device_profile_reset,
                           kHandle);
 }

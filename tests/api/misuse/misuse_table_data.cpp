@@ -25,16 +25,19 @@ void MisuseTable::dataset_rows() {
         const splat_dataset_desc desc = dataset_desc();
         return splat_dataset_open(&desc, nullptr);
     });
-    const auto invalid = [&](const char* what, void (*change)(splat_dataset_desc&)) {
+    const auto invalid = [&](const char* what, void (*change)(splat_dataset_desc&),
+                             splat_result expected = kArgument) {
         splat_dataset_desc desc = dataset_desc();
         change(desc);
-        add("splat_dataset_open", "desc", what, kArgument, [open, desc] { return open(&desc); });
+        add("splat_dataset_open", "desc", what, expected, [open, desc] { return open(&desc); });
     };
     invalid("no path", [](splat_dataset_desc& d) { d.path = nullptr; });
-    invalid("a missing path", [](splat_dataset_desc& d) { d.path = "/nonexistent"; });
+    invalid(
+        "a missing path", [](splat_dataset_desc& d) { d.path = "/nonexistent"; }, kNotFound);
     invalid("an unknown format", [](splat_dataset_desc& d) { d.format = "x"; });
     invalid("an unknown split", [](splat_dataset_desc& d) { d.split = "x"; });
-    invalid("a missing split", [](splat_dataset_desc& d) { d.split = "val"; });
+    invalid(
+        "a missing split", [](splat_dataset_desc& d) { d.split = "val"; }, kNotFound);
     invalid("a large resolution", [](splat_dataset_desc& d) { d.resolution = UINT32_MAX; });
     invalid("a background above 1", [](splat_dataset_desc& d) { d.background[0] = 2; });
     handles<splat_dataset>(
@@ -69,6 +72,13 @@ void MisuseTable::dataset_rows() {
     static const std::uint32_t high[] = {0, 3};
     add("splat_dataset_read", "count", "a view beyond the count", kArgument,
         [this] { return read_one(dataset_, 0, high, 2); });
+    add("splat_dataset_read", "out", "an array that is too short", kArgument, [this] {
+        auto out = sized<splat_dataset_views>();
+        float focals[2] = {};
+        out.focals = focals;
+        out.focal_count = 1;
+        return splat_dataset_read(dataset_, 0, &kView, 1, &out);
+    });
     infos<splat_dataset_views>("splat_dataset_read", "out", [this](splat_dataset_views* out) {
         return splat_dataset_read(dataset_, 0, &kView, 1, out);
     });
@@ -89,7 +99,7 @@ void MisuseTable::synthetic_rows() {
             [write, desc] { return write(&desc); });
     };
     invalid("no path", kArgument, [](splat_synthetic_desc& d) { d.path = nullptr; });
-    invalid("a path that cannot be written", kArgument,
+    invalid("a path that cannot be written", kNotFound,
             [](splat_synthetic_desc& d) { d.path = "/proc/x"; });
     invalid("another category", kArgument, [](splat_synthetic_desc& d) { d.category = "x"; });
     invalid("another seed", kArgument, [](splat_synthetic_desc& d) { d.seed = 1; });

@@ -40,6 +40,56 @@ void MisuseTable::model_rows() {
 
     model_state_rows();
     model_pass_rows();
+    model_tensor_rows();
+}
+
+void MisuseTable::model_tensor_rows() {
+    const auto on_model = [this](const char* name, std::function<splat_result(splat_model)> call) {
+        handles<splat_model>(name, "model", std::move(call), kHandle);
+    };
+    on_model("splat_model_get_info",
+             [this](splat_model m) { return splat_model_get_info(m, outputs.model_info.out()); });
+    infos<splat_model_info>("splat_model_get_info", "info", [this](splat_model_info* info) {
+        return splat_model_get_info(model_, info);
+    });
+    on_model("splat_model_ports", [this](splat_model m) {
+        return splat_model_ports(m, SPLAT_PORT_KIND_INPUT, outputs.port.out(), 1,
+                                 outputs.count.out());
+    });
+    for (const splat_port_kind kind : {0, 4})
+        add("splat_model_ports", "kind", "none", kArgument, [this, kind] {
+            return splat_model_ports(model_, kind, outputs.port.out(), 1, outputs.count.out());
+        });
+    add("splat_model_ports", "ports", "NULL", kArgument, [this] {
+        return splat_model_ports(model_, SPLAT_PORT_KIND_INPUT, nullptr, 1, outputs.count.out());
+    });
+    for (const char* parameter : {"capacity", "count"})
+        add("splat_model_ports", parameter, "NULL or 0", SPLAT_INCOMPLETE, [this] {
+            return splat_model_ports(model_, SPLAT_PORT_KIND_INPUT, nullptr, 0, nullptr);
+        });
+    on_model("splat_model_tensor", [this](splat_model m) {
+        return splat_model_tensor(m, "means", outputs.tensor.out());
+    });
+    add("splat_model_tensor", "tensor", "NULL", kArgument,
+        [this] { return splat_model_tensor(model_, "means", nullptr); });
+    const std::pair<const char*, splat_result> names[] = {
+        {nullptr, kArgument},
+        {"", SPLAT_ERROR_NOT_FOUND},
+        {"mean", SPLAT_ERROR_NOT_FOUND},
+        {"means[", SPLAT_ERROR_NOT_FOUND},
+        {"means[]", SPLAT_ERROR_NOT_FOUND},
+        {"means[-1]", SPLAT_ERROR_NOT_FOUND},
+        {"means[4294967296]", SPLAT_ERROR_NOT_FOUND},
+        {"images[0]", SPLAT_ERROR_NOT_FOUND},
+        {"focals", SPLAT_ERROR_NOT_FOUND},
+        {"grad:raw", SPLAT_ERROR_NOT_FOUND},
+        {"means[1]", kArgument},
+        {"grad:means", kState},
+        {"grad:images", kState},
+        {"grad:network_with_offset.out.bias", kState}};
+    for (const auto& [name, expected] : names)
+        add("splat_model_tensor", "name", name == nullptr ? "NULL" : name, expected,
+            [this, name = name] { return splat_model_tensor(model_, name, outputs.tensor.out()); });
 }
 
 void MisuseTable::model_state_rows() {
@@ -98,7 +148,7 @@ void MisuseTable::model_pass_rows() {
         [this] { return splat_model_forward(model_, nullptr); });
     add("splat_model_forward", "input", "struct_size cut", kArgument, [this, input] {
         splat_model_input cut = input;
-        cut.struct_size = offsetof(splat_model_input, channels) - 1;  // less than the first version
+        cut.struct_size -= 1;  // less than the first version
         return splat_model_forward(model_, &cut);
     });
     add("splat_model_forward", "input", "no images", kArgument,
@@ -107,7 +157,7 @@ void MisuseTable::model_pass_rows() {
              [](splat_model m) { return splat_model_write(m, "means", kValues, sizeof kValues); });
     add("splat_model_write", "name", "NULL", kArgument,
         [this] { return splat_model_write(model_, nullptr, kValues, sizeof kValues); });
-    add("splat_model_write", "name", "a result", kArgument,
+    add("splat_model_write", "name", "a result", SPLAT_ERROR_NOT_FOUND,
         [this] { return splat_model_write(model_, "means", kValues, sizeof kValues); });
     add("splat_model_write", "values", "NULL", kArgument,
         [this] { return splat_model_write(model_, "means", nullptr, sizeof kValues); });
@@ -119,7 +169,7 @@ void MisuseTable::model_pass_rows() {
     });
     add("splat_model_read", "name", "NULL", kArgument,
         [this] { return splat_model_read(model_, nullptr, *outputs.values.out(), 64); });
-    add("splat_model_read", "name", "an unknown name", kArgument,
+    add("splat_model_read", "name", "an unknown name", SPLAT_ERROR_NOT_FOUND,
         [this] { return splat_model_read(model_, "mean", *outputs.values.out(), 64); });
     add("splat_model_read", "name", "before the first pass", kState,
         [this] { return splat_model_read(model_, "means", *outputs.values.out(), 64); });
@@ -134,12 +184,22 @@ void MisuseTable::model_pass_rows() {
         [this] { return splat_model_scene(model_, 0, nullptr); });
     add("splat_model_scene", "object", "before the first pass", kState,
         [this] { return splat_model_scene(model_, 0, outputs.scene.out()); });
-    static const float* const kNone[5] = {};
-    on_model("splat_model_backward", [](splat_model m) { return splat_model_backward(m, kNone); });
+    const splat_model_gradients none = sized<splat_model_gradients>();
+    on_model("splat_model_backward",
+             [none](splat_model m) { return splat_model_backward(m, &none); });
     add("splat_model_backward", "gradients", "NULL", kArgument,
         [this] { return splat_model_backward(model_, nullptr); });
     add("splat_model_backward", "gradients", "before the first pass", kState,
-        [this] { return splat_model_backward(model_, kNone); });
+        [this, none] { return splat_model_backward(model_, &none); });
+    const auto wrong = [&](const char* what, splat_result expected,
+                           void (*change)(splat_model_gradients&)) {
+        splat_model_gradients given = none;
+        change(given);
+        add("splat_model_backward", "gradients", what, expected,
+            [this, given] { return splat_model_backward(model_, &given); });
+    };
+    wrong("struct_size cut", kArgument, [](splat_model_gradients& g) { g.struct_size -= 1; });
+    wrong("unknown flags", kArgument, [](splat_model_gradients& g) { g.flags = 2; });
     on_model("splat_model_zero_gradients",
              [](splat_model m) { return splat_model_zero_gradients(m); });
 }
@@ -165,10 +225,11 @@ void MisuseTable::module_rows() {
         add("splat_module_create", "desc", what, kArgument,
             [this, desc] { return splat_module_create(device_, &desc, outputs.module.out()); });
     };
-    static const splat_tensor_desc kNameless = tensor_desc({1, 4});
-    static const splat_tensor_desc kWhole = tensor_desc({1, 4}, "x", SPLAT_DTYPE_U32);
-    static splat_tensor_desc scalar = tensor_desc({}, "x");
-    static splat_tensor_desc empty = tensor_desc({1, 4}, "x");
+    static const splat_port kNameless = port_desc({1, 4}, nullptr);
+    static splat_port flagged = port_desc({1, 4}, "x");
+    static const splat_port kScalar = port_desc({}, "x");
+    static splat_port empty = port_desc({1, 4}, "x");
+    flagged.flags = SPLAT_PORT_OPTIONAL;
     empty.dims[1] = 0;
     invalid("no type", [](splat_module_desc& d) { d.type = nullptr; });
     invalid("an unknown type", [](splat_module_desc& d) { d.type = "sil"; });
@@ -177,8 +238,8 @@ void MisuseTable::module_rows() {
     invalid("too many ports", [](splat_module_desc& d) { d.port_count = 65; });
     invalid("an unknown precision", [](splat_module_desc& d) { d.precision = 4; });
     invalid("a port without a name", [](splat_module_desc& d) { d.ports = &kNameless; });
-    invalid("an integer port", [](splat_module_desc& d) { d.ports = &kWhole; });
-    invalid("a scalar port", [](splat_module_desc& d) { d.ports = &scalar; });
+    invalid("a port with flags", [](splat_module_desc& d) { d.ports = &flagged; });
+    invalid("a scalar port", [](splat_module_desc& d) { d.ports = &kScalar; });
     invalid("an empty port", [](splat_module_desc& d) { d.ports = &empty; });
     module_tensor_rows();
 }
@@ -203,11 +264,27 @@ void MisuseTable::module_tensor_rows() {
         return splat_module_read(m, "x", *outputs.values.out(), 16);
     });
     for (const char* name : {static_cast<const char*>(nullptr), "z", "grad:z", ""}) {
-        add("splat_module_write", "name", "none", kArgument,
+        const splat_result expected = name == nullptr ? kArgument : SPLAT_ERROR_NOT_FOUND;
+        add("splat_module_write", "name", "none", expected,
             [this, name] { return splat_module_write(module_, name, kValues, sizeof kValues); });
-        add("splat_module_read", "name", "none", kArgument,
+        add("splat_module_read", "name", "none", expected,
             [this, name] { return splat_module_read(module_, name, *outputs.values.out(), 16); });
     }
+    on_module("splat_module_ports", [this](splat_module m) {
+        return splat_module_ports(m, SPLAT_PORT_KIND_INPUT, outputs.port.out(), 1,
+                                  outputs.count.out());
+    });
+    for (const splat_port_kind kind : {0, 4})
+        add("splat_module_ports", "kind", "none", kArgument, [this, kind] {
+            return splat_module_ports(module_, kind, outputs.port.out(), 1, outputs.count.out());
+        });
+    add("splat_module_ports", "ports", "NULL", kArgument, [this] {
+        return splat_module_ports(module_, SPLAT_PORT_KIND_INPUT, nullptr, 1, outputs.count.out());
+    });
+    for (const char* parameter : {"capacity", "count"})
+        add("splat_module_ports", parameter, "NULL or 0", SPLAT_INCOMPLETE, [this] {
+            return splat_module_ports(module_, SPLAT_PORT_KIND_INPUT, nullptr, 0, nullptr);
+        });
     add("splat_module_read", "name", "before the first pass", kState,
         [this] { return splat_module_read(module_, "y", *outputs.values.out(), 16); });
     add("splat_module_write", "values", "NULL", kArgument,

@@ -83,7 +83,7 @@ void MisuseTable::camera_file_rows() {
         return splat_camera_load(nullptr, nullptr, outputs.camera.out(), 1, outputs.count.out());
     });
     for (const char* parameter : {"path", "capacity", "count"})
-        add("splat_camera_load", parameter, "of a missing file", kArgument,
+        add("splat_camera_load", parameter, "of a missing file", kNotFound,
             [load] { return load(nullptr); });
     add("splat_camera_load", "cameras", "NULL", kArgument, [this] {
         return splat_camera_load(kNoRasterFile, nullptr, nullptr, 1, outputs.count.out());
@@ -93,7 +93,7 @@ void MisuseTable::camera_file_rows() {
                                         outputs.size.out());
     });
     for (const char* parameter : {"path", "buffer", "capacity", "needed"})
-        add("splat_camera_load_report", parameter, "of a missing file", kArgument,
+        add("splat_camera_load_report", parameter, "of a missing file", kNotFound,
             [report] { return report(nullptr); });
 }
 
@@ -149,19 +149,19 @@ void MisuseTable::rasterizer_forward_rows() {
     handles<splat_rasterizer>(
         "splat_rasterizer_forward_scene", "rasterizer",
         [this, good](splat_rasterizer r) {
-            return splat_rasterizer_forward_scene(r, scene_, &good, 1, nullptr);
+            return splat_rasterizer_forward_scene(r, nullptr, scene_, &good, 1, nullptr);
         },
         kHandle);
     handles<splat_scene>(
         "splat_rasterizer_forward_scene", "scene",
         [this, good](splat_scene s) {
-            return splat_rasterizer_forward_scene(rasterizer_, s, &good, 1, nullptr);
+            return splat_rasterizer_forward_scene(rasterizer_, nullptr, s, &good, 1, nullptr);
         },
         kHandle);
     handles<splat_rasterizer>(
         "splat_rasterizer_forward", "rasterizer",
         [gaussians, good](splat_rasterizer r) {
-            return splat_rasterizer_forward(r, &gaussians, &good, 1, nullptr);
+            return splat_rasterizer_forward(r, nullptr, &gaussians, &good, 1, nullptr);
         },
         kHandle);
     const auto both = [this, gaussians](const char* parameter, const char* what,
@@ -172,18 +172,17 @@ void MisuseTable::rasterizer_forward_rows() {
         add("splat_rasterizer_forward_scene", parameter, what, kArgument,
             [this, null, copy, count, background] {
                 const float color[3] = {0, background, 0};
-                return splat_rasterizer_forward_scene(rasterizer_, scene_, null ? nullptr : &copy,
-                                                      count, color);
+                return splat_rasterizer_forward_scene(rasterizer_, nullptr, scene_,
+                                                      null ? nullptr : &copy, count, color);
             });
         add("splat_rasterizer_forward", parameter, what, kArgument,
             [this, null, copy, count, background, gaussians] {
                 const float color[3] = {0, background, 0};
-                return splat_rasterizer_forward(rasterizer_, &gaussians, null ? nullptr : &copy,
-                                                count, color);
+                return splat_rasterizer_forward(rasterizer_, nullptr, &gaussians,
+                                                null ? nullptr : &copy, count, color);
             });
     };
     both("cameras", "NULL", nullptr, 1, 0);
-    both("count", "none", &good, 0, 0);
     both("count", "more than views", &good, 2, 0);
     both("background", "not finite", &good, 1, INFINITY);
     const auto invalid = [&](const char* what, void (*change)(splat_camera&)) {
@@ -201,58 +200,151 @@ void MisuseTable::rasterizer_forward_rows() {
         for (double& value : c.world_to_camera) value = 0;
     });
     const auto forward = [this, good](const splat_gaussians_desc* desc) {
-        return splat_rasterizer_forward(rasterizer_, desc, &good, 1, nullptr);
+        return splat_rasterizer_forward(rasterizer_, nullptr, desc, &good, 1, nullptr);
     };
     add("splat_rasterizer_forward", "gaussians", "NULL", kArgument,
         [forward] { return forward(nullptr); });
     descs<splat_gaussians_desc>("splat_rasterizer_forward", gaussians, forward);
-    add("splat_rasterizer_forward", "gaussians", "without tensors", kArgument,
-        [forward, gaussians] { return forward(&gaussians); });
+    add("splat_rasterizer_forward", "gaussians", "without means", kArgument,
+        [this, forward, gaussians] {
+            splat_gaussians_desc desc = gaussians;
+            desc.scales = tensor_;
+            return forward(&desc);
+        });
+}
+
+void MisuseTable::raster_state_rows() {
+    handles<splat_rasterizer>(
+        "splat_raster_state_create", "rasterizer",
+        [this](splat_rasterizer r) { return splat_raster_state_create(r, outputs.state.out()); },
+        kHandle);
+    add("splat_raster_state_create", "state", "NULL", kArgument,
+        [this] { return splat_raster_state_create(rasterizer_, nullptr); });
+    handles<splat_raster_state>("splat_raster_state_destroy", "state", splat_raster_state_destroy,
+                                SPLAT_OK);
+    // NULL is right, but would draw.
+    const auto states = [this](const char* function,
+                               const std::function<splat_result(splat_raster_state)>& call) {
+        handles<splat_raster_state>(
+            function, "state",
+            [call](splat_raster_state s) { return s == nullptr ? SPLAT_OK : call(s); }, SPLAT_OK);
+        add(function, "state", "of another rasterizer", kArgument,
+            [this, call] { return call(foreign_state_); });
+    };
+    states("splat_rasterizer_forward_scene", [this](splat_raster_state s) {
+        return splat_rasterizer_forward_scene(rasterizer_, s, scene_, nullptr, 1, nullptr);
+    });
+    states("splat_rasterizer_forward", [this](splat_raster_state s) {
+        const auto gaussians = sized<splat_gaussians_desc>();
+        return splat_rasterizer_forward(rasterizer_, s, &gaussians, nullptr, 1, nullptr);
+    });
+    states("splat_rasterizer_output", [this](splat_raster_state s) {
+        return splat_rasterizer_output(rasterizer_, s, SPLAT_OUTPUT_RGB, tensor_);
+    });
+    states("splat_rasterizer_read", [this](splat_raster_state s) {
+        return splat_rasterizer_read(rasterizer_, s, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(),
+                                     64);
+    });
+    states("splat_rasterizer_read_images", [this](splat_raster_state s) {
+        return splat_rasterizer_read_images(rasterizer_, s, SPLAT_OUTPUT_RGB, 0, nullptr, 0);
+    });
+    states("splat_rasterizer_backward", [this](splat_raster_state s) {
+        const auto gradients = sized<splat_gradients_desc>();
+        return splat_rasterizer_backward(rasterizer_, s, &gradients);
+    });
+    states("splat_rasterizer_get_info", [this](splat_raster_state s) {
+        auto info = sized<splat_rasterizer_info>();
+        return splat_rasterizer_get_info(rasterizer_, s, &info);
+    });
+}
+
+void MisuseTable::rasterizer_image_rows() {
+    handles<splat_rasterizer>(
+        "splat_rasterizer_read_images", "rasterizer",
+        [](splat_rasterizer r) {
+            return splat_rasterizer_read_images(r, nullptr, SPLAT_OUTPUT_RGB, 0, nullptr, 0);
+        },
+        kHandle);
+    const auto read = [this](splat_output output, std::uint32_t first, const splat_image& image) {
+        return splat_rasterizer_read_images(rasterizer_, nullptr, output, first, &image, 1);
+    };
+    static std::uint8_t bytes[16 * 16 * 4];
+    const splat_image good = {bytes, sizeof bytes, SPLAT_PIXEL_U8, 16, 16, 4, 0, 0, 0};
+    for (const splat_output output :
+         {INT32_MIN, 0, 12, INT32_MAX, static_cast<splat_output>(SPLAT_OUTPUT_RADII)})
+        add("splat_rasterizer_read_images", "output", "no image", kArgument,
+            [read, good, output] { return read(output, 0, good); });
+    add("splat_rasterizer_read_images", "images", "NULL", kArgument, [this] {
+        return splat_rasterizer_read_images(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, 0, nullptr, 1);
+    });
+    for (const char* parameter : {"first", "count"})
+        add("splat_rasterizer_read_images", parameter, "before a forward call", kState,
+            [read, good] { return read(SPLAT_OUTPUT_RGB, UINT32_MAX, good); });
+    const auto invalid = [&](const char* what, splat_result expected,
+                             void (*change)(splat_image&)) {
+        splat_image image = good;
+        change(image);
+        add("splat_rasterizer_read_images", "images", what, expected,
+            [read, image] { return read(SPLAT_OUTPUT_RGB, 0, image); });
+    };
+    invalid("without pixels", kArgument, [](splat_image& i) { i.pixels = nullptr; });
+    invalid("of no type", kArgument, [](splat_image& i) { i.type = 4; });
+    invalid("too short", kArgument, [](splat_image& i) { i.bytes -= 1; });
+    invalid("that overlap", kArgument, [](splat_image& i) { i.row_stride = 60; });
+    invalid("too narrow", SPLAT_ERROR_SHAPE_MISMATCH, [](splat_image& i) { i.width = 15; });
+    invalid("of two channels", SPLAT_ERROR_SHAPE_MISMATCH, [](splat_image& i) { i.channels = 2; });
 }
 
 void MisuseTable::rasterizer_output_rows() {
     handles<splat_rasterizer>(
         "splat_rasterizer_output", "rasterizer",
         [this](splat_rasterizer r) {
-            return splat_rasterizer_output(r, SPLAT_OUTPUT_RGB, tensor_);
+            return splat_rasterizer_output(r, nullptr, SPLAT_OUTPUT_RGB, tensor_);
         },
         kHandle);
     handles<splat_tensor>(
         "splat_rasterizer_output", "tensor",
         [this](splat_tensor t) {
-            return splat_rasterizer_output(rasterizer_, SPLAT_OUTPUT_RGB, t);
+            return splat_rasterizer_output(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, t);
         },
         kHandle);
     handles<splat_rasterizer>(
         "splat_rasterizer_read", "rasterizer",
         [this](splat_rasterizer r) {
-            return splat_rasterizer_read(r, SPLAT_OUTPUT_ALPHA, *outputs.values.out(), 64);
+            return splat_rasterizer_read(r, nullptr, SPLAT_OUTPUT_ALPHA, *outputs.values.out(), 64);
         },
         kHandle);
     for (const splat_output output : {INT32_MIN, -1, 0, 12, INT32_MAX}) {
-        add("splat_rasterizer_output", "output", "none", kArgument,
-            [this, output] { return splat_rasterizer_output(rasterizer_, output, tensor_); });
+        add("splat_rasterizer_output", "output", "none", kArgument, [this, output] {
+            return splat_rasterizer_output(rasterizer_, nullptr, output, tensor_);
+        });
         add("splat_rasterizer_read", "output", "none", kArgument, [this, output] {
-            return splat_rasterizer_read(rasterizer_, output, *outputs.values.out(), 64);
+            return splat_rasterizer_read(rasterizer_, nullptr, output, *outputs.values.out(), 64);
         });
     }
     add("splat_rasterizer_output", "tensor", "of another shape", SPLAT_ERROR_SHAPE_MISMATCH,
-        [this] { return splat_rasterizer_output(rasterizer_, SPLAT_OUTPUT_RGB, tensor_); });
-    add("splat_rasterizer_read", "values", "NULL", kArgument,
-        [this] { return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, nullptr, 64); });
+        [this] {
+            return splat_rasterizer_output(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, tensor_);
+        });
+    add("splat_rasterizer_read", "values", "NULL", kArgument, [this] {
+        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS, nullptr, 64);
+    });
     add("splat_rasterizer_read", "bytes", "too few", kArgument, [this] {
-        return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(), 11);
+        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS,
+                                     *outputs.values.out(), 11);
     });
     add("splat_rasterizer_read", "rasterizer", "before a forward call", kState, [this] {
-        return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(), 64);
+        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS,
+                                     *outputs.values.out(), 64);
     });
     const auto backward = [this](const splat_gradients_desc* desc) {
-        return splat_rasterizer_backward(rasterizer_, desc);
+        return splat_rasterizer_backward(rasterizer_, nullptr, desc);
     };
     const auto good = sized<splat_gradients_desc>();
     handles<splat_rasterizer>(
         "splat_rasterizer_backward", "rasterizer",
-        [good](splat_rasterizer r) { return splat_rasterizer_backward(r, &good); }, kHandle);
+        [good](splat_rasterizer r) { return splat_rasterizer_backward(r, nullptr, &good); },
+        kHandle);
     add("splat_rasterizer_backward", "gradients", "NULL", kArgument,
         [backward] { return backward(nullptr); });
     descs<splat_gradients_desc>("splat_rasterizer_backward", good, backward);
@@ -261,12 +353,12 @@ void MisuseTable::rasterizer_output_rows() {
     handles<splat_rasterizer>(
         "splat_rasterizer_get_info", "rasterizer",
         [this](splat_rasterizer r) {
-            return splat_rasterizer_get_info(r, outputs.rasterizer_info.out());
+            return splat_rasterizer_get_info(r, nullptr, outputs.rasterizer_info.out());
         },
         kHandle);
     infos<splat_rasterizer_info>("splat_rasterizer_get_info", "info",
                                  [this](splat_rasterizer_info* info) {
-                                     return splat_rasterizer_get_info(rasterizer_, info);
+                                     return splat_rasterizer_get_info(rasterizer_, nullptr, info);
                                  });
 }
 

@@ -1,4 +1,4 @@
-// The rows of scenes and image files.
+// The rows of scenes.
 #include <array>
 #include <cmath>
 
@@ -24,6 +24,12 @@ void MisuseTable::scene_rows() {
     splat_scene_desc desc = good;
     desc.sh_degree = 4;
     add("splat_scene_create", "desc", "a degree too high", kArgument,
+        [create, desc] { return create(&desc); });
+    desc = good;
+    desc.count = 2;
+    desc.means = kSix;
+    desc.mean_count = 5;
+    add("splat_scene_create", "desc", "an array that is too short", kArgument,
         [create, desc] { return create(&desc); });
     desc = good;
     desc.count = UINT64_MAX;
@@ -91,13 +97,13 @@ void MisuseTable::scene_file_rows() {
     }
     add("splat_scene_load", "path", "NULL", kArgument,
         [this] { return splat_scene_load(nullptr, nullptr, outputs.scene.out()); });
-    add("splat_scene_load", "path", "no file", kArgument, [load] { return load(nullptr); });
+    add("splat_scene_load", "path", "no file", kNotFound, [load] { return load(nullptr); });
     add("splat_scene_load", "scene", "NULL", kArgument,
         [] { return splat_scene_load(kNoSceneFile, nullptr, nullptr); });
     add("splat_scene_load_memory", "data", "NULL", kArgument,
         [this] { return splat_scene_load_memory(nullptr, 4, nullptr, outputs.scene.out()); });
     for (const std::size_t bytes : {std::size_t{0}, sizeof kSix})
-        add("splat_scene_load_memory", "bytes", "an invalid file", kArgument, [this, bytes] {
+        add("splat_scene_load_memory", "bytes", "an invalid file", kFormat, [this, bytes] {
             return splat_scene_load_memory(kSix, bytes, nullptr, outputs.scene.out());
         });
     add("splat_scene_load_memory", "scene", "NULL", kArgument,
@@ -107,7 +113,7 @@ void MisuseTable::scene_file_rows() {
         [](splat_scene s) { return splat_scene_save(s, kNoSceneFile, nullptr); }, kHandle);
     add("splat_scene_save", "path", "NULL", kArgument,
         [this] { return splat_scene_save(scene_, nullptr, nullptr); });
-    add("splat_scene_save", "path", "a missing folder", kArgument,
+    add("splat_scene_save", "path", "a missing folder", kNotFound,
         [save] { return save(nullptr); });
     handles<splat_scene>(
         "splat_scene_save_memory", "scene",
@@ -194,40 +200,6 @@ void MisuseTable::scene_change_rows() {
         kHandle);
     add("splat_scene_to_tensor", "tensor", "NULL", kArgument,
         [this] { return splat_scene_to_tensor(scene_, "means", device_, nullptr); });
-}
-
-void MisuseTable::image_rows() {
-    static constexpr const char* kPath = "/nonexistent/image.png";
-    add("splat_image_save", "path", "NULL", kArgument,
-        [] { return splat_image_save(nullptr, kSix, 2, 1, 3); });
-    add("splat_image_save", "path", "another extension", SPLAT_ERROR_UNSUPPORTED,
-        [] { return splat_image_save("image.bmp", kSix, 2, 1, 3); });
-    add("splat_image_save", "values", "NULL", kArgument,
-        [] { return splat_image_save(kPath, nullptr, 2, 1, 3); });
-    add("splat_image_save_animation", "path", "NULL", kArgument,
-        [] { return splat_image_save_animation(nullptr, kSix, 2, 1, 1, 3, 50); });
-    add("splat_image_save_animation", "path", "no .png or .gif", SPLAT_ERROR_UNSUPPORTED,
-        [] { return splat_image_save_animation("a.npy", kSix, 2, 1, 1, 3, 50); });
-    add("splat_image_save_animation", "values", "NULL", kArgument,
-        [] { return splat_image_save_animation(kPath, nullptr, 2, 1, 1, 3, 50); });
-    add("splat_image_save_animation", "frames", "0", kArgument,
-        [] { return splat_image_save_animation(kPath, kSix, 0, 1, 1, 3, 50); });
-    for (const std::uint32_t time : {0U, 65536U})
-        add("splat_image_save_animation", "milliseconds", "out of range", kArgument,
-            [time] { return splat_image_save_animation(kPath, kSix, 2, 1, 1, 3, time); });
-    const char* sides[] = {"width", "height", "channels"};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (const std::uint32_t value : {0U, 16385U}) {
-            std::uint32_t size[3] = {1, 1, 1};
-            size[i] = value;
-            const auto [w, h, c] = std::to_array(size);
-            add("splat_image_save", sides[i], "out of range", kArgument,
-                [w = w, h = h, c = c] { return splat_image_save(kPath, kSix, w, h, c); });
-            add("splat_image_save_animation", sides[i], "out of range", kArgument,
-                [w = w, h = h, c = c] {
-                    return splat_image_save_animation(kPath, kSix, 1, w, h, c, 50);
-                });
-        }
 }
 
 }  // namespace splat::test

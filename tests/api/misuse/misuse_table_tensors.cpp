@@ -123,6 +123,22 @@ void MisuseTable::tensor_rows() {
     add("splat_tensor_unmap", "tensor", "not mapped", SPLAT_ERROR_INVALID_STATE,
         [this] { return splat_tensor_unmap(tensor_); });
     handles<splat_tensor>(
+        "splat_tensor_host_pointer", "tensor",
+        [this](splat_tensor t) {
+            return splat_tensor_host_pointer(t, outputs.pointer.out(), outputs.size.out());
+        },
+        kHandle);
+    add("splat_tensor_host_pointer", "pointer", "NULL", kArgument,
+        [this] { return splat_tensor_host_pointer(tensor_, nullptr, outputs.size.out()); });
+    add("splat_tensor_host_pointer", "bytes", "with a NULL pointer", kArgument,
+        [this] { return splat_tensor_host_pointer(tensor_, nullptr, nullptr); });
+    handles<splat_tensor>(
+        "splat_tensor_to_dlpack", "tensor",
+        [this](splat_tensor t) { return splat_tensor_to_dlpack(t, outputs.dlpack.out()); },
+        kHandle);
+    add("splat_tensor_to_dlpack", "managed", "NULL", kArgument,
+        [this] { return splat_tensor_to_dlpack(tensor_, nullptr); });
+    handles<splat_tensor>(
         "splat_tensor_get_info", "tensor",
         [this](splat_tensor t) { return splat_tensor_get_info(t, outputs.tensor_info.out()); },
         kHandle);

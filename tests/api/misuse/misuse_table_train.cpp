@@ -30,6 +30,20 @@ void MisuseTable::config_rows() {
     for (const char* parameter : {"buffer", "capacity", "needed"})
         add("splat_config_merge", parameter, "NULL or 0", SPLAT_INCOMPLETE,
             [] { return splat_config_merge(nullptr, nullptr, 0, nullptr, 0, nullptr); });
+    const auto check = [this](const char* text, const char* const* values, std::size_t count) {
+        return splat_config_check(text, values, count, *outputs.text.out(), 16, outputs.size.out());
+    };
+    add("splat_config_check", "text", "an invalid configuration", kArgument,
+        [check] { return check("]", nullptr, 0); });
+    add("splat_config_check", "text", "another training", kArgument,
+        [check] { return check("opt: {pretrained_hf: true}", nullptr, 0); });
+    add("splat_config_check", "values", "NULL", kArgument,
+        [check] { return check(nullptr, nullptr, 1); });
+    add("splat_config_check", "count", "beyond the array", kArgument,
+        [check] { return check(nullptr, kNone, 1); });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_config_check", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [] { return splat_config_check(nullptr, nullptr, 0, nullptr, 0, nullptr); });
 }
 
 void MisuseTable::trainer_rows() {
@@ -75,9 +89,10 @@ void MisuseTable::trainer_rows() {
     on_trainer("splat_trainer_resume",
                [](splat_trainer t) { return splat_trainer_resume(t, "state.safetensors"); });
     for (const char* path : {static_cast<const char*>(nullptr), "/nowhere/state.safetensors"}) {
-        add("splat_trainer_save", "path", "NULL, in no folder", kArgument,
+        const splat_result expected = path == nullptr ? kArgument : kNotFound;
+        add("splat_trainer_save", "path", "NULL, in no folder", expected,
             [this, path] { return splat_trainer_save(trainer_, path); });
-        add("splat_trainer_resume", "path", "NULL, no file", kArgument,
+        add("splat_trainer_resume", "path", "NULL, no file", expected,
             [this, path] { return splat_trainer_resume(trainer_, path); });
     }
     add("splat_trainer_save", "path", "of another format", SPLAT_ERROR_UNSUPPORTED,
@@ -100,55 +115,13 @@ void MisuseTable::trainer_step_rows() {
         [this, batch] { return splat_trainer_step(trainer_, &batch, outputs.trainer_info.out()); });
     add("splat_trainer_step", "batch", "struct_size cut", kArgument, [this, batch] {
         splat_trainer_batch cut = batch;
-        cut.struct_size =
-            offsetof(splat_trainer_batch, channels) - 1;  // less than the first version
+        cut.struct_size -= 1;  // less than the first version
         return splat_trainer_step(trainer_, &cut, outputs.trainer_info.out());
     });
     infos<splat_trainer_info>("splat_trainer_step", "info",
                               [this, batch](splat_trainer_info* info) {
                                   return splat_trainer_step(trainer_, &batch, info);
                               });
-}
-
-void MisuseTable::photo_rows() {
-    auto good = sized<splat_photo_desc>();
-    good.image = "/nowhere/photo.png";
-    good.resolution = 16;
-    const auto read = [this](const splat_photo_desc* desc, splat_dataset_views* out) {
-        return splat_photo_read(desc, out, *outputs.text.out(), 16, outputs.size.out());
-    };
-    descs<splat_photo_desc>("splat_photo_read", good, [read](const splat_photo_desc* desc) {
-        auto out = sized<splat_dataset_views>();
-        return read(desc, &out);
-    });
-    const auto invalid = [&](const char* what, void (*change)(splat_photo_desc&)) {
-        splat_photo_desc desc = good;
-        change(desc);
-        add("splat_photo_read", "desc", what, kArgument, [read, desc] {
-            auto out = sized<splat_dataset_views>();
-            return read(&desc, &out);
-        });
-    };
-    invalid("a missing file", [](splat_photo_desc&) {});
-    invalid("no image", [](splat_photo_desc& d) { d.image = nullptr; });
-    invalid("a resolution of 7", [](splat_photo_desc& d) { d.resolution = 7; });
-    invalid("a foreground of 2", [](splat_photo_desc& d) { d.foreground = 2; });
-    add("splat_photo_read", "desc", "NULL", kArgument, [read] {
-        auto out = sized<splat_dataset_views>();
-        return read(nullptr, &out);
-    });
-    add("splat_photo_read", "out", "NULL", kArgument,
-        [read, good] { return read(&good, nullptr); });
-    add("splat_photo_read", "out", "struct_size cut", kArgument, [read, good] {
-        auto out = sized<splat_dataset_views>();
-        out.struct_size -= 1;
-        return read(&good, &out);
-    });
-    for (const char* parameter : {"buffer", "capacity", "needed"})
-        add("splat_photo_read", parameter, "NULL or 0, and no such file", kArgument, [good] {
-            auto out = sized<splat_dataset_views>();
-            return splat_photo_read(&good, &out, nullptr, 0, nullptr);
-        });
 }
 
 void MisuseTable::image_score_rows() {

@@ -16,19 +16,23 @@ void MisuseTable::weights_rows() {
         handles<splat_weights>(name, "weights", std::move(call), kHandle);
     };
     add("splat_weights_load", "path", "NULL", kArgument,
-        [this] { return splat_weights_load(nullptr, outputs.weights.out()); });
-    add("splat_weights_load", "path", "no file", kArgument,
-        [this] { return splat_weights_load(kNoWeightsFile, outputs.weights.out()); });
+        [this] { return splat_weights_load(nullptr, 0, outputs.weights.out()); });
+    add("splat_weights_load", "path", "no file", kNotFound,
+        [this] { return splat_weights_load(kNoWeightsFile, 0, outputs.weights.out()); });
     add("splat_weights_load", "weights", "NULL", kArgument,
-        [] { return splat_weights_load(kNoWeightsFile, nullptr); });
+        [] { return splat_weights_load(kNoWeightsFile, 0, nullptr); });
     on_weights("splat_weights_save",
                [](splat_weights w) { return splat_weights_save(w, kNoWeightsFile, 0); });
     add("splat_weights_save", "path", "NULL", kArgument,
         [this] { return splat_weights_save(weights_, nullptr, 0); });
-    add("splat_weights_save", "path", "a missing folder", kArgument,
+    add("splat_weights_save", "path", "a missing folder", kNotFound,
         [this] { return splat_weights_save(weights_, kNoWeightsFile, 0); });
     add("splat_weights_save", "path", "a format that is only read", SPLAT_ERROR_UNSUPPORTED,
         [this] { return splat_weights_save(weights_, "/nonexistent/a.pth", 0); });
+    for (const std::uint32_t flags : {1U, 4U, 1U << 31U})
+        add("splat_weights_load", "flags", "unknown", kArgument, [this, flags] {
+            return splat_weights_load(kNoWeightsFile, flags, outputs.weights.out());
+        });
     for (const std::uint32_t flags : {2U, 1U << 31U})
         add("splat_weights_save", "flags", "unknown", kArgument,
             [this, flags] { return splat_weights_save(weights_, kNoWeightsFile, flags); });
@@ -45,7 +49,7 @@ void MisuseTable::weights_rows() {
     on_weights("splat_weights_find",
                [this](splat_weights w) { return splat_weights_find(w, "a", outputs.count.out()); });
     for (const char* name : {"", "c", "A"})
-        add("splat_weights_find", "name", "none", kArgument,
+        add("splat_weights_find", "name", "none", kNotFound,
             [this, name] { return splat_weights_find(weights_, name, outputs.count.out()); });
     add("splat_weights_find", "name", "NULL", kArgument,
         [this] { return splat_weights_find(weights_, nullptr, outputs.count.out()); });

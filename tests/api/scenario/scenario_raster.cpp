@@ -116,7 +116,8 @@ class RasterScenario : ScenarioCalls {
 
     bool forward() {
         return call("splat_rasterizer_forward_scene", [&] {
-            return splat_rasterizer_forward_scene(rasterizer_, loaded_, &camera_, 1, nullptr);
+            return splat_rasterizer_forward_scene(rasterizer_, nullptr, loaded_, &camera_, 1,
+                                                  nullptr);
         });
     }
 
@@ -126,7 +127,7 @@ class RasterScenario : ScenarioCalls {
         const bool done = call(
             "splat_rasterizer_read",
             [&] {
-                return splat_rasterizer_read(rasterizer_, SPLAT_OUTPUT_RGB, values.data(),
+                return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, values.data(),
                                              values.size() * sizeof(float));
             },
             [&] { return same_bits(values, pattern); });
@@ -159,7 +160,7 @@ class RasterScenario : ScenarioCalls {
         desc.grad_means = grad_means_;
         desc.grad_sh = grad_sh_;
         return call("splat_rasterizer_backward",
-                    [&] { return splat_rasterizer_backward(rasterizer_, &desc); }) &&
+                    [&] { return splat_rasterizer_backward(rasterizer_, nullptr, &desc); }) &&
                read_tensor(grad_means_, 3 * kCount) && read_tensor(grad_sh_, 12 * kCount);
     }
 

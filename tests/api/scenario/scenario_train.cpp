@@ -98,9 +98,10 @@ class TrainScenario : ScenarioCalls {
         desc.objects = kObjects;
         auto input = sized<splat_model_input>();
         input.images = batch_.images.data();
-        return create(
-                   "splat_weights_load", loaded_,
-                   [&](splat_weights* out) { return splat_weights_load(weights_.c_str(), out); }) &&
+        return create("splat_weights_load", loaded_,
+                      [&](splat_weights* out) {
+                          return splat_weights_load(weights_.c_str(), 0, out);
+                      }) &&
                create("splat_model_create", fresh_,
                       [&](splat_model* out) { return splat_model_create(device_, &desc, out); }) &&
                call("splat_model_load", [&] { return splat_model_load(fresh_, loaded_, 0); }) &&

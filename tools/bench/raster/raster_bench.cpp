@@ -51,7 +51,7 @@ class Side {
     }
 
     void forward(std::size_t view) {
-        check(splat_rasterizer_forward_scene(rasterizer_.get(), from_.scene.get(),
+        check(splat_rasterizer_forward_scene(rasterizer_.get(), nullptr, from_.scene.get(),
                                              &from_.cameras[view], 1, from_.background));
     }
 
@@ -68,13 +68,13 @@ class Side {
         desc.grad_rotations = gradients_.at("rotations").get();
         desc.grad_opacities = gradients_.at("opacities").get();
         desc.grad_sh = gradients_.at("sh").get();
-        check(splat_rasterizer_backward(rasterizer_.get(), &desc));
+        check(splat_rasterizer_backward(rasterizer_.get(), nullptr, &desc));
     }
 
     [[nodiscard]] std::vector<float> rgb() const {
         std::vector<float> values(std::size_t{3} * from_.cameras[0].width *
                                   from_.cameras[0].height);
-        check(splat_rasterizer_read(rasterizer_.get(), SPLAT_OUTPUT_RGB, values.data(),
+        check(splat_rasterizer_read(rasterizer_.get(), nullptr, SPLAT_OUTPUT_RGB, values.data(),
                                     values.size() * sizeof(float)));
         return values;
     }
@@ -87,7 +87,7 @@ class Side {
 
     [[nodiscard]] splat_rasterizer_info info() const {
         auto info = sized<splat_rasterizer_info>();
-        check(splat_rasterizer_get_info(rasterizer_.get(), &info));
+        check(splat_rasterizer_get_info(rasterizer_.get(), nullptr, &info));
         return info;
     }
 

@@ -14,6 +14,9 @@ ExitCode code_of(splat_result result, ExitCode blame) {
         case SPLAT_ERROR_INVALID_STATE:
         case SPLAT_ERROR_SHAPE_MISMATCH:
         case SPLAT_ERROR_UNSUPPORTED:
+        case SPLAT_ERROR_NOT_FOUND:
+        case SPLAT_ERROR_IO:
+        case SPLAT_ERROR_FORMAT:
             return blame;
         default:
             return kFailed;
@@ -52,7 +55,7 @@ std::vector<float> read_tensor(splat_tensor tensor) {
 
 Weights load_weights(const std::string& path) {
     Weights weights;
-    check(splat_weights_load(path.c_str(), weights.out()), kBadData);
+    check(splat_weights_load(path.c_str(), 0, weights.out()), kBadData);
     return weights;
 }
 

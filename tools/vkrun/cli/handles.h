@@ -34,14 +34,18 @@ class Owner {
     T handle_ = nullptr;
 };
 
+using Comparison = Owner<splat_comparison, splat_comparison_destroy>;
 using Dataset = Owner<splat_dataset, splat_dataset_destroy>;
 using Device = Owner<splat_device, splat_device_destroy>;
+using Evaluator = Owner<splat_evaluator, splat_evaluator_destroy>;
 using Lpips = Owner<splat_lpips, splat_lpips_destroy>;
 using Model = Owner<splat_model, splat_model_destroy>;
 using Op = Owner<splat_op, splat_op_destroy>;
+using ScenePredictor = Owner<splat_predictor, splat_predictor_destroy>;
 using Rasterizer = Owner<splat_rasterizer, splat_rasterizer_destroy>;
 using Scene = Owner<splat_scene, splat_scene_destroy>;
 using Tensor = Owner<splat_tensor, splat_tensor_destroy>;
+using Training = Owner<splat_training, splat_training_destroy>;
 using Trainer = Owner<splat_trainer, splat_trainer_destroy>;
 using Weights = Owner<splat_weights, splat_weights_destroy>;
 

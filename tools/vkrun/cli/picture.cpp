@@ -4,6 +4,26 @@
 
 namespace vkrun {
 
+splat_image interleaved_image(const float* values, std::uint32_t width, std::uint32_t height,
+                              std::uint32_t channels) {
+    splat_image image{};
+    image.pixels = const_cast<float*>(values);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+    image.bytes = std::size_t{width} * height * channels * sizeof(float);
+    image.type = SPLAT_PIXEL_F32;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    return image;
+}
+
+splat_image planar_image(const float* planes, std::uint32_t side, std::uint32_t channels) {
+    splat_image image = interleaved_image(planes, side, side, channels);
+    image.pixel_stride = sizeof(float);
+    image.row_stride = image.pixel_stride * side;
+    image.channel_stride = image.row_stride * side;
+    return image;
+}
+
 void Picture::place(const float* planes, std::uint32_t channels, std::uint32_t side,
                     std::uint32_t x, std::uint32_t y) {
     const std::size_t area = std::size_t{side} * side;
@@ -15,7 +35,8 @@ void Picture::place(const float* planes, std::uint32_t channels, std::uint32_t s
 }
 
 void Picture::save(const std::string& path) const {
-    check(splat_image_save(path.c_str(), rgb_.data(), width_, height_, 3));
+    const splat_image image = interleaved_image(rgb_.data(), width_, height_, 3);
+    check(splat_image_save(path.c_str(), &image));
 }
 
 Picture contact_sheet(const std::vector<const float*>& cells, std::uint32_t side,

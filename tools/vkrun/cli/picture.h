@@ -1,10 +1,19 @@
 #pragma once
 
+#include <splat.h>
+
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace vkrun {
+
+/// Numbers [height,width,channels] as a picture of the library, which only reads them.
+splat_image interleaved_image(const float* values, std::uint32_t width, std::uint32_t height,
+                              std::uint32_t channels);
+
+/// The same of planes [channels,side,side].
+splat_image planar_image(const float* planes, std::uint32_t side, std::uint32_t channels);
 
 /// An RGB picture, white where no image was placed.
 class Picture {

@@ -13,13 +13,9 @@
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/compare/distribution_plot.h"
-#include "vkrun/compare/score_file.h"
-#include "vkrun/compare/significance.h"
 
 namespace vkrun {
 namespace {
-
-constexpr double kLevel = 0.05;
 
 constexpr const char* kCompareFooter =
     R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
@@ -47,125 +43,89 @@ struct CompareOptions {
     bool unpaired = false;
     bool overwrite = false;
     bool json = false;
-    ResampleOptions resample;
+    std::uint64_t seed = 0;
+    std::uint32_t permutations = 300000;
 };
 
+/// The comparison of two files in one metric.
 struct MetricFinding {
-    MetricSamples samples;
-    Comparison comparison;
-    double p_holm = 1;
-    std::string verdict;
+    std::string metric, verdict;  ///< their names
+    splat_metric_comparison found;
+    std::vector<double> a, b;
 };
 
-std::size_t shared_objects(const ScoreFile& a, const ScoreFile& b) {
-    std::size_t most = 0;
-    for (const std::string& metric : a.metrics) {
-        if (b.values.count(metric) == 0) continue;
-        std::size_t count = 0;
-        for (const auto& [name, value] : a.values.at(metric))
-            count += b.values.at(metric).count(name);
-        most = std::max(most, count);
-    }
-    return most;
+/// A library call that blames the files for its errors.
+void check_files(splat_result result) {
+    if (result < SPLAT_OK) throw Failure(kBadData, splat_last_error_message());
 }
 
-std::string verdict_of(const MetricFinding& finding, bool comparable) {
-    if (!comparable) return "not comparable";
-    if (!(finding.p_holm < kLevel)) return "no difference shown";
-    const bool higher = finding.comparison.difference > 0;
-    return higher != (finding.samples.metric == "lpips") ? "better" : "worse";
+Comparison compare_files(const CompareOptions& options) {
+    auto desc = sized<splat_compare_desc>();
+    if (options.unpaired) desc.flags = SPLAT_COMPARE_UNPAIRED;
+    desc.a.path = options.a.c_str();
+    desc.b.path = options.b.c_str();
+    desc.seed = options.seed;
+    desc.resamples = options.permutations;
+    Comparison comparison;
+    check_files(splat_compare_scores(&desc, comparison.out()));
+    return comparison;
 }
 
-std::vector<MetricFinding> find(const ScoreFile& a, const ScoreFile& b,
-                                const CompareOptions& options, bool comparable) {
+std::vector<MetricFinding> findings_of(const Comparison& comparison, const Json& report) {
     std::vector<MetricFinding> findings;
-    std::vector<double> p;
-    for (MetricSamples& samples : samples_of(a, b, options.unpaired)) {
-        MetricFinding finding;
-        finding.comparison = options.unpaired
-                                 ? compare_pooled(samples.a, samples.b, options.resample)
-                                 : compare_paired(samples.a, samples.b, options.resample);
-        finding.samples = std::move(samples);
-        p.push_back(finding.comparison.p_permutation);
+    for (const Json& row : report.at("metrics")) {
+        MetricFinding finding{
+            row.at("metric"), row.at("verdict"), sized<splat_metric_comparison>(), {}, {}};
+        const auto index = static_cast<std::uint32_t>(findings.size());
+        check(splat_comparison_metric(comparison.get(), index, &finding.found));
+        finding.a.resize(finding.found.n_a);
+        finding.b.resize(finding.found.n_b);
+        check(splat_comparison_samples(comparison.get(), index, finding.a.data(), finding.a.size(),
+                                       finding.b.data(), finding.b.size()));
         findings.push_back(std::move(finding));
-    }
-    const std::vector<double> adjusted = holm(p);
-    for (std::size_t i = 0; i < findings.size(); ++i) {
-        findings[i].p_holm = adjusted[i];
-        findings[i].verdict = verdict_of(findings[i], comparable);
     }
     return findings;
 }
 
-Json json_of(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
-             const CompareOptions& options, const std::vector<MetricFinding>& findings,
-             const std::string& note) {
-    Json metrics = Json::array();
-    for (const MetricFinding& f : findings)
-        metrics.push_back({{"metric", f.samples.metric},
-                           {"mean_a", mean(f.samples.a)},
-                           {"mean_b", mean(f.samples.b)},
-                           {"observed_difference", f.comparison.difference},
-                           {"p_permutation", f.comparison.p_permutation},
-                           {"p_parametric", f.comparison.p_parametric},
-                           {"p_holm", f.p_holm},
-                           {"ci", {f.comparison.low, f.comparison.high}},
-                           {"effect_size", f.comparison.effect},
-                           {"n_pairs", options.unpaired ? 0 : f.samples.a.size()},
-                           {"n_a", f.samples.a.size()},
-                           {"n_b", f.samples.b.size()},
-                           {"exact", f.comparison.exact},
-                           {"verdict", f.verdict}});
-    return {{"a", a.path},
-            {"b", b.path},
-            {"paired", !options.unpaired},
-            {"objects_a", a.objects},
-            {"objects_b", b.objects},
-            {"shared_objects", shared},
-            {"seed", options.resample.seed},
-            {"permutations", options.resample.permutations},
-            {"note", note},
-            {"metrics", metrics}};
-}
-
-void print_table(const ScoreFile& a, const ScoreFile& b, std::size_t shared,
-                 const CompareOptions& options, const std::vector<MetricFinding>& findings) {
-    std::printf("A: %s, %zu objects\nB: %s, %zu objects; %zu of them in both; %s\n", a.path.c_str(),
-                a.objects, b.path.c_str(), b.objects, shared,
-                options.unpaired ? "not paired" : "paired by their names");
+void print_table(const Json& report, const CompareOptions& options,
+                 const std::vector<MetricFinding>& findings) {
+    const auto text = [&report](const char* key) { return report.at(key).get<std::string>(); };
+    const auto count = [&report](const char* key) { return report.at(key).get<std::size_t>(); };
+    std::printf("A: %s, %zu objects\nB: %s, %zu objects; %zu of them in both; %s\n",
+                text("a").c_str(), count("objects_a"), text("b").c_str(), count("objects_b"),
+                count("shared_objects"), options.unpaired ? "not paired" : "paired by their names");
     Table table({"metric", ">A", ">B", ">B - A", ">95 % interval", ">p", ">p (Holm)",
                  options.unpaired ? ">p (normal)" : ">p (t)", ">d", "verdict"});
-    for (const MetricFinding& f : findings)
-        table.add({f.samples.metric, format("%.5f", mean(f.samples.a)),
-                   format("%.5f", mean(f.samples.b)), format("%+.5f", f.comparison.difference),
-                   format("%+.5f to %+.5f", f.comparison.low, f.comparison.high),
-                   format("%.3g", f.comparison.p_permutation), format("%.3g", f.p_holm),
-                   format("%.3g", f.comparison.p_parametric), format("%+.3f", f.comparison.effect),
-                   f.verdict});
+    for (const MetricFinding& finding : findings) {
+        const splat_metric_comparison& f = finding.found;
+        table.add({finding.metric, format("%.5f", f.mean_a), format("%.5f", f.mean_b),
+                   format("%+.5f", f.difference), format("%+.5f to %+.5f", f.low, f.high),
+                   format("%.3g", f.p_permutation), format("%.3g", f.p_holm),
+                   format("%.3g", f.p_parametric), format("%+.3f", f.effect), finding.verdict});
+    }
     std::printf("%s", table.text().c_str());
 }
 
 void write_plot(const CompareOptions& options, const std::vector<MetricFinding>& findings) {
     std::vector<PlotPanel> panels;
-    for (const MetricFinding& f : findings) {
-        const Comparison& c = f.comparison;
+    for (const MetricFinding& finding : findings) {
+        const splat_metric_comparison& f = finding.found;
         if (options.unpaired) {
-            panels.push_back({f.samples.metric + " of A", f.samples.a, mean(f.samples.a),
-                              mean(f.samples.a), mean(f.samples.a), mean(f.samples.a)});
-            panels.push_back({f.samples.metric + " of B", f.samples.b, mean(f.samples.a),
-                              mean(f.samples.b), mean(f.samples.a) + c.low,
-                              mean(f.samples.a) + c.high});
+            panels.push_back(
+                {finding.metric + " of A", finding.a, f.mean_a, f.mean_a, f.mean_a, f.mean_a});
+            panels.push_back({finding.metric + " of B", finding.b, f.mean_a, f.mean_b,
+                              f.mean_a + f.low, f.mean_a + f.high});
             continue;
         }
-        PlotPanel panel{format("%s: B - A of %zu objects, p = %.3g", f.samples.metric.c_str(),
-                               f.samples.a.size(), c.p_permutation),
+        PlotPanel panel{format("%s: B - A of %zu objects, p = %.3g", finding.metric.c_str(),
+                               finding.a.size(), f.p_permutation),
                         {},
                         0,
-                        c.difference,
-                        c.low,
-                        c.high};
-        for (std::size_t i = 0; i < f.samples.a.size(); ++i)
-            panel.values.push_back(f.samples.b[i] - f.samples.a[i]);
+                        f.difference,
+                        f.low,
+                        f.high};
+        for (std::size_t i = 0; i < finding.a.size(); ++i)
+            panel.values.push_back(finding.b[i] - finding.a[i]);
         panels.push_back(std::move(panel));
     }
     write_text(options.plot, distribution_svg("B: " + options.b + ", A: " + options.a, panels));
@@ -173,39 +133,26 @@ void write_plot(const CompareOptions& options, const std::vector<MetricFinding>&
 
 int compare(const CompareOptions& options) {
     if (!options.plot.empty()) check_target(options.plot, options.overwrite);
-    const ScoreFile a = read_scores(options.a);
-    const ScoreFile b = read_scores(options.b);
-    const std::size_t shared = shared_objects(a, b);
-    const std::string apart =
-        "A and B share no object: their difference may come from the objects alone, whatever a "
-        "test says";
-    if (shared == 0 && !options.unpaired)
-        throw Failure(
-            kBadData,
-            apart + ". Evaluate both on the same split, or pass --unpaired for the numbers");
-    // Unpaired scores cover the same objects only if both files have all of them.
-    const bool comparable =
-        shared != 0 && (!options.unpaired || (shared == a.objects && shared == b.objects));
-    std::string note;
-    if (shared == 0)
-        note = apart;
-    else if (!comparable)
-        note =
+    const Comparison comparison = compare_files(options);
+    Json report = library_json(splat_comparison_report, comparison.get());
+    auto info = sized<splat_comparison_info>();
+    check(splat_comparison_get_info(comparison.get(), &info));
+    if (info.comparable == 0 && info.shared_objects > 0)
+        report["note"] =
             "A and B do not cover the same objects: their difference may come from the objects "
             "alone; "
             "without --unpaired the objects in both are compared";
-    else if (shared < std::max(a.objects, b.objects))
-        note = format("%zu objects of A and %zu of B are in one file only and are left out",
-                      a.objects - shared, b.objects - shared);
-    const std::vector<MetricFinding> findings = find(a, b, options, comparable);
+    const std::vector<MetricFinding> findings = findings_of(comparison, report);
     if (!options.plot.empty()) write_plot(options, findings);
     if (options.json)
-        print_json(json_of(a, b, shared, options, findings, note));
+        print_json(report);
     else
-        print_table(a, b, shared, options, findings);
+        print_table(report, options, findings);
+    const auto note = report.at("note").get<std::string>();
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
-    const bool worse = std::any_of(findings.begin(), findings.end(),
-                                   [](const MetricFinding& f) { return f.verdict == "worse"; });
+    const bool worse = std::any_of(findings.begin(), findings.end(), [](const MetricFinding& f) {
+        return f.found.verdict == SPLAT_VERDICT_WORSE;
+    });
     return worse ? kGateMissed : kSuccess;
 }
 
@@ -220,12 +167,11 @@ void add_compare(CLI::App& app, int& exit_code) {
         ->required()
         ->type_name("");
     command->add_flag("--unpaired", options->unpaired, "Ignore which object a score belongs to");
-    command
-        ->add_option("--resamples", options->resample.permutations, "Number of random permutations")
+    command->add_option("--resamples", options->permutations, "Number of random permutations")
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(100, 100000000).description(""));
-    command->add_option("--seed", options->resample.seed, "Seed of all random choices")
+    command->add_option("--seed", options->seed, "Seed of all random choices")
         ->type_name("N")
         ->capture_default_str();
     command->add_option("--plot", options->plot, "Plot of the distributions, .svg")

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
@@ -31,8 +32,9 @@ Examples:
 
 constexpr const char* kShowFooter =
     R"(Prints every value of CONFIG, or of the published cars model, and its source: the default, the file or
---set. '-' stands for a key without a value in this configuration. With a KEY instead of CONFIG, prints
-the row of the key: type, range, default, origin and meaning.
+--set. '-' stands for a key without a value in this configuration. Warnings name what a training would
+leave out, or why it is refused. With a KEY instead of CONFIG, prints the row of the key: type, range,
+default, origin, meaning, and whether 'train --resume' takes another value.
 
 Exit status: 0 done, 2 wrong usage, or a configuration that cannot be read.
 
@@ -161,6 +163,9 @@ void explain(const Json& row, bool json) {
     if (!range.empty()) text += line_of({{2, "range"}, {11, range}});
     text += line_of({{2, "default"}, {11, default_text(row)}});
     text += line_of({{2, "origin"}, {11, text_of(row, "origin")}});
+    if (row.at("effect"))
+        text += line_of(
+            {{2, "resume"}, {11, row.at("resumable") ? "takes another value" : "keeps the value"}});
     std::fputs(text.c_str(), stdout);
 }
 
@@ -182,6 +187,23 @@ Json unchanged_config(const ConfigOptions& options) try {
     return merged_config(options.prefix, {});
 } catch (const Failure&) {
     return nullptr;
+}
+
+/// Print what a training would leave out, or why it is refused, to standard error.
+void warn_of_training(const ConfigOptions& options) {
+    const std::string text = options.prefix.empty() ? "" : read_text(options.prefix);
+    const char* const from = options.prefix.empty() ? nullptr : text.c_str();
+    std::vector<const char*> values;
+    for (const std::string& change : options.changes) values.push_back(change.c_str());
+    std::size_t needed = 0;
+    if (splat_config_check(from, values.data(), values.size(), nullptr, 0, &needed) < 0) {
+        std::fprintf(stderr, "vkrun: warning: a training is refused: %s\n",
+                     splat_last_error_message());
+        return;
+    }
+    const Json told = library_json(splat_config_check, from, values.data(), values.size());
+    for (const Json& warning : told.at("warnings"))
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
 }
 
 /// Each key with its value, and the source of the value.
@@ -232,6 +254,7 @@ int show(const ConfigOptions& options) {
         return kSuccess;
     }
     const Json shown = show_values(options, rows);
+    warn_of_training(options);
     if (options.json) {
         print_json(shown);
         return kSuccess;

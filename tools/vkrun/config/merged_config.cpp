@@ -17,18 +17,43 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
         splat_config_merge(from, values.data(), values.size(), nullptr, 0, &needed);
     if (result != SPLAT_INCOMPLETE)
         throw Failure(kUsageError, (path.empty() ? "" : path + ": ") + splat_last_error_message());
-    std::string merged(needed, '\0');
-    check(splat_config_merge(from, values.data(), values.size(), merged.data(), needed, nullptr));
-    return Json::parse(merged.c_str());
+    std::string made(needed, '\0');
+    check(splat_config_merge(from, values.data(), values.size(), made.data(), needed, nullptr));
+    return Json::parse(made.c_str());
+}
+
+std::string find_config(const std::string& weights) {
+    namespace fs = std::filesystem;
+    const fs::path file(weights);
+    for (const std::string& name : {file.stem().string() + ".json", file.stem().string() + ".yaml",
+                                    std::string("config.json"), std::string("config.yaml")})
+        if (const fs::path path = file.parent_path() / name; fs::exists(path)) return path.string();
+    return "";
 }
 
 std::string config_beside(const std::string& weights, const std::string& given) {
     if (!given.empty()) return given;
-    const std::filesystem::path folder = std::filesystem::path(weights).parent_path();
-    for (const char* name : {"config.json", "config.yaml"})
-        if (std::filesystem::exists(folder / name)) return (folder / name).string();
+    const std::string found = find_config(weights);
+    if (!found.empty()) return found;
     throw Failure(kUsageError, "no config.json or config.yaml in the folder of '" + weights +
                                    "': name the configuration with --config");
+}
+
+std::string config_target(const std::string& weights) {
+    return std::filesystem::path(weights).replace_extension(".json").string();
+}
+
+void check_config_target(const std::string& weights, const Json& config, bool overwrite) {
+    const std::string path = config_target(weights);
+    if (overwrite || !std::filesystem::exists(path)) return;
+    if (Json::parse(read_text(path), nullptr, false) == config) return;
+    throw Failure(kUsageError,
+                  "'" + path + "', the place for the configuration of '" + weights +
+                      "', exists with other contents: choose another name, or pass --overwrite");
+}
+
+void write_config_beside(const std::string& weights, const Json& config) {
+    replace_file(config_target(weights), config.dump(2) + "\n");
 }
 
 }  // namespace vkrun

@@ -10,8 +10,20 @@ namespace vkrun {
 /// The configuration of a file (none: the defaults) with changes "key=value". Throws a Failure.
 Json merged_config(const std::string& path, const std::vector<std::string>& changes);
 
-/// The configuration that belongs to a file of weights: `given`, or config.json or config.yaml in the folder
-/// of the file. Throws a Failure.
+/// The configuration beside a file of weights: its name with .json or .yaml, else config.json or config.yaml in
+/// its folder; empty if there is none.
+std::string find_config(const std::string& weights);
+
+/// The configuration that belongs to a file of weights: `given`, or that beside the file. Throws a Failure.
 std::string config_beside(const std::string& weights, const std::string& given);
+
+/// Where commands that write weights write their configuration: the name of the weights with .json.
+std::string config_target(const std::string& weights);
+
+/// Throws a usage Failure if that file exists with another configuration and may not be replaced.
+void check_config_target(const std::string& weights, const Json& config, bool overwrite);
+
+/// Write that file. Throws a Failure.
+void write_config_beside(const std::string& weights, const Json& config);
 
 }  // namespace vkrun

@@ -11,7 +11,6 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/picture.h"
-#include "vkrun/data/view_source.h"
 
 namespace vkrun {
 namespace {

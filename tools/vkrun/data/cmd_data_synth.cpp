@@ -10,7 +10,6 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/data/for_each_index.h"
-#include "vkrun/data/view_source.h"
 
 namespace vkrun {
 namespace {

@@ -1,5 +1,6 @@
 #include "vkrun/eval/baseline.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,7 +8,8 @@
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
-#include "vkrun/data/view_source.h"
+#include "vkrun/data/open_data.h"
+#include "vkrun/predict/drawing.h"
 
 namespace vkrun {
 namespace {
@@ -49,56 +51,68 @@ Scene flat_scene(const float* image, const splat_camera& camera, double depth) {
     return scene;
 }
 
-double novel_psnr(const std::vector<float>& images, const Views& views, const EvaluatedViews& which,
-                  std::uint32_t side) {
-    const std::size_t plane = std::size_t{3} * side * side;
-    const std::size_t given = which.conditioning.size();
-    Scores scores;
-    for (std::size_t i = given; i < given + which.novel.size(); ++i) {
-        if (is_black(views.images.data() + i * plane, plane)) continue;
+bool all_black(const float* image, std::size_t count) {
+    return std::all_of(image, image + count, [](float v) { return v == 0; });
+}
+
+/// The mean of the novel views that differ from their targets, which are not black.
+double novel_psnr(const std::vector<float>& images, const ObjectViews& views) {
+    const std::size_t plane = std::size_t{3} * views.side * views.side;
+    double sum = 0;
+    std::uint32_t differing = 0;
+    for (std::size_t i = views.inputs; i < views.cameras.size(); ++i) {
+        const float* const target = views.images.data() + i * plane;
+        if (all_black(target, plane)) continue;
         auto view = sized<splat_image_scores>();
-        check(splat_image_compare(images.data() + i * plane, views.images.data() + i * plane, 3,
-                                  side, side, &view));
-        scores.add(view, 0);
+        check(splat_image_compare(images.data() + i * plane, target, 3, views.side, views.side,
+                                  &view));
+        if (!std::isfinite(view.psnr)) continue;
+        sum += view.psnr;
+        ++differing;
     }
-    if (scores.views == scores.perfect) return std::numeric_limits<double>::infinity();
-    scores.finish();
-    return scores.psnr;
+    return differing == 0 ? std::numeric_limits<double>::infinity() : sum / differing;
 }
 
 }  // namespace
 
-MeanImage::MeanImage(const ViewSource& data) {
-    const std::size_t plane = std::size_t{3} * data.resolution() * data.resolution();
+MeanImage::MeanImage(splat_dataset data) {
+    const Json report = library_json(splat_dataset_report, data);
+    const std::size_t side = report.at("resolution");
+    const std::size_t plane = 3 * side * side;
     std::vector<double> sum(plane);
     std::size_t images = 0;
-    for (std::uint32_t object = 0; object < data.objects(); ++object) {
-        std::vector<std::uint32_t> numbers(data.views_of(object));
+    std::uint32_t object = 0;
+    for (const std::uint32_t count : report.at("views_of").get<std::vector<std::uint32_t>>()) {
+        std::vector<std::uint32_t> numbers(count);
         std::iota(numbers.begin(), numbers.end(), 0U);
-        const Views views = data.read(object, numbers, 0, {});
-        for (std::size_t i = 0; i < views.images.size(); ++i)
-            sum[i % plane] += static_cast<double>(views.images[i]);
-        images += numbers.size();
+        std::vector<float> values(count * plane);
+        auto views = sized<splat_dataset_views>();
+        views.images = values.data();
+        check(splat_dataset_read(data, object++, numbers.data(), count, &views), kBadData);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            sum[i % plane] += static_cast<double>(values[i]);
+        images += count;
     }
     for (const double value : sum)
         mean_.push_back(static_cast<float>(value / static_cast<double>(images)));
 }
 
-std::vector<float> MeanImage::draw(const Views& views, const EvaluatedViews&, ObjectScores&) {
+std::vector<float> MeanImage::draw(const ObjectViews& views) {
     std::vector<float> images;
     for (std::size_t i = 0; i < views.cameras.size(); ++i)
         images.insert(images.end(), mean_.begin(), mean_.end());
     return images;
 }
 
-std::vector<float> Billboard::draw(const Views& views, const EvaluatedViews& which, ObjectScores&) {
+std::vector<float> Billboard::draw(const ObjectViews& views) {
     std::vector<float> best;
     double best_psnr = -1;
     for (int i = 0; i < kDepths; ++i) {
         const double depth = near_ + (far_ - near_) * (i + 0.5) / kDepths;
-        std::vector<float> images = network_.draw(
-            flat_scene(views.images.data(), views.cameras.front(), depth), views.cameras);
-        const double psnr = novel_psnr(images, views, which, network_.resolution());
+        std::vector<float> images =
+            draw_scene(device_, flat_scene(views.images.data(), views.cameras.front(), depth),
+                       views.cameras, background_);
+        const double psnr = novel_psnr(images, views);
         if (psnr <= best_psnr) continue;
         best_psnr = psnr;
         best = std::move(images);
@@ -106,12 +120,15 @@ std::vector<float> Billboard::draw(const Views& views, const EvaluatedViews& whi
     return best;
 }
 
-std::unique_ptr<Predictor> make_baseline(const std::string& name, Network& network,
-                                         const Json& config, const std::string& root) {
-    if (name == "mean") return std::make_unique<MeanImage>(ViewSource(config, root, "train"));
+std::unique_ptr<Baseline> make_baseline(const std::string& name, splat_device device,
+                                        const Json& config, const std::string& root) {
+    if (name.empty()) return nullptr;
+    const Json& data = config.at("data");
+    if (name == "mean") return std::make_unique<MeanImage>(open_data(config, root, "train").get());
     if (name == "billboard")
-        return std::make_unique<Billboard>(network, config.at("data").at("znear").get<double>(),
-                                           config.at("data").at("zfar").get<double>());
+        return std::make_unique<Billboard>(device, data.at("znear").get<double>(),
+                                           data.at("zfar").get<double>(),
+                                           data.at("white_background").get<bool>() ? 1.0F : 0.0F);
     throw Failure(kUsageError, "--baseline " + name + ": expected mean or billboard");
 }
 

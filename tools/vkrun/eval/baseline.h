@@ -1,19 +1,27 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "vkrun/cli/json.h"
-#include "vkrun/data/view_source.h"
-#include "vkrun/eval/scores.h"
+#include "vkrun/eval/object_views.h"
 
 namespace vkrun {
 
-/// The mean of all images of `data`, for any object and view.
-class MeanImage : public Predictor {
+/// A simple method to compare a network with.
+class Baseline {
   public:
-    explicit MeanImage(const ViewSource& data);
-    std::vector<float> draw(const Views& views, const EvaluatedViews& which,
-                            ObjectScores& result) override;
+    virtual ~Baseline() = default;
+
+    /// Images [n,3,R,R] of all views of an object. Throws a Failure.
+    virtual std::vector<float> draw(const ObjectViews& views) = 0;
+};
+
+/// The mean of all images of a data set, for any object and view.
+class MeanImage : public Baseline {
+  public:
+    explicit MeanImage(splat_dataset data);
+    std::vector<float> draw(const ObjectViews& views) override;
 
   private:
     std::vector<float> mean_;  ///< [3,R,R]
@@ -21,20 +29,24 @@ class MeanImage : public Predictor {
 
 /// The first view as a flat picture that faces its camera: one Gaussian per pixel, in the plane whose
 /// depth between `near` and `far` gives the novel views their best mean PSNR: a choice that needs the truth.
-class Billboard : public Predictor {
+class Billboard : public Baseline {
   public:
-    Billboard(Network& network, double near, double far)
-        : network_(network), near_(near), far_(far) {}
-    std::vector<float> draw(const Views& views, const EvaluatedViews& which,
-                            ObjectScores& result) override;
+    Billboard(splat_device device, double near, double far, float background)
+        : device_(device),
+          near_(near),
+          far_(far),
+          background_{background, background, background} {}
+    std::vector<float> draw(const ObjectViews& views) override;
 
   private:
-    Network& network_;
+    splat_device device_;
     double near_, far_;
+    float background_[3];
 };
 
-/// name  "mean", of the training images that the configuration and `root` name, or "billboard". Throws a Failure.
-std::unique_ptr<Predictor> make_baseline(const std::string& name, Network& network,
-                                         const Json& config, const std::string& root);
+/// name  "" (none), "mean", of the training images that the configuration and `root` name, or "billboard".
+/// Throws a Failure.
+std::unique_ptr<Baseline> make_baseline(const std::string& name, splat_device device,
+                                        const Json& config, const std::string& root);
 
 }  // namespace vkrun

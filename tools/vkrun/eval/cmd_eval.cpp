@@ -17,9 +17,9 @@
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/config/merged_config.h"
-#include "vkrun/data/view_source.h"
+#include "vkrun/data/open_data.h"
 #include "vkrun/eval/baseline.h"
-#include "vkrun/eval/scores.h"
+#include "vkrun/eval/object_views.h"
 
 namespace vkrun {
 namespace {
@@ -40,7 +40,9 @@ Image writes it) and, with --images N, contact sheets of the first N objects: ta
 training images for every object; "billboard" shows the first conditioning view as a flat picture, at the depth
 (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
-Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
+Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 the network's output
+is not finite: such objects have no scores (null, nan), and there is no mean; results.json counts what is not
+finite, and the images in which nothing is drawn.
 
 Examples:
   vkrun eval run/weights_best.safetensors --data cars --out eval
@@ -57,15 +59,8 @@ struct EvalOptions {
     bool json = false;
 };
 
-Json scores_json(const Scores& scores) {
-    return {{"psnr", scores.psnr},
-            {"ssim", scores.ssim},
-            {"lpips", std::isnan(scores.lpips) ? Json() : Json(scores.lpips)},
-            {"views", scores.views},
-            {"perfect_views", scores.perfect}};
-}
-
-void save_sheet(const EvalOptions& options, const ObjectScores& scores, std::uint32_t index,
+/// A contact sheet of an object: its targets above what was drawn.
+void save_sheet(const EvalOptions& options, std::uint32_t index, const std::string& name,
                 std::uint32_t side, const std::vector<float>& images,
                 const std::vector<float>& truths) {
     constexpr std::size_t kColumns = 8;
@@ -77,57 +72,7 @@ void save_sheet(const EvalOptions& options, const ObjectScores& scores, std::uin
         for (std::size_t i = 0; i < columns; ++i)
             cells.push_back(from->data() + i * count / columns * plane);
     contact_sheet(cells, side, static_cast<std::uint32_t>(columns))
-        .save(options.out + format("/%04u_", index) + scores.name + ".png");
-}
-
-void write_tables(const EvalOptions& options, const std::vector<ObjectScores>& objects) {
-    std::string csv =
-        "object,psnr_novel,ssim_novel,lpips_novel,psnr_cond,ssim_cond,lpips_cond,views,"
-        "perfect_views,predict_ms,draw_ms\n";
-    std::string text;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        const ObjectScores& o = objects[i];
-        csv +=
-            format("%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", o.name.c_str(),
-                   o.novel.psnr, o.novel.ssim, o.novel.lpips, o.conditioning.psnr,
-                   o.conditioning.ssim, o.conditioning.lpips, o.novel.views + o.conditioning.views,
-                   o.novel.perfect + o.conditioning.perfect, 1e3 * o.predict_seconds,
-                   1e3 * o.draw_seconds);
-        text += format("%zu_%s %.17g %.17g %.17g\n", i, o.name.c_str(), o.novel.psnr, o.novel.ssim,
-                       o.novel.lpips);
-    }
-    replace_file(options.out + "/per_object.csv", csv);
-    replace_file(options.out + "/scores.txt", text);
-}
-
-/// Null for a baseline, which is not timed.
-Json rate(double count, double seconds) {
-    return seconds > 0 ? Json(count / seconds) : Json();
-}
-
-Json results(const EvalOptions& options, const ViewSource& data, const splat_device_info& device,
-             const std::vector<ObjectScores>& objects) {
-    double predict = 0, draw = 0;
-    std::uint64_t drawn = 0;
-    std::uint32_t empty = 0;
-    for (const ObjectScores& object : objects) {
-        predict += object.predict_seconds;
-        draw += object.draw_seconds;
-        drawn += object.drawn;
-        empty += object.empty;
-    }
-    return {{"schema", 1},
-            {"weights", options.baseline.empty() ? Json(options.weights) : Json()},
-            {"baseline", options.baseline.empty() ? Json() : Json(options.baseline)},
-            {"split", options.split},
-            {"data", {{"format", data.report().at("format")}, {"objects", data.objects()}}},
-            {"device", device.name},
-            {"objects", objects.size()},
-            {"novel", scores_json(mean_of(objects, &ObjectScores::novel))},
-            {"conditioning", scores_json(mean_of(objects, &ObjectScores::conditioning))},
-            {"empty_views", empty},
-            {"predictions_per_second", rate(static_cast<double>(objects.size()), predict)},
-            {"images_per_second", rate(static_cast<double>(drawn), draw)}};
+        .save(options.out + format("/%04u_", index) + name + ".png");
 }
 
 /// Empty without files.
@@ -141,7 +86,7 @@ Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std
             throw Failure(kBadData, std::string("--lpips: ") + splat_last_error_message());
     };
     for (std::size_t i = 0; i < files.size(); ++i) {
-        good(splat_weights_load(files[i].c_str(), weights[i].out()));
+        good(splat_weights_load(files[i].c_str(), 0, weights[i].out()));
         handles.push_back(weights[i].get());
     }
     auto desc = sized<splat_lpips_desc>();
@@ -152,49 +97,71 @@ Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std
     return lpips;
 }
 
-int evaluate(const EvalOptions& options) {
-    const Json config =
-        merged_config(config_beside(options.weights, options.config), options.changes);
-    const ViewSource data(config, options.data, options.split);
-    const Device device = open_device(device_desc(options.device));
-    Network network(device.get(), config);
-    network.load(options.weights);
-    const std::uint32_t count =
-        options.objects == 0 ? data.objects() : std::min(options.objects, data.objects());
-    const Lpips lpips = make_lpips(device.get(), options.lpips, network.resolution());
-    const std::unique_ptr<Predictor> predictor =
-        options.baseline.empty() ? std::make_unique<NetworkPredictor>(network)
-                                 : make_baseline(options.baseline, network, config, options.data);
-    make_folder(options.out);
-    Progress progress("evaluating", count);
-    std::vector<ObjectScores> objects;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        progress.show(i);
-        std::vector<float> images, truths;
-        objects.push_back(
-            score_object(*predictor, network.channels(), data, i,
-                         evaluated_views(data.views_of(i), network.views(), options.views),
-                         lpips.get(), &images, &truths));
-        if (i < options.images)
-            save_sheet(options, objects.back(), i, network.resolution(), images, truths);
+/// A predictor of the weights, whose warnings are printed.
+ScenePredictor make_predictor(splat_device device, const EvalOptions& options, const Json& config) {
+    const std::string text = config.dump();
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights_path = options.weights.c_str();
+    desc.config = text.c_str();
+    ScenePredictor predictor;
+    const splat_result result = splat_predictor_create(device, &desc, predictor.out());
+    check(result, result == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);
+    for (const Json& warning : library_json(splat_predictor_report, predictor.get()).at("warnings"))
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
+    return predictor;
+}
+
+Evaluator make_evaluator(const EvalOptions& options, splat_predictor predictor,
+                         splat_dataset dataset, splat_lpips lpips) {
+    auto desc = sized<splat_evaluator_desc>();
+    desc.predictor = predictor;
+    desc.dataset = dataset;
+    desc.method = options.baseline.empty() ? nullptr : options.baseline.c_str();
+    desc.lpips = lpips;
+    desc.novel_views = options.views;
+    desc.objects = options.objects;
+    Evaluator evaluator;
+    check(splat_evaluator_create(&desc, evaluator.out()), kBadData);
+    return evaluator;
+}
+
+/// Score one object, and save its sheet. Returns a sentence if it has numbers that are not finite.
+std::string score_object(const EvalOptions& options, splat_evaluator evaluator, Baseline* baseline,
+                         std::uint32_t index) {
+    ObjectViews views =
+        read_views(evaluator, index, baseline != nullptr || index < options.images);
+    auto scores = sized<splat_object_scores>();
+    std::vector<float> images;
+    if (baseline != nullptr) {
+        images = baseline->draw(views);
+        check(
+            splat_evaluator_score_images(evaluator, index, images.data(), images.size(), &scores));
+    } else {
+        check(splat_evaluator_score(evaluator, index, &scores));
+        if (index < options.images) images = drawn_images(evaluator, index, views);
     }
-    progress.show(count);
-    write_tables(options, objects);
-    const Json json = results(options, data, info_of(device.get()), objects);
-    replace_file(options.out + "/results.json", json_text(json) + "\n");
-    if (options.json) {
-        print_json(json);
-        return kSuccess;
-    }
+    if (index < options.images)
+        save_sheet(options, index, scores.name, views.side, images, views.images);
+    if (scores.not_finite == 0) return "";
+    return format(
+        "object '%s' has no scores: %llu numbers of the network's output, %llu of %llu "
+        "Gaussians and %u images are not finite",
+        scores.name, static_cast<unsigned long long>(scores.ledger.outputs_not_finite),
+        static_cast<unsigned long long>(scores.ledger.gaussians_not_finite),
+        static_cast<unsigned long long>(scores.ledger.gaussians), scores.ledger.images_not_finite);
+}
+
+void print_table(const EvalOptions& options, std::uint32_t count, const Json& json) {
+    const auto number = [](const Json& value, const char* pattern) {
+        return value.is_null() ? "nan" : format(pattern, value.get<double>());
+    };
     Table table({"views", ">PSNR", ">SSIM", ">LPIPS", ">count", ">perfect"});
     for (const char* kind : {"novel", "conditioning"}) {
         const Json& s = json.at(kind);
-        table.add(
-            {kind, format("%.3f", s.at("psnr").get<double>()),
-             format("%.4f", s.at("ssim").get<double>()),
-             s.at("lpips").is_null() ? "no weights" : format("%.4f", s.at("lpips").get<double>()),
-             std::to_string(s.at("views").get<std::uint32_t>()),
-             std::to_string(s.at("perfect_views").get<std::uint32_t>())});
+        table.add({kind, number(s.at("psnr"), "%.3f"), number(s.at("ssim"), "%.4f"),
+                   options.lpips.empty() ? "no weights" : number(s.at("lpips"), "%.4f"),
+                   std::to_string(s.at("views").get<std::uint32_t>()),
+                   std::to_string(s.at("perfect_views").get<std::uint32_t>())});
     }
     std::printf("%u objects of '%s', split %s\n%s", count, options.data.c_str(),
                 options.split.c_str(), table.text().c_str());
@@ -202,7 +169,42 @@ int evaluate(const EvalOptions& options) {
         std::printf("%.2f predictions and %.1f images a second\n",
                     json.at("predictions_per_second").get<double>(),
                     json.at("images_per_second").get<double>());
-    return kSuccess;
+}
+
+int evaluate(const EvalOptions& options) {
+    const Json config =
+        merged_config(config_beside(options.weights, options.config), options.changes);
+    const Dataset dataset = open_data(config, options.data, options.split);
+    const Device device = open_device(device_desc(options.device));
+    const ScenePredictor predictor = make_predictor(device.get(), options, config);
+    const Lpips lpips =
+        make_lpips(device.get(), options.lpips, config.at("data").at("training_resolution"));
+    const Evaluator evaluator =
+        make_evaluator(options, predictor.get(), dataset.get(), lpips.get());
+    const std::unique_ptr<Baseline> baseline =
+        make_baseline(options.baseline, device.get(), config, options.data);
+    auto info = sized<splat_evaluator_info>();
+    check(splat_evaluator_get_info(evaluator.get(), &info));
+    make_folder(options.out);
+    Progress progress("evaluating", info.objects);
+    std::vector<std::string> faults;
+    for (std::uint32_t i = 0; i < info.objects; ++i) {
+        progress.show(i);
+        const std::string fault = score_object(options, evaluator.get(), baseline.get(), i);
+        if (!fault.empty()) faults.push_back(fault);
+    }
+    progress.show(info.objects);
+    check(splat_evaluator_save(evaluator.get(), options.out.c_str()));
+    const Json json = library_json(splat_evaluator_report, evaluator.get());
+    if (options.json)
+        print_json(json);
+    else
+        print_table(options, info.objects, json);
+    if (faults.empty()) return kSuccess;
+    throw Failure(kNotFinite,
+                  format("%s; %zu of %u objects are like this, and there is no mean score. The "
+                         "weights overflow float32: train again, or give others",
+                         faults.front().c_str(), faults.size(), info.objects));
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ image shows them.
 
 Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
 
-Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data.
+Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
+outputs are not finite.
 
 Examples:
   vkrun predict photo.png --out out

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <numbers>
 
 #include "vkrun/cli/device.h"
@@ -14,149 +14,225 @@
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/config/image_channels.h"
 #include "vkrun/config/merged_config.h"
-#include "vkrun/data/view_source.h"
-#include "vkrun/eval/scores.h"
+#include "vkrun/data/open_data.h"
+#include "vkrun/eval/object_views.h"
+#include "vkrun/predict/drawing.h"
 
 namespace vkrun {
 namespace {
 
-/// Opacities below this do not show in 8 bits.
-constexpr double kInvisible = 1.0 / 255;
-
-/// The built-in weights, in the folder of the sources or in the prefix of an installed program.
+/// The built-in weights.
 std::string built_in_weights() {
-    namespace fs = std::filesystem;
-    std::error_code none;
-    const fs::path program = fs::read_symlink("/proc/self/exe", none);
-    const fs::path name = fs::path("weights") / "cars64" / "weights.safetensors";
-    std::vector<fs::path> places = {program.parent_path() / ".." / "share" / "libsplat" / name};
-    for (fs::path folder = program.parent_path(); folder.has_relative_path();
-         folder = folder.parent_path())
-        places.push_back(folder / "tools" / name);
-    for (const fs::path& place : places)
-        if (fs::exists(place)) return place.lexically_normal().string();
-    throw Failure(kBadData, "the built-in weights are missing: name others with --weights");
+    return library_text(
+        [](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_builtin_weights(nullptr, buffer, capacity, needed);
+        },
+        kBadData);
 }
 
-/// The input of a prediction, and the cameras that draw its result.
-struct Task {
-    Views views;                ///< the input first; then, with a truth, the novel ones
-    std::vector<float> truths;  ///< [n,3,R,R] of all views; empty without
-    std::string name;
-    Json photo;
+/// The predictor and what it says of itself.
+struct Loaded {
+    Device device;
+    ScenePredictor predictor;
+    splat_predictor_info info = sized<splat_predictor_info>();
+    Json config;
 };
 
-/// How the picture and its maps are cut out. Points into `options`.
-splat_photo_desc photo_desc(const PredictionOptions& options, const Network& network) {
-    auto desc = sized<splat_photo_desc>();
-    const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
-    desc.image = path(options.image);
-    desc.depth = path(options.depth);
-    desc.normal = path(options.normal);
-    desc.mask = path(options.mask);
-    desc.resolution = network.resolution();
-    desc.foreground = options.foreground;
-    if (options.whole) desc.flags |= SPLAT_PHOTO_WHOLE;
-    std::copy_n(network.background(), 3, desc.background);
-    return desc;
+/// What became of an input: its scene, and what draws it.
+struct Task {
+    Scene scene;
+    std::vector<splat_camera>
+        cameras;                ///< the input views first; then, with a truth, the novel ones
+    std::vector<float> inputs;  ///< [n,3,R,R]
+    std::vector<float> truths;  ///< [n,3,R,R] of all views; empty without
+    Evaluator evaluator;        ///< with truths
+    std::string name;
+    Json photo;
+    std::vector<std::string> warnings;
+    double predict_ms = 0;
+    std::uint64_t left_out = 0;
+};
+
+/// A library call that blames the data for its errors.
+void check_data(splat_result result) {
+    if (result >= SPLAT_OK) return;
+    if (result == SPLAT_ERROR_INVALID_STATE) throw Failure(kNotFinite, splat_last_error_message());
+    throw Failure(kBadData, splat_last_error_message());
 }
 
-Task read_photo(const PredictionOptions& options, const Network& network) {
-    if (network.views() != 1)
-        throw Failure(kUsageError, "the network takes " + std::to_string(network.views()) +
+Loaded load(const std::string& file, const PredictionOptions& options) {
+    Loaded loaded;
+    loaded.config = merged_config(config_beside(file, options.config), {});
+    loaded.device = open_device(device_desc(options.device));
+    auto desc = sized<splat_predictor_desc>();
+    const std::string config = loaded.config.dump();
+    const Weights weights = load_weights(file);
+    desc.weights_path = file.c_str();
+    desc.weights = weights.get();
+    desc.config = config.c_str();
+    const splat_result created =
+        splat_predictor_create(loaded.device.get(), &desc, loaded.predictor.out());
+    const bool unfit = created == SPLAT_ERROR_FORMAT || created == SPLAT_ERROR_SHAPE_MISMATCH;
+    check(created, unfit ? kBadData : kUsageError);
+    check(splat_predictor_get_info(loaded.predictor.get(), &loaded.info));
+    const Json report = library_json(splat_predictor_report, loaded.predictor.get());
+    for (const Json& warning : report.at("warnings"))
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
+    return loaded;
+}
+
+/// Points into `options`.
+splat_picture picture_of(const PredictionOptions& options) {
+    splat_picture picture{};
+    const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
+    picture.image.path = path(options.image);
+    picture.depth.path = path(options.depth);
+    picture.normal.path = path(options.normal);
+    picture.mask.path = path(options.mask);
+    picture.foreground = options.foreground;
+    if (options.whole) picture.flags |= SPLAT_PICTURE_WHOLE;
+    return picture;
+}
+
+/// What splat_prediction is given to fill, for `cameras` views.
+struct Facts {
+    std::vector<splat_camera> cameras;
+    std::vector<float> inputs;
+    splat_picture_info picture{};
+    splat_prediction prediction = sized<splat_prediction>();
+
+    Facts(const splat_predictor_info& info, std::size_t views)
+        : cameras(views),
+          inputs(std::size_t{info.views} * info.channels * info.resolution * info.resolution) {
+        prediction.cameras = cameras.data();
+        prediction.camera_capacity = static_cast<std::uint32_t>(views);
+        prediction.inputs = inputs.data();
+        prediction.input_capacity = inputs.size();
+        prediction.pictures = &picture;
+        prediction.picture_capacity = 1;
+    }
+};
+
+void take_facts(const splat_predictor_info& info, Facts facts, Task& task) {
+    const std::size_t area = std::size_t{info.resolution} * info.resolution;
+    for (std::size_t i = 0; i < info.views; ++i) {
+        const auto from =
+            facts.inputs.begin() + static_cast<std::ptrdiff_t>(i * info.channels * area);
+        task.inputs.insert(task.inputs.end(), from, from + static_cast<std::ptrdiff_t>(3 * area));
+    }
+    task.cameras = std::move(facts.cameras);
+    task.predict_ms = facts.prediction.network_ms;
+    task.left_out = facts.prediction.not_finite + facts.prediction.faint;
+}
+
+Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
+    const splat_predictor_info& info = loaded.info;
+    if (info.views != 1)
+        throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
                                        " views of an object, expected 1: predict from --data");
-    if (network.channels().origin_distance)
+    if (info.origin_distance != 0)
         throw Failure(
             kUsageError,
             "the network takes the distance of the object's origin "
             "(data.origin_distances), which a picture does not give: predict from --data");
-    const splat_photo_desc desc = photo_desc(options, network);
-    const ImageChannels& channels = network.channels();
-    if (channels.depth != !options.depth.empty() || channels.normal != !options.normal.empty())
-        throw Failure(kUsageError, std::string("the network takes ") +
-                                       (channels.depth ? "" : "no ") + "depth and " +
-                                       (channels.normal ? "" : "no ") +
+    const bool depth = info.depth != 0, normal = info.normal != 0;
+    if (depth != !options.depth.empty() || normal != !options.normal.empty())
+        throw Failure(kUsageError, std::string("the network takes ") + (depth ? "" : "no ") +
+                                       "depth and " + (normal ? "" : "no ") +
                                        "normal map: give --depth and --normal to match");
-    const std::size_t pixels = std::size_t{network.resolution()} * network.resolution();
-    std::vector<float> image(3 * pixels), depth(pixels), normal(3 * pixels), mask(pixels);
-    auto out = sized<splat_dataset_views>();
-    out.images = image.data();
-    out.depths = depth.data();
-    out.normals = normal.data();
-    out.masks = mask.data();
-    char text[256];
-    std::size_t needed = 0;
-    if (splat_photo_read(&desc, &out, text, sizeof text, &needed) < SPLAT_OK)
-        throw Failure(kBadData, splat_last_error_message());
     Task task;
     task.name = std::filesystem::path(options.image).stem().string();
-    task.photo = Json::parse(text);
-    task.views.images = image;
-    std::vector<float>& inputs = task.views.inputs;
-    inputs = image;
-    if (channels.depth) inputs.insert(inputs.end(), depth.begin(), depth.end());
-    if (channels.normal) inputs.insert(inputs.end(), normal.begin(), normal.end());
-    if (channels.mask) inputs.insert(inputs.end(), mask.begin(), mask.end());
-    task.views.view_to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    task.views.quaternions = {1, 0, 0, 0};
-    task.views.cameras = {network.camera()};
-    const auto focal = static_cast<float>(network.camera().fx);
-    task.views.focals = {focal, focal};
+    const splat_picture picture = picture_of(options);
+    Facts facts(info, 1);
+    check_data(splat_predictor_predict(loaded.predictor.get(), &picture, 1, task.scene.out(),
+                                       &facts.prediction));
+    Json found = library_json(splat_prediction_report, &facts.prediction).at("pictures").at(0);
+    for (const Json& warning : found.at("warnings")) task.warnings.push_back(warning);
+    for (const char* key : {"width", "height", "mask", "square"}) task.photo[key] = found.at(key);
+    take_facts(info, std::move(facts), task);
     return task;
 }
 
-Task read_object(const PredictionOptions& options, const Json& config, const Network& network) {
-    const ViewSource data(config, options.data, options.split);
-    if (options.object >= data.objects())
+/// What chooses the views of an object and scores images of them.
+Evaluator prediction_evaluator(const Loaded& loaded, const Dataset& data,
+                               std::uint32_t novel_views) {
+    auto desc = sized<splat_evaluator_desc>();
+    desc.predictor = loaded.predictor.get();
+    desc.dataset = data.get();
+    desc.method = "predict";
+    desc.novel_views = novel_views;
+    Evaluator evaluator;
+    check_data(splat_evaluator_create(&desc, evaluator.out()));
+    return evaluator;
+}
+
+Task read_object(const PredictionOptions& options, const Loaded& loaded) {
+    const Dataset data = open_data(loaded.config, options.data, options.split);
+    const Json report = library_json(splat_dataset_report, data.get());
+    const auto views_of = report.at("views_of").get<std::vector<std::uint32_t>>();
+    if (options.object >= views_of.size())
         throw Failure(kUsageError,
-                      format("--object is %u, but there are %u", options.object, data.objects()));
-    const EvaluatedViews which =
-        evaluated_views(data.views_of(options.object), network.views(), options.views);
-    std::vector<std::uint32_t> numbers = which.conditioning;
-    numbers.insert(numbers.end(), which.novel.begin(), which.novel.end());
+                      format("--object is %u, but there are %zu", options.object, views_of.size()));
+    Evaluator evaluator = prediction_evaluator(loaded, data, options.views);
+    const ObjectViews views = read_views(evaluator.get(), options.object, true);
     Task task;
-    task.views = data.read(options.object, numbers, network.views(), network.channels());
-    task.truths = task.views.images;
-    task.name = data.name(options.object);
+    task.name = report.at("names").at(options.object);
+    Facts facts(loaded.info, views.numbers.size());
+    check_data(splat_predictor_predict_object(
+        loaded.predictor.get(), data.get(), options.object, views.numbers.data(),
+        static_cast<std::uint32_t>(views.numbers.size()), task.scene.out(), &facts.prediction));
+    take_facts(loaded.info, std::move(facts), task);
+    task.truths = views.images;
+    task.evaluator = std::move(evaluator);
     return task;
 }
 
 /// Cameras around the middle of the visible Gaussians, at the input camera's distance.
-std::vector<splat_camera> orbit(const PredictionOptions& options, const Network& network,
-                                const Scene& scene) {
+std::vector<splat_camera> orbit(const PredictionOptions& options, const Task& task) {
+    const splat_camera& input = task.cameras.front();
     auto info = sized<splat_scene_info>();
-    check(splat_scene_get_info(scene.get(), &info));
+    check(splat_scene_get_info(task.scene.get(), &info));
     std::vector<float> means(3 * info.count);
-    check(splat_scene_read(scene.get(), "means", means.data(), means.size() * sizeof(float)));
+    check(splat_scene_read(task.scene.get(), "means", means.data(), means.size() * sizeof(float)));
     double depth = 0;
     for (std::size_t i = 0; i < info.count; ++i)
         depth += static_cast<double>(means[3 * i + 2]) / static_cast<double>(info.count);
     auto desc = sized<splat_orbit_desc>();
-    desc.width = desc.height = network.resolution();
+    desc.width = desc.height = input.width;
     desc.elevation = options.elevation * std::numbers::pi / 180;
     desc.distance = depth;
-    desc.fov_x = 2 * std::atan(0.5 * network.resolution() / network.camera().fx);
+    desc.fov_x = 2 * std::atan(0.5 * input.width / input.fx);
     std::vector<splat_camera> cameras(options.views);
-    check(splat_camera_orbit(scene.get(), &desc, options.views, cameras.data()));
+    check(splat_camera_orbit(task.scene.get(), &desc, options.views, cameras.data()));
     return cameras;
 }
 
 /// Fit s d + t to the true depth by least squares where both are known. The truth is cut out as the
 /// picture was; larger is farther.
-Json compare_depth(const PredictionOptions& options, Network& network, const Scene& scene,
-                   const Task& task) {
-    splat_photo_desc desc = photo_desc(options, network);
-    desc.depth = options.true_depth.c_str();
-    const std::size_t pixels = std::size_t{network.resolution()} * network.resolution();
+Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const Task& task) {
+    splat_picture picture = picture_of(options);
+    picture.depth.path = options.true_depth.c_str();
+    const std::uint32_t side = loaded.info.resolution;
+    const std::size_t pixels = std::size_t{side} * side;
     std::vector<float> truth(pixels), known(pixels);
-    auto out = sized<splat_dataset_views>();
-    out.depths = truth.data();
-    out.masks = known.data();
-    if (splat_photo_read(&desc, &out, nullptr, 0, nullptr) < SPLAT_OK)
-        throw Failure(kBadData, splat_last_error_message());
-    const Depth drawn = network.draw_depth(scene, task.views.cameras[0]);
+    auto desc = sized<splat_picture_cut_desc>();
+    desc.resolution = side;
+    std::copy_n(loaded.info.background, 3, desc.background);
+    const auto plane = [&](std::vector<float>& values) {
+        splat_image image{};
+        image.pixels = values.data();
+        image.bytes = values.size() * sizeof(float);
+        image.type = SPLAT_PIXEL_F32;
+        image.width = image.height = side;
+        image.channels = 1;
+        return image;
+    };
+    desc.depth = plane(truth);
+    desc.mask = plane(known);
+    check_data(splat_picture_cut(&picture, &desc, nullptr));
+    const Depth drawn = draw_scene_depth(loaded.device.get(), task.scene, task.cameras.front(),
+                                         loaded.info.background);
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -193,30 +269,15 @@ Json compare_depth(const PredictionOptions& options, Network& network, const Sce
             {"correlation", cov / std::sqrt(vx * vy)}};
 }
 
-void add_scores(const Network& network, const Task& task, const std::vector<float>& images,
+void add_scores(std::uint32_t object, const Task& task, const std::vector<float>& images,
                 Json& result) {
-    const std::uint32_t side = network.resolution();
-    const std::size_t plane = std::size_t{3} * side * side;
-    Scores novel, input;
-    for (std::size_t i = 0; i * plane < images.size(); ++i) {
-        auto scores = sized<splat_image_scores>();
-        check(splat_image_compare(images.data() + i * plane, task.truths.data() + i * plane, 3,
-                                  side, side, &scores));
-        (i < network.views() ? input : novel).add(scores, std::numeric_limits<double>::quiet_NaN());
-    }
-    novel.finish();
-    input.finish();
-    result["psnr"] = novel.psnr;
-    result["ssim"] = novel.ssim;
-    result["novel_views"] = novel.views;
-    result["psnr_input"] = input.psnr;
-}
-
-std::vector<float> interleaved(const float* planes, std::size_t pixels) {
-    std::vector<float> rgb(3 * pixels);
-    for (std::size_t i = 0; i < pixels; ++i)
-        for (std::size_t c = 0; c < 3; ++c) rgb[3 * i + c] = planes[c * pixels + i];
-    return rgb;
+    auto scores = sized<splat_object_scores>();
+    check(splat_evaluator_score_images(task.evaluator.get(), object, images.data(), images.size(),
+                                       &scores));
+    result["psnr"] = scores.novel.psnr;
+    result["ssim"] = scores.novel.ssim;
+    result["novel_views"] = scores.novel.views;
+    result["psnr_input"] = scores.conditioning.psnr;
 }
 
 constexpr std::uint32_t kSheetColumns = 8;
@@ -229,7 +290,7 @@ std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>
     const std::size_t count = images.size() / plane;
     std::vector<const float*> cells;
     for (std::size_t i = 0; i < inputs; ++i) {
-        cells.push_back(task.views.images.data() + plane * i);
+        cells.push_back(task.inputs.data() + plane * i);
         cells.push_back(images.data() + plane * i);
     }
     if (task.truths.empty()) {
@@ -248,27 +309,23 @@ std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>
     return cells;
 }
 
-void write_pictures(const std::string& out, const Network& network, const Task& task,
+void write_pictures(const std::string& out, const splat_predictor_info& info, const Task& task,
                     const std::vector<float>& images) {
-    const std::uint32_t side = network.resolution();
+    const std::uint32_t side = info.resolution;
     const std::size_t pixels = std::size_t{side} * side;
     const std::size_t count = images.size() / (3 * pixels);
-    const auto save = [&](const std::string& name, const float* planes) {
-        const std::vector<float> rgb = interleaved(planes, pixels);
-        check(splat_image_save((out + "/" + name).c_str(), rgb.data(), side, side, 3));
+    const auto save = [&](const std::string& name, const splat_image& image) {
+        check(splat_image_save((out + "/" + name).c_str(), &image));
     };
-    save("input.png", task.views.images.data());
-    std::vector<float> frames;
-    for (std::size_t i = network.views(); i < count; ++i) {
-        const float* const image = images.data() + 3 * pixels * i;
-        save(format("view_%02zu.png", i - network.views()), image);
-        const std::vector<float> rgb = interleaved(image, pixels);
-        frames.insert(frames.end(), rgb.begin(), rgb.end());
+    save("input.png", planar_image(task.inputs.data(), side, 3));
+    std::vector<splat_image> frames;
+    for (std::size_t i = info.views; i < count; ++i) {
+        frames.push_back(planar_image(images.data() + 3 * pixels * i, side, 3));
+        save(format("view_%02zu.png", i - info.views), frames.back());
     }
     check(splat_image_save_animation((out + "/orbit.png").c_str(), frames.data(),
-                                     static_cast<std::uint32_t>(frames.size() / (3 * pixels)), side,
-                                     side, 3, 80));
-    contact_sheet(sheet_cells(task, images, network.views(), 3 * pixels), side, kSheetColumns)
+                                     static_cast<std::uint32_t>(frames.size()), 80));
+    contact_sheet(sheet_cells(task, images, info.views, 3 * pixels), side, kSheetColumns)
         .save(out + "/sheet.png");
 }
 
@@ -297,6 +354,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
             "Depth of the input view",
             format("correlation %.3f, mean error %.3f of its range, after scale and shift",
                    number(result.at("depth"), "correlation"), number(result.at("depth"), "error")));
+    if (result.contains("warnings"))
+        for (const Json& warning : result.at("warnings")) facts.emplace_back("Warning", warning);
     return facts;
 }
 
@@ -322,41 +381,36 @@ std::string write_report(const std::string& out, const Task& task, const Json& r
 
 Json run_prediction(const PredictionOptions& options) {
     const std::string file = options.weights.empty() ? built_in_weights() : options.weights;
-    const Json config = merged_config(config_beside(file, options.config), {});
-    const Device device = open_device(device_desc(options.device));
-    Network network(device.get(), config);
-    network.load(file);
+    const Loaded loaded = load(file, options);
     const Task task =
-        options.data.empty() ? read_photo(options, network) : read_object(options, config, network);
+        options.data.empty() ? read_photo(options, loaded) : read_object(options, loaded);
+    for (const std::string& warning : task.warnings)
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
     make_folder(options.out);
-
-    const Stopwatch predicting;
-    const Scene scene = network.predict(task.views);
-    const double predict_ms = predicting.ms();
-    const std::uint32_t before = network.views() * network.resolution() * network.resolution();
-    check(splat_scene_filter(scene.get(), SPLAT_FILTER_FINITE, kInvisible));
     auto info = sized<splat_scene_info>();
-    check(splat_scene_get_info(scene.get(), &info));
+    check(splat_scene_get_info(task.scene.get(), &info));
     if (info.count == 0)
         throw Failure(kFailed, "the network predicted nothing that can be seen for '" + task.name +
                                    "': is it trained?");
-    check(splat_scene_save(scene.get(), (options.out + "/scene.ply").c_str(), nullptr));
+    check(splat_scene_save(task.scene.get(), (options.out + "/scene.ply").c_str(), nullptr));
 
-    std::vector<splat_camera> cameras = task.views.cameras;
+    std::vector<splat_camera> cameras = task.cameras;
     if (task.truths.empty()) {
-        const auto around = orbit(options, network, scene);
+        const auto around = orbit(options, task);
         cameras.insert(cameras.end(), around.begin(), around.end());
     }
     const Stopwatch drawing;
-    const std::vector<float> images = network.draw(scene, cameras);
+    const std::vector<float> images =
+        draw_scene(loaded.device.get(), task.scene, cameras, loaded.info.background);
     Json result = {{"input", task.name},       {"weights", file},
-                   {"gaussians", info.count},  {"left_out", before - info.count},
-                   {"images", cameras.size()}, {"predict_ms", predict_ms},
-                   {"draw_ms", drawing.ms()},  {"device", info_of(device.get()).name}};
+                   {"gaussians", info.count},  {"left_out", task.left_out},
+                   {"images", cameras.size()}, {"predict_ms", task.predict_ms},
+                   {"draw_ms", drawing.ms()},  {"device", info_of(loaded.device.get()).name}};
     if (!task.photo.is_null()) result["photo"] = task.photo;
-    if (!task.truths.empty()) add_scores(network, task, images, result);
-    if (!options.true_depth.empty()) result["depth"] = compare_depth(options, network, scene, task);
-    write_pictures(options.out, network, task, images);
+    if (!task.warnings.empty()) result["warnings"] = task.warnings;
+    if (!task.truths.empty()) add_scores(options.object, task, images, result);
+    if (!options.true_depth.empty()) result["depth"] = compare_depth(options, loaded, task);
+    write_pictures(options.out, loaded.info, task, images);
     result["report"] = write_report(options.out, task, result);
     return result;
 }

@@ -15,6 +15,7 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/picture.h"
 #include "vkrun/cli/progress.h"
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
@@ -136,16 +137,16 @@ class Renderer {
 
     splat_rasterizer_info draw(const splat_camera& camera) {
         prepare(camera);
-        check(splat_rasterizer_forward_scene(rasterizer_.get(), file_.scene.get(), &camera, 1,
-                                             options_.background.data()));
+        check(splat_rasterizer_forward_scene(rasterizer_.get(), nullptr, file_.scene.get(), &camera,
+                                             1, options_.background.data()));
         auto info = sized<splat_rasterizer_info>();
-        check(splat_rasterizer_get_info(rasterizer_.get(), &info));
+        check(splat_rasterizer_get_info(rasterizer_.get(), nullptr, &info));
         return info;
     }
 
     std::vector<float> read(const OutputKind& kind) {
         std::vector<float> values(std::size_t{width_} * height_ * kind.channels);
-        check(splat_rasterizer_read(rasterizer_.get(), kind.output, values.data(),
+        check(splat_rasterizer_read(rasterizer_.get(), nullptr, kind.output, values.data(),
                                     values.size() * sizeof(float)));
         return values;
     }
@@ -207,8 +208,9 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
             frames.insert(frames.end(), values.begin(), values.end());
         if (options.format == "png") to_picture(kind, values);
         const std::string path = path_of(options, view.name + kind.suffix);
-        check(splat_image_save(path.c_str(), values.data(), view.camera.width, view.camera.height,
-                               kind.channels));
+        const splat_image image =
+            interleaved_image(values.data(), view.camera.width, view.camera.height, kind.channels);
+        check(splat_image_save(path.c_str(), &image));
         files.push_back(path);
     }
     return {{"name", view.name},
@@ -294,9 +296,12 @@ int run_render(const RenderOptions& options) {
     const std::string animation = animation_path(options);
     if (options.animate) {
         const splat_camera& camera = views.front().camera;
-        check(splat_image_save_animation(animation.c_str(), frames.data(),
-                                         static_cast<std::uint32_t>(views.size()), camera.width,
-                                         camera.height, 3, 50));
+        std::vector<splat_image> images;
+        for (std::size_t i = 0; i < views.size(); ++i)
+            images.push_back(interleaved_image(frames.data() + i * frames.size() / views.size(),
+                                               camera.width, camera.height, 3));
+        check(splat_image_save_animation(animation.c_str(), images.data(),
+                                         static_cast<std::uint32_t>(images.size()), 50));
     }
     const double seconds = watch.seconds();
     if (options.json) {

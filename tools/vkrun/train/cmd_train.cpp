@@ -8,11 +8,13 @@
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/config/merged_config.h"
-#include "vkrun/train/training_run.h"
+#include "vkrun/train/training_view.h"
+#include "vkrun/weights/model_load.h"
 
 namespace vkrun {
 namespace {
@@ -22,13 +24,15 @@ constexpr const char* kTrainFooter =
 trained. 'vkrun config list' explains every key, and 'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
-(checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/ and, at the end,
+(checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock and, at the end,
 report.html. Ctrl-C stops after the current step and saves everything. --resume continues from the last
-state; the resumed run has the same bits as an uninterrupted one. peak_bytes in metrics.jsonl and run.json
-is the most device memory used so far, by training and validation.
+state; the resumed run has the same bits as an uninterrupted one. With CONFIG or --set, values that no
+earlier step depends on may change, such as opt.iterations; anything else is an error. peak_bytes in
+metrics.jsonl and run.json is the most device memory used so far, by training and validation.
 
-Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data,
-5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, 130 interrupted.
+Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, or OUT is in use, 3 no device,
+4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or 200 drew
+nothing, 130 interrupted.
 
 Examples:
   vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
@@ -54,36 +58,87 @@ std::string dated_folder() {
 }
 
 struct TrainOptions {
-    TrainingOptions training;
+    std::string config, data, out, init;
+    std::vector<std::string> changes, init_channels;
+    bool resume = false;
+    bool overwrite = false;
+    std::string device = "best";
     bool show = false;
     bool json = false;
 };
 
+/// The configuration as the file and --set give it; of a resumed run the library has the rest.
+void check_config(const TrainOptions& options) {
+    if (options.resume && options.config.empty()) return;
+    const Json config = merged_config(options.config, options.changes);
+    if (!options.resume && options.data.empty() &&
+        config.at("data").at("root").get<std::string>().empty())
+        throw Failure(kUsageError, "no data: name its folder with --data, or as data.root");
+}
+
+Training open_training(splat_device device, const TrainOptions& options) {
+    std::vector<std::string> changes = options.changes;
+    if (!options.data.empty()) changes.push_back("data.root=" + Json(options.data).dump());
+    std::vector<const char*> values;
+    for (const std::string& change : changes) values.push_back(change.c_str());
+    const std::string config = options.config.empty() ? "" : read_text(options.config);
+    auto desc = sized<splat_training_desc>();
+    if (options.resume) desc.flags |= SPLAT_TRAINING_RESUME;
+    if (options.overwrite && !options.resume) desc.flags |= SPLAT_TRAINING_OVERWRITE;
+    desc.folder = options.out.c_str();
+    if (!options.config.empty()) desc.config = config.c_str();
+    desc.values = values.data();
+    desc.value_count = values.size();
+    if (!options.init.empty()) {
+        desc.init = options.init.c_str();
+        desc.init_flags = graft_flags("--init-channels", options.init_channels);
+    }
+    Training training;
+    const splat_result opened = splat_training_open(device, &desc, training.out());
+    const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
+                          opened == SPLAT_ERROR_SHAPE_MISMATCH;
+    check(opened, bad_data ? kBadData : kUsageError);
+    return training;
+}
+
+/// Returns the kind of the event that ended it.
+splat_training_event_kind run(splat_training training, const std::string& folder) {
+    TrainingView view(folder);
+    auto event = sized<splat_training_event>();
+    while (event.kind < SPLAT_EVENT_DONE) {
+        if (g_interrupted != 0) check(splat_training_interrupt(training));
+        check(splat_training_next(training, &event), kBadData);
+        view.show(event);
+    }
+    return event.kind;
+}
+
 int train(TrainOptions& options) {
     if (options.show) {
-        const Json config = merged_config(options.training.config, options.training.changes);
+        const Json config = merged_config(options.config, options.changes);
         std::printf("%s\n", config.dump(2).c_str());
         return kSuccess;
     }
-    if (options.training.out.empty()) {
-        if (options.training.resume)
+    if (options.out.empty()) {
+        if (options.resume)
             throw Failure(kUsageError, "--resume needs --out, the folder of the run");
-        options.training.out = dated_folder();
+        options.out = dated_folder();
     }
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
-    TrainingRun training(options.training);
-    const TrainingEnd end = training.run([] { return g_interrupted != 0; });
-    if (options.json) print_json(training.summary());
+    check_config(options);
+    const Device device = open_device(device_desc(options.device));
+    const Training training = open_training(device.get(), options);
+    const splat_training_event_kind end = run(training.get(), options.out);
+    if (options.json) print_json(library_json(splat_training_report, training.get()));
     switch (end) {
-        case TrainingEnd::kDone:
+        case SPLAT_EVENT_DONE:
             return kSuccess;
-        case TrainingEnd::kInterrupted:
+        case SPLAT_EVENT_INTERRUPTED:
             return kInterrupted;
-        case TrainingEnd::kNotFinite:
+        default:
             return kNotFinite;
     }
-    return kFailed;
 }
 
 }  // namespace
@@ -91,7 +146,7 @@ int train(TrainOptions& options) {
 void add_train(CLI::App& app, int& exit_code) {
     CLI::App* command = add_command(app, "train", "Train a network on a data set.", kTrainFooter);
     auto options = std::make_shared<TrainOptions>();
-    TrainingOptions& t = options->training;
+    TrainOptions& t = *options;
     command
         ->add_option("CONFIG", t.config,
                      "Configuration, YAML or JSON; default: the published cars model")
@@ -109,10 +164,9 @@ void add_train(CLI::App& app, int& exit_code) {
                      "Input channels of --init after RGB: any of depth,normal,mask")
         ->type_name("LIST")
         ->delimiter(',');
-    command->add_flag("--show", options->show, "Print the merged configuration and exit");
+    command->add_flag("--show", t.show, "Print the merged configuration and exit");
     add_device_option(*command, t.device);
-    command->add_flag("--json", options->json,
-                      "Print one JSON object on standard output at the end");
+    command->add_flag("--json", t.json, "Print one JSON object on standard output at the end");
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }
 

@@ -5,12 +5,10 @@
 #include <fstream>
 
 #include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/compare/score_file.h"
-#include "vkrun/compare/significance.h"
-#include "vkrun/train/run_folder.h"
 
 namespace vkrun {
 namespace {
@@ -21,9 +19,20 @@ struct Run {
     std::vector<Json> metrics;
 };
 
+/// The lines of metrics.jsonl that can be read.
+std::vector<Json> read_metrics(const std::filesystem::path& folder) {
+    std::vector<Json> lines;
+    std::ifstream file(folder / "metrics.jsonl");
+    for (std::string line; std::getline(file, line);) {
+        Json json = Json::parse(line, nullptr, false);
+        if (json.is_object() && json.contains("step")) lines.push_back(std::move(json));
+    }
+    return lines;
+}
+
 Run read_run(const std::string& folder) {
     std::ifstream file(std::filesystem::path(folder) / "run.json");
-    Run run{folder, Json::parse(file, nullptr, false), RunFolder::metrics(folder)};
+    Run run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
     if (!run.facts.is_object())
         throw Failure(kBadData, "'" + folder + "' holds no run (no run.json that can be read)");
     return run;
@@ -68,30 +77,48 @@ void add_run(HtmlPage& page, const Run& run) {
                  "validation objects: input, then truth, prediction and error alternately", 1000);
 }
 
+/// `b` compared with `a`, files of scores; empty if they share no object.
+Comparison compare_files(const std::string& a, const std::string& b) {
+    auto desc = sized<splat_compare_desc>();
+    desc.a.path = a.c_str();
+    desc.b.path = b.c_str();
+    if (a == b) desc.resamples = desc.bootstraps = 1;  // only its means are shown
+    Comparison comparison;
+    const splat_result result = splat_compare_scores(&desc, comparison.out());
+    if (result != SPLAT_OK && result != SPLAT_ERROR_NOT_FOUND)
+        throw Failure(kBadData, splat_last_error_message());
+    return comparison;
+}
+
 /// The evaluations in the runs' folders, each compared with the first over the objects of both.
 void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
-    std::vector<ScoreFile> files;
-    std::vector<std::string> names;
+    std::vector<std::string> files, names;
     for (const Run& run : runs) {
         const auto path = std::filesystem::path(run.folder) / "eval" / "per_object.csv";
         if (!std::filesystem::exists(path)) continue;
-        files.push_back(read_scores(path.string()));
+        files.push_back(path.string());
         names.push_back(run.folder);
     }
     if (files.empty()) return;
     std::vector<std::vector<std::string>> rows = {
         {"run", "metric", "mean", "objects", "against " + names[0], "95 %", "p"}};
-    for (std::size_t i = 0; i < files.size(); ++i)
-        for (const MetricSamples& samples : samples_of(files[0], files[i])) {
-            rows.push_back({names[i], samples.metric, format("%.4f", mean(samples.b)),
-                            std::to_string(samples.b.size()), "", "", ""});
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const Comparison comparison = compare_files(files[0], files[i]);
+        if (comparison.get() == nullptr) continue;
+        const Json report = library_json(splat_comparison_report, comparison.get());
+        for (const Json& metric : report.at("metrics")) {
+            const auto number = [&metric](const char* key) { return metric.at(key).get<double>(); };
+            rows.push_back({names[i], metric.at("metric"), format("%.4f", number("mean_b")),
+                            std::to_string(metric.at("n_b").get<std::size_t>()), "", "", ""});
             if (i == 0) continue;
-            const Comparison c = compare_paired(samples.a, samples.b);
+            const Json& interval = metric.at("ci");
             std::vector<std::string>& row = rows.back();
-            row[4] = format("%+.4f", c.difference);
-            row[5] = format("%+.4f to %+.4f", c.low, c.high);
-            row[6] = format("%.2g", c.p_permutation);
+            row[4] = format("%+.4f", number("observed_difference"));
+            row[5] = format("%+.4f to %+.4f", interval.at(0).get<double>(),
+                            interval.at(1).get<double>());
+            row[6] = format("%.2g", number("p_permutation"));
         }
+    }
     page.heading("Evaluations, over the objects that both have");
     page.table(rows);
 }

@@ -14,6 +14,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/config/merged_config.h"
 
 namespace vkrun {
 namespace {
@@ -30,7 +31,9 @@ Examples:
 )";
 
 constexpr const char* kWeightsConvertFooter =
-    R"(OUT is .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint, or .npz.
+    R"(OUT is .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint, or .npz. The
+configuration beside IN, if there is one, is written beside OUT (out.json for out.safetensors), unless OUT
+has the same one.
 
 Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
@@ -174,16 +177,38 @@ struct WeightsConvertOptions {
     bool json = false;
 };
 
+/// The configuration beside IN, with every value; null if there is none that is to lie beside OUT too.
+Json config_to_carry(const WeightsConvertOptions& options) {
+    const std::string found = find_config(options.in);
+    if (found.empty()) {
+        std::fprintf(stderr, "note: no configuration lies beside '%s', so none beside '%s'\n",
+                     options.in.c_str(), options.out.c_str());
+        return nullptr;
+    }
+    if (found == find_config(options.out)) return nullptr;
+    try {
+        return merged_config(found, {});
+    } catch (const Failure& failure) {  // perhaps of another program
+        std::fprintf(stderr, "warning: no configuration is written beside '%s': %s\n",
+                     options.out.c_str(), failure.what());
+        return nullptr;
+    }
+}
+
 int convert(const WeightsConvertOptions& options) {
     check_target(options.out, options.overwrite);
     const WeightsFile file = load(options.in);
+    const Json config = config_to_carry(options);
+    if (!config.is_null()) check_config_target(options.out, config, options.overwrite);
     check(splat_weights_save(file.weights.get(), options.out.c_str(),
                              options.half ? std::uint32_t{SPLAT_WEIGHTS_HALF} : 0U));
+    if (!config.is_null()) write_config_beside(options.out, config);
     if (options.json)
         print_json({{"in", options.in},
                     {"out", options.out},
                     {"half", options.half},
                     {"count", file.count},
+                    {"config", config.is_null() ? Json() : Json(config_target(options.out))},
                     {"warnings", file.report.at("warnings")}});
     else
         std::printf("%s: %u tensors\n", options.out.c_str(), file.count);

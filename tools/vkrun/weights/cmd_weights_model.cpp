@@ -13,6 +13,7 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/config/merged_config.h"
 #include "vkrun/weights/model_load.h"
 
 namespace vkrun {
@@ -23,7 +24,8 @@ constexpr const char* kGraftFooter =
 they belong to, and new channels get zeros, so that predictions stay those of IN until they are trained.
 Adapters, embeddings and attention to tokens that IN lacks start at random.
 
-The field of view is that of the configuration; a warning tells if IN has another.
+The field of view is that of the configuration; a warning tells if IN has another. The configuration, with
+every value, is written beside OUT (out.json for out.safetensors), where predict and eval look for it.
 
 JSON: {in, out, config, copied, widened, fresh, left_out, rays_differ, rays_taken}.
 
@@ -38,7 +40,8 @@ Examples:
 constexpr const char* kMergeFooter =
     R"(OUT is the state dict of the configuration's network without adapters, which are folded into its
 weights: W + lora_alpha / lora_rank * B A. The adapters are in IN, or in the file of --adapters, which
-names them as state dicts or PEFT do.
+names them as state dicts or PEFT do. Their configuration, without adapters, is written
+beside OUT (out.json for out.safetensors).
 
 JSON: {in, out, adapters, config, folded}.
 
@@ -119,12 +122,15 @@ class StartedModel {
 
 int graft(const WeightsModelOptions& options) {
     check_target(options.out, options.overwrite);
+    const Json config = merged_config(options.config, {});
+    check_config_target(options.out, config, options.overwrite);
     StartedModel model(options);
     model.load(options.in, graft_flags("--from", options.from));
     const Json report = model.report();
     Weights made;
     check(splat_model_store(model.get(), made.out()));
     check(splat_weights_save(made.get(), options.out.c_str(), 0));
+    write_config_beside(options.out, config);
     const Json& load = report.at("load");
     if (options.json) {
         Json json = {{"in", options.in}, {"out", options.out}, {"config", report.at("config")}};
@@ -178,10 +184,13 @@ int extract(const WeightsModelOptions& options) {
 
 int merge(const WeightsModelOptions& options) {
     check_target(options.out, options.overwrite);
+    const Json config = merged_config(options.config, {"opt.lora_finetune=false"});
+    check_config_target(options.out, config, options.overwrite);
     const Adapted adapted(options);
     Weights made;
     check(splat_model_export(adapted.model.get(), SPLAT_EXPORT_MERGED, made.out()));
     check(splat_weights_save(made.get(), options.out.c_str(), 0));
+    write_config_beside(options.out, config);
     if (options.json)
         print_json({{"in", options.in},
                     {"out", options.out},

@@ -1,0 +1,222 @@
+/* libsplat: from pictures of an object to a scene.
+ *
+ * A photograph to a file of Gaussians, with the weights that come with the library:
+ *
+ *   splat_predictor predictor;
+ *   splat_scene scene;
+ *   splat_picture picture = {.image.path = "photo.png"};
+ *   splat_predictor_create(device, NULL, &predictor);
+ *   splat_predictor_predict(predictor, &picture, 1, &scene, NULL);
+ *   splat_scene_save(scene, "scene.ply", NULL); */
+#ifndef SPLAT_PREDICT_H
+#define SPLAT_PREDICT_H
+
+#include "model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Pictures -------------------------------------------------------------------------------- */
+
+/* A picture or a map: a file or pixels. A zeroed one is none. Frozen. */
+typedef struct splat_picture_source {
+    const char* path;   /* PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */
+    splat_image pixels; /* reduced to 8 bits, as files of 16 bits are */
+} splat_picture_source;
+
+enum { SPLAT_PICTURE_WHOLE = 1u << 0 }; /* use the largest centred square, not the object's */
+
+/* One view of an object. Frozen. */
+typedef struct splat_picture {
+    splat_picture_source image;
+    splat_picture_source mask;   /* of the object; none: the image's alpha, else what differs from
+                                  * the colour of its border, else the whole image */
+    splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
+    splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
+    uint32_t flags;              /* SPLAT_PICTURE_* */
+    float foreground;            /* the object's longer side, as a part of the square's; 0: 0.65 */
+    double focal;                /* pixels of the image; 0: by its Exif data, else not known */
+    double origin_distance;      /* along the camera's axis, where the network takes it; else 0 */
+    double world_to_camera[16];  /* as splat_camera; all 0: none. Networks of several views need
+                                  * the poses of all, and whole pictures */
+    const float* embedding;      /* of a custom embedding, or NULL */
+    uint64_t embedding_count;    /* numbers */
+    const float* tokens;         /* [token_dim,tokens] where the network takes them, or NULL */
+    uint64_t token_count;        /* numbers */
+} splat_picture;
+
+/* How the object was found. */
+typedef int32_t splat_found;
+enum {
+    SPLAT_FOUND_BY_MASK = 1,
+    SPLAT_FOUND_BY_ALPHA = 2,
+    SPLAT_FOUND_BY_BORDER = 3,
+    SPLAT_FOUND_NOTHING = 4 /* the whole picture counts as the object */
+};
+
+/* Warnings of a picture. */
+enum {
+    SPLAT_PICTURE_NO_OBJECT = 1u << 0, /* nothing was found in a picture that was to be cut out */
+    /* the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5 */
+    SPLAT_PICTURE_FIELD_OF_VIEW = 1u << 1
+};
+
+/* What became of a picture. Frozen. */
+typedef struct splat_picture_info {
+    uint32_t width; /* of the picture, pixels */
+    uint32_t height;
+    splat_found found;
+    uint32_t warnings;  /* SPLAT_PICTURE_* warnings */
+    double square[3];   /* left, top and side of what was cut out, pixels of the picture */
+    double focal;       /* pixels of the picture; 0: not known */
+    double fov_degrees; /* of the square; 0: not known */
+} splat_picture_info;
+
+/* Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not
+ * wanted. */
+typedef struct splat_picture_cut_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* 0 */
+    const void* next; /* NULL */
+    uint32_t resolution;
+    float background[3]; /* behind the object, 0 to 1 */
+    splat_image image;   /* 3 channels */
+    splat_image mask;    /* 1 channel, and so depth */
+    splat_image depth;   /* needs the picture's map; 0 outside of the object */
+    splat_image normal;  /* 3 channels; needs the picture's map; 0.5 outside of the object */
+} splat_picture_cut_desc;
+
+/* Cut a picture and its maps out as a predictor does, without a device.
+ * info      out, may be NULL; it has no warnings of the field of view
+ * Returns as splat_predictor_predict */
+SPLAT_API splat_result splat_picture_cut(const splat_picture* picture,
+                                         const splat_picture_cut_desc* desc,
+                                         splat_picture_info* info);
+
+/* ---- Predictors ------------------------------------------------------------------------------ */
+
+/* A network with weights that turns pictures of an object into a scene, as Splatter Image's
+ * demonstration does. Thread-safe: the device runs one network at a time; pictures are read and cut
+ * out at once. */
+
+/* Get the path of weights that come with the library: below its prefix, or in the sources of its
+ * build folder.
+ * name      "cars64" or NULL: procedural cars at 64 x 64 pixels
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names) */
+SPLAT_API splat_result splat_builtin_weights(const char* name, char* buffer, size_t capacity,
+                                             size_t* needed);
+
+typedef struct splat_predictor_desc {
+    uint32_t struct_size;
+    uint32_t flags;           /* 0 */
+    const void* next;         /* NULL */
+    const char* weights_path; /* a file as of splat_weights_load */
+    /* used instead of reading the file, whose path then only names them; neither: those of
+     * splat_builtin_weights(NULL) */
+    splat_weights weights;
+    /* text, JSON or YAML; NULL: the file of the weights' name with .json or .yaml, else config.json
+     * or config.yaml in their folder */
+    const char* config;
+    const char* adapters_path; /* a file of low-rank adapters, which are folded in */
+    splat_weights adapters;    /* or weights of them; neither: none but those among the weights */
+    double adapters_alpha;     /* 0: lora_alpha of their metadata, else of the configuration */
+} splat_predictor_desc;
+
+/* Create a predictor. If the weights were trained with another field of view than data.fov, theirs
+ * is used, with a warning in the report.
+ * desc      NULL: the built-in weights
+ * Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
+ *   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights that do not fit the configuration),
+ *   or as splat_weights_load, splat_weights_fold and splat_model_create */
+SPLAT_API splat_result splat_predictor_create(splat_device device, const splat_predictor_desc* desc,
+                                              splat_predictor* predictor);
+
+/* What a predictor takes and gives, for what its weights were trained. */
+typedef struct splat_predictor_info {
+    uint32_t struct_size;
+    uint32_t views;           /* pictures of one prediction */
+    uint32_t resolution;      /* R: the network sees squares of R x R pixels */
+    uint32_t channels;        /* of its input */
+    uint32_t depth;           /* 1: it takes a depth map, else 0; so the next three */
+    uint32_t normal;          /* a normal map */
+    uint32_t mask;            /* the object's mask, which is always found */
+    uint32_t origin_distance; /* the distance of the object's origin */
+    uint64_t gaussians;       /* views * R * R, of which a scene gets the visible ones */
+    uint32_t sh_degree;
+    float background[3];  /* behind the object, 0 to 1 */
+    double fov_degrees;   /* across the square; 0: each view has a focal length of its own */
+    const char* category; /* data.category, may be empty; lives as long as the predictor */
+} splat_predictor_info;
+
+/* Describe a predictor.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info). */
+SPLAT_API splat_result splat_predictor_get_info(splat_predictor predictor,
+                                                splat_predictor_info* info);
+
+/* Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences],
+ * "ignored": [sentences on parts of the file that are not read], "category", "metadata" (of the
+ * file), "load" (as splat_model_report), "config"}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_predictor_report(splat_predictor predictor, char* buffer,
+                                              size_t capacity, size_t* needed);
+
+/* Facts of a prediction. The caller sets arrays and capacities; an array may be NULL. */
+typedef struct splat_prediction {
+    uint32_t struct_size;
+    uint32_t camera_capacity;
+    splat_camera* cameras;        /* receives those of the views, relative to the first */
+    splat_picture_info* pictures; /* receives what became of each picture */
+    uint32_t picture_capacity;
+    uint32_t camera_count;  /* out: all there are */
+    uint32_t picture_count; /* out; 0 for an object of a data set */
+    uint32_t reserved;
+    float* inputs;           /* receives what the network sees, [views,channels,R,R] */
+    uint64_t input_capacity; /* numbers */
+    uint64_t gaussians;  /* out, as what follows: of the scene */
+    uint64_t not_finite; /* left out: numbers of theirs are not finite */
+    uint64_t faint;      /* left out: opacity below 1 / 255, which no image of 8 bits shows */
+    double read_ms;      /* to read and cut out the pictures */
+    double network_ms;   /* to run the network and read its Gaussians */
+} splat_prediction;
+
+/* Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
+ * pictures    `count`, as many as the network has views
+ * prediction  NULL: no facts
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
+ *   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
+ *                                  network needs and a picture lacks, or the other way round; maps
+ *                                  of another size; an empty mask; pixels that do not fit
+ *   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_predictor_predict(splat_predictor predictor,
+                                               const splat_picture* pictures, uint32_t count,
+                                               splat_scene* scene, splat_prediction* prediction);
+
+/* The same for an object of a data set that was opened with the predictor's resolution and
+ * background.
+ * views     `count` numbers of views; the network sees the first of them, as many as it takes. The
+ *           cameras of `prediction` are those of all
+ * Returns as splat_predictor_predict and splat_dataset_read */
+SPLAT_API splat_result splat_predictor_predict_object(splat_predictor predictor,
+                                                      splat_dataset dataset, uint32_t object,
+                                                      const uint32_t* views, uint32_t count,
+                                                      splat_scene* scene,
+                                                      splat_prediction* prediction);
+
+/* Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
+ * "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"),
+ * "square", "focal", "fov", "warnings": [sentences]}]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size). */
+SPLAT_API splat_result splat_prediction_report(const splat_prediction* prediction, char* buffer,
+                                               size_t capacity, size_t* needed);
+
+/* Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_predictor_destroy(splat_predictor predictor);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_PREDICT_H */

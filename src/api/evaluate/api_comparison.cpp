@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+
+using namespace splat;
+
+static_assert(SPLAT_VERDICT_NO_DIFFERENCE == static_cast<int>(eval::Verdict::kNoDifference));
+static_assert(SPLAT_VERDICT_BETTER == static_cast<int>(eval::Verdict::kBetter));
+static_assert(SPLAT_VERDICT_WORSE == static_cast<int>(eval::Verdict::kWorse));
+static_assert(SPLAT_VERDICT_NOT_COMPARABLE == static_cast<int>(eval::Verdict::kNotComparable));
+
+namespace {
+
+/// The scores of a file or an array; `name` is "a" or "b".
+Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* name) {
+    if (set.path != nullptr && set.score_count != 0)
+        return error(Code::kInvalidArgument,
+                     "splat_compare_desc.%s has a path and scores, expected one of them", name);
+    if (set.path != nullptr) return eval::read_scores(set.path);
+    if (set.score_count == 0)
+        return error(Code::kInvalidArgument,
+                     "splat_compare_desc.%s has no scores, expected a path or an array", name);
+    SPLAT_TRY(api::require(set.scores, format("desc.%s.scores", name).c_str()));
+    eval::ScoreTable table;
+    std::map<std::string, std::uint64_t> seen;
+    for (std::uint64_t i = 0; i < set.score_count; ++i) {
+        const splat_score& score = set.scores[i];
+        SPLAT_TRY(api::require(score.object, format("desc.%s.scores[%llu].object", name,
+                                                    static_cast<unsigned long long>(i))
+                                                 .c_str()));
+        if (!seen.emplace(score.object, i).second)
+            return error(Code::kInvalidArgument,
+                         "splat_compare_desc.%s has the object '%s' twice, expected it once", name,
+                         score.object);
+        const double values[] = {score.psnr, score.ssim, score.lpips};
+        for (std::size_t metric = 0; metric < std::size(values); ++metric)
+            if (std::isfinite(values[metric]))
+                table.values[eval::kMetrics[metric]][score.object] = values[metric];
+    }
+    table.objects = seen.size();
+    eval::list_metrics(table);
+    return table;
+}
+
+/// The number of a metric.
+splat_metric metric_of(const std::string& name) {
+    const auto* const place = std::find(std::begin(eval::kMetrics), std::end(eval::kMetrics), name);
+    return SPLAT_METRIC_PSNR + static_cast<splat_metric>(place - std::begin(eval::kMetrics));
+}
+
+/// Call `body(finding)` with the comparison in one metric.
+template <class Body>
+splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&& body) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Comparisons::find(comparison, "comparison"));
+        const std::vector<eval::MetricFinding>& metrics = found->comparison.metrics;
+        if (index >= metrics.size())
+            return error(Code::kInvalidArgument, "index is %u, expected less than %zu metrics",
+                         index, metrics.size());
+        return body(metrics[index]);
+    });
+}
+
+Status check_samples(const double* samples, std::uint64_t room, std::size_t needed,
+                     const char* argument) {
+    if (samples == nullptr || room >= needed) return {};
+    return error(Code::kInvalidArgument, "%s is %llu, expected %zu or more", argument,
+                 static_cast<unsigned long long>(room), needed);
+}
+
+}  // namespace
+
+splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparison* comparison) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(comparison, "comparison"));
+        SPLAT_TRY(api::check_desc(desc, "splat_compare_desc", sizeof(splat_compare_desc),
+                                  SPLAT_COMPARE_UNPAIRED));
+        SPLAT_ASSIGN(const eval::ScoreTable a, score_table(desc->a, "a"));
+        SPLAT_ASSIGN(const eval::ScoreTable b, score_table(desc->b, "b"));
+        eval::CompareOptions options;
+        options.unpaired = (desc->flags & SPLAT_COMPARE_UNPAIRED) != 0;
+        options.resample.seed = desc->seed;
+        if (desc->resamples != 0) options.resample.permutations = desc->resamples;
+        if (desc->bootstraps != 0) options.resample.bootstraps = desc->bootstraps;
+        auto object = std::make_shared<api::ComparisonObject>();
+        SPLAT_ASSIGN(object->comparison, eval::compare_scores(a, b, options));
+        *comparison = api::Comparisons::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_comparison_get_info(splat_comparison comparison, splat_comparison_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Comparisons::find(comparison, "comparison"));
+        SPLAT_TRY(api::check_info(info, "splat_comparison_info", sizeof(splat_comparison_info)));
+        const eval::ScoreComparison& found = object->comparison;
+        splat_comparison_info filled{};
+        filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
+        filled.objects_a = found.objects_a;
+        filled.objects_b = found.objects_b;
+        filled.shared_objects = found.shared;
+        filled.unpaired = found.unpaired ? 1 : 0;
+        filled.comparable = found.comparable ? 1 : 0;
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index,
+                                     splat_metric_comparison* metric) {
+    return with_metric(comparison, index, [&](const eval::MetricFinding& finding) -> Status {
+        SPLAT_TRY(api::require(metric, "metric"));
+        SPLAT_TRY(api::check_size(*metric, "splat_metric_comparison", sizeof *metric));
+        const eval::Comparison& c = finding.comparison;
+        splat_metric_comparison filled{};
+        filled.metric = metric_of(finding.samples.metric);
+        filled.verdict = static_cast<splat_verdict>(finding.verdict);
+        filled.exact = c.exact ? 1 : 0;
+        filled.mean_a = eval::mean(finding.samples.a);
+        filled.mean_b = eval::mean(finding.samples.b);
+        filled.difference = c.difference;
+        filled.p_permutation = c.p_permutation;
+        filled.p_parametric = c.p_parametric;
+        filled.p_holm = finding.p_holm;
+        filled.low = c.low;
+        filled.high = c.high;
+        filled.effect = c.effect;
+        filled.n_a = finding.samples.a.size();
+        filled.n_b = finding.samples.b.size();
+        api::give(filled, metric);
+        return {};
+    });
+}
+
+splat_result splat_comparison_samples(splat_comparison comparison, uint32_t index, double* a,
+                                      uint64_t a_count, double* b, uint64_t b_count) {
+    return with_metric(comparison, index, [&](const eval::MetricFinding& finding) -> Status {
+        const eval::MetricSamples& samples = finding.samples;
+        SPLAT_TRY(check_samples(a, a_count, samples.a.size(), "a_count"));
+        SPLAT_TRY(check_samples(b, b_count, samples.b.size(), "b_count"));
+        if (a != nullptr) std::copy(samples.a.begin(), samples.a.end(), a);
+        if (b != nullptr) std::copy(samples.b.begin(), samples.b.end(), b);
+        return {};
+    });
+}
+
+splat_result splat_comparison_report(splat_comparison comparison, char* buffer, size_t capacity,
+                                     size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::Comparisons::find(comparison, "comparison"));
+        return give(eval::comparison_text(object->comparison));
+    });
+}
+
+splat_result splat_comparison_destroy(splat_comparison comparison) {
+    return api::destroy<api::Comparisons>(comparison, "comparison");
+}

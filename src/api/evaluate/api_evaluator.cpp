@@ -1,0 +1,254 @@
+#include <cstring>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "api/scene/camera_value.h"
+
+using namespace splat;
+
+namespace {
+
+using EvaluatorPointer = std::shared_ptr<api::EvaluatorObject>;
+
+/// A data set that is already open, with the settings of a configuration or, without a predictor, its own.
+Result<std::unique_ptr<predict::ViewSource>> views_of_dataset(
+    const std::shared_ptr<api::DatasetObject>& object, const config::Settings* settings) {
+    const std::shared_ptr<data::Dataset> dataset(object, object->dataset.get());
+    if (settings != nullptr) return predict::ViewSource::open(*settings, dataset);
+    config::Settings own;
+    own.network.resolution = dataset->resolution();
+    own.training.white_background = dataset->background()[0] > 0;
+    return predict::ViewSource::open(own, dataset);
+}
+
+Result<std::unique_ptr<predict::ViewSource>> evaluator_views(const splat_evaluator_desc& desc,
+                                                             const config::Settings* settings) {
+    if (desc.dataset != nullptr && desc.data_path != nullptr)
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc: dataset and data_path are both given, expected one");
+    if (desc.dataset != nullptr) {
+        SPLAT_ASSIGN(const auto object, api::Datasets::find(desc.dataset, "desc.dataset"));
+        return views_of_dataset(object, settings);
+    }
+    if (settings == nullptr)
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc.dataset is NULL, expected a data set: without a "
+                     "predictor no configuration says how to open a folder");
+    return predict::ViewSource::open(*settings, desc.data_path == nullptr ? "" : desc.data_path,
+                                     desc.split == nullptr ? "test" : desc.split);
+}
+
+Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
+                                          const config::Settings* settings) {
+    eval::Protocol protocol;
+    protocol.novel = desc.novel_views;
+    protocol.objects = desc.objects;
+    protocol.inputs = settings != nullptr ? settings->network.views
+                      : desc.inputs != 0  ? desc.inputs
+                                          : 1;
+    if (desc.conditioning_count == 0) return protocol;
+    SPLAT_TRY(api::require(desc.conditioning, "desc.conditioning"));
+    if (settings != nullptr && desc.conditioning_count != settings->network.views)
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc.conditioning_count is %llu, expected %u: the network's "
+                     "inputs",
+                     static_cast<unsigned long long>(desc.conditioning_count),
+                     settings->network.views);
+    protocol.conditioning.assign(desc.conditioning, desc.conditioning + desc.conditioning_count);
+    return protocol;
+}
+
+Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
+    auto object = std::make_shared<api::EvaluatorObject>();
+    const config::Settings* settings = nullptr;
+    eval::Evaluation labels;
+    if (desc.method != nullptr) labels.method = desc.method;
+    if (desc.predictor != nullptr) {
+        SPLAT_ASSIGN(object->predictor, api::Predictors::find(desc.predictor, "desc.predictor"));
+        settings = &object->predictor->settings;
+        labels.weights = object->predictor->path;
+        labels.device = object->predictor->context->device().info().name;
+    } else if (labels.method.empty()) {
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc has neither a predictor nor a method, expected one");
+    }
+    SPLAT_ASSIGN(auto views, evaluator_views(desc, settings));
+    SPLAT_ASSIGN(eval::Protocol protocol, evaluator_protocol(desc, settings));
+    eval::Lpips lpips;
+    if (desc.lpips != nullptr) {
+        SPLAT_ASSIGN(object->lpips, api::Lpipses::find(desc.lpips, "desc.lpips"));
+        if (object->lpips->side != views->resolution())
+            return error(Code::kShape,
+                         "splat_evaluator_desc.lpips is for images of %u pixels, expected %u",
+                         object->lpips->side, views->resolution());
+        lpips = {object->lpips->context.get(), object->lpips->net.get()};
+    }
+    object->evaluator = std::make_unique<eval::Evaluator>(std::move(views), std::move(protocol),
+                                                          lpips, std::move(labels));
+    if (desc.method == nullptr)
+        object->evaluator->use(*object->predictor->context, *object->predictor->network);
+    return object;
+}
+
+splat_scores value_of(const eval::Scores& from) {
+    return {from.psnr, from.ssim, from.lpips, from.views, from.perfect};
+}
+
+splat_ledger value_of(const eval::Ledger& from) {
+    return {from.outputs_not_finite, from.gaussians, from.gaussians_not_finite,
+            from.invisible,          from.visible,   from.images_not_finite,
+            from.images_blank};
+}
+
+/// Find the evaluator, score an object with `score(evaluator)`, and give its scores.
+template <class Score>
+splat_result score_with(splat_evaluator evaluator, std::uint32_t object,
+                        splat_object_scores* scores, Score&& score) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        if (scores != nullptr)
+            SPLAT_TRY(api::check_size(*scores, "splat_object_scores", sizeof *scores));
+        SPLAT_ASSIGN(const eval::ObjectScores made, score(*found->evaluator));
+        if (scores == nullptr) return {};
+        splat_object_scores filled{};
+        filled.object = object;
+        filled.name = found->evaluator->data().name(object).c_str();
+        filled.novel = value_of(made.novel);
+        filled.conditioning = value_of(made.conditioning);
+        filled.ledger = value_of(made.ledger);
+        filled.empty_views = made.empty;
+        filled.not_finite = made.ledger.finite() ? 0 : 1;
+        filled.predict_ms = 1e3 * made.predict_seconds;
+        filled.draw_ms = 1e3 * made.draw_seconds;
+        api::give(filled, scores);
+        return {};
+    });
+}
+
+/// Check the room of a caller's array.
+Status check_room(const void* array, std::uint64_t room, std::size_t needed, const char* member) {
+    if (array == nullptr || room >= needed) return {};
+    return error(Code::kInvalidArgument, "splat_evaluated_views.%s is %llu, expected %zu or more",
+                 member, static_cast<unsigned long long>(room), needed);
+}
+
+Status read_views(const eval::Evaluator& evaluator, std::uint32_t object,
+                  splat_evaluated_views& out) {
+    SPLAT_ASSIGN(const eval::EvaluatedViews which, evaluator.views(object));
+    const std::vector<std::uint32_t> numbers = which.all();
+    const std::size_t n = numbers.size();
+    const std::uint32_t side = evaluator.data().resolution();
+    const std::size_t pixels = n * 3 * side * side;
+    SPLAT_TRY(check_room(out.numbers, out.number_count, n, "number_count"));
+    SPLAT_TRY(check_room(out.cameras, out.camera_count, n, "camera_count"));
+    SPLAT_TRY(check_room(out.images, out.image_count, pixels, "image_count"));
+    SPLAT_TRY(check_room(out.drawn, out.drawn_count, pixels, "drawn_count"));
+    if (out.drawn != nullptr &&
+        (evaluator.drawn().size() != pixels || evaluator.drawn_object() != object))
+        return error(Code::kInvalidState,
+                     "object %u is not the latest that splat_evaluator_score drew", object);
+    if (out.images != nullptr || out.cameras != nullptr) {
+        SPLAT_ASSIGN(const predict::Views views, evaluator.read(object));
+        if (out.images != nullptr) std::copy(views.images.begin(), views.images.end(), out.images);
+        if (out.cameras != nullptr)
+            std::transform(views.cameras.begin(), views.cameras.end(), out.cameras,
+                           [](const scene::Camera& camera) { return api::value_of(camera); });
+    }
+    if (out.numbers != nullptr) std::copy(numbers.begin(), numbers.end(), out.numbers);
+    if (out.drawn != nullptr)
+        std::copy(evaluator.drawn().begin(), evaluator.drawn().end(), out.drawn);
+    out.inputs = static_cast<std::uint32_t>(which.conditioning.size());
+    out.novel = static_cast<std::uint32_t>(which.novel.size());
+    return {};
+}
+
+}  // namespace
+
+splat_result splat_evaluator_create(const splat_evaluator_desc* desc, splat_evaluator* evaluator) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(evaluator, "evaluator"));
+        SPLAT_TRY(api::check_desc(desc, "splat_evaluator_desc", sizeof(splat_evaluator_desc), 0));
+        SPLAT_ASSIGN(EvaluatorPointer object, make_evaluator(*desc));
+        *evaluator = api::Evaluators::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_evaluator_get_info(splat_evaluator evaluator, splat_evaluator_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Evaluators::find(evaluator, "evaluator"));
+        SPLAT_TRY(api::check_info(info, "splat_evaluator_info", sizeof(splat_evaluator_info)));
+        splat_evaluator_info filled{};
+        filled.objects = object->evaluator->objects();
+        filled.scored = static_cast<std::uint32_t>(object->evaluator->evaluation().objects.size());
+        filled.resolution = object->evaluator->data().resolution();
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_evaluator_score(splat_evaluator evaluator, uint32_t object,
+                                   splat_object_scores* scores) {
+    return score_with(evaluator, object, scores,
+                      [object](eval::Evaluator& found) { return found.score(object); });
+}
+
+splat_result splat_evaluator_score_images(splat_evaluator evaluator, uint32_t object,
+                                          const float* images, uint64_t count,
+                                          splat_object_scores* scores) {
+    return score_with(evaluator, object, scores,
+                      [&](eval::Evaluator& found) -> Result<eval::ObjectScores> {
+                          SPLAT_TRY(api::require(images, "images"));
+                          return found.score_images(object, {images, count});
+                      });
+}
+
+splat_result splat_evaluator_read(splat_evaluator evaluator, uint32_t object,
+                                  splat_evaluated_views* views) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        SPLAT_TRY(api::require(views, "views"));
+        SPLAT_TRY(api::check_size(*views, "splat_evaluated_views", sizeof *views));
+        return read_views(*found->evaluator, object, *views);
+    });
+}
+
+splat_result splat_evaluator_summary(splat_evaluator evaluator, splat_evaluation_summary* summary) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        SPLAT_TRY(api::require(summary, "summary"));
+        SPLAT_TRY(api::check_size(*summary, "splat_evaluation_summary", sizeof *summary));
+        const eval::Summary made = eval::summary_of(found->evaluator->evaluation());
+        splat_evaluation_summary filled{};
+        filled.objects = made.objects;
+        filled.novel = value_of(made.novel);
+        filled.conditioning = value_of(made.conditioning);
+        filled.ledger = value_of(made.ledger);
+        filled.empty_views = made.empty;
+        filled.objects_not_finite = made.objects_not_finite;
+        filled.predictions_per_second = made.predictions_per_second;
+        filled.images_per_second = made.images_per_second;
+        api::give(filled, summary);
+        return {};
+    });
+}
+
+splat_result splat_evaluator_report(splat_evaluator evaluator, char* buffer, size_t capacity,
+                                    size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        return give(eval::results_text(found->evaluator->evaluation()));
+    });
+}
+
+splat_result splat_evaluator_save(splat_evaluator evaluator, const char* folder) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        SPLAT_TRY(api::require(folder, "folder"));
+        return eval::save(found->evaluator->evaluation(), folder);
+    });
+}
+
+splat_result splat_evaluator_destroy(splat_evaluator evaluator) {
+    return api::destroy<api::Evaluators>(evaluator, "evaluator");
+}

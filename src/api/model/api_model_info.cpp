@@ -1,0 +1,102 @@
+#include <cstring>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "api/model/model_tensors.h"
+#include "api/model/port_list.h"
+
+using namespace splat;
+
+namespace {
+
+splat_model_info info_of(const api::ModelObject& object) {
+    model::Predictor& predictor = *object.predictor;
+    const config::PredictorConfig& c = predictor.config();
+    splat_model_info info{};
+    info.flags = object.flags;
+    info.objects = object.objects;
+    info.views = c.views;
+    info.resolution = c.resolution;
+    info.channels = c.input_channels();
+    info.image_channels = c.image_channels();
+    info.output_channels = predictor.raw_output().shape[1];
+    info.gaussians = c.views * c.resolution * c.resolution;
+    info.sh_degree = c.sh_degree;
+    info.embedding_length = c.embedding == config::Embedding::kCustom ? c.embedding_length() : 0;
+    info.token_dim = c.token_dim;
+    info.tokens = c.tokens;
+    info.slices = predictor.slices();
+    info.fov = c.fov_degrees;
+    info.parameters = predictor.parameters().elements();
+    for (const nn::Parameter& parameter : predictor.parameters().all())
+        if (parameter.trainable) info.trainable += parameter.shape.elements();
+    const model::Ledger ledger = predictor.ledger();
+    info.predicted = ledger.gaussians;
+    info.non_finite = ledger.non_finite;
+    info.faint = ledger.faint;
+    return info;
+}
+
+Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_port_kind kind) {
+    model::Predictor& predictor = *object.predictor;
+    std::vector<splat_port> ports;
+    switch (kind) {
+        case SPLAT_PORT_KIND_INPUT:
+            for (const model::Predictor::Port& port : predictor.inputs())
+                ports.push_back(api::port_of(port.name, port.shape,
+                                             {.optional = port.optional, .graded = port.graded}));
+            return ports;
+        case SPLAT_PORT_KIND_OUTPUT:
+            for (const api::ModelOutput& output : api::model_outputs(predictor))
+                ports.push_back(api::port_of(output.name, output.view.shape,
+                                             {.graded = output.gradient.block != nullptr}));
+            return ports;
+        case SPLAT_PORT_KIND_PARAMETER:
+            for (const nn::Parameter& p : predictor.parameters().all())
+                ports.push_back(
+                    api::port_of(p.name.c_str(), p.shape,
+                                 {.trainable = p.trainable, .graded = p.grad.block != nullptr}));
+            return ports;
+        default:
+            return api::unknown_port_kind(kind);
+    }
+}
+
+}  // namespace
+
+splat_result splat_model_get_info(splat_model model, splat_model_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
+        SPLAT_TRY(api::check_info(info, "splat_model_info", sizeof(splat_model_info)));
+        api::give(info_of(*object), info);
+        return {};
+    });
+}
+
+splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_port* ports,
+                               uint32_t capacity, uint32_t* count) {
+    return api::guarded_ports(ports, capacity, count, [&]() -> Result<std::vector<splat_port>> {
+        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
+        return ports_of(*object, kind);
+    });
+}
+
+splat_result splat_model_tensor(splat_model model, const char* name, splat_tensor* tensor) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_TRY(api::require(tensor, "tensor"));
+        auto made = std::make_shared<api::TensorObject>(object->context);
+        {
+            const std::lock_guard lock(object->context->mutex);
+            SPLAT_ASSIGN(api::ModelTensor found,
+                         api::find_model_tensor(*object->predictor, object->objects, name));
+            made->view = found.view;
+            made->use = std::move(found.use);
+        }
+        made->name = name;
+        made->owner = object;
+        *tensor = api::Tensors::add(std::move(made));
+        return {};
+    });
+}

@@ -1,0 +1,137 @@
+#include "api/model/model_tensors.h"
+
+#include <charconv>
+#include <optional>
+
+namespace splat::api {
+namespace {
+
+using model::Predictor;
+
+constexpr std::pair<Predictor::Input, const char*> kGradedInputs[] = {
+    {Predictor::Input::kImages, "images"},
+    {Predictor::Input::kEmbedding, "embedding"},
+    {Predictor::Input::kTokens, "tokens"}};
+
+/// "grad:means[1]" taken apart.
+struct TensorName {
+    bool gradient = false;
+    std::string base;
+    std::optional<std::uint32_t> object;
+};
+
+TensorName parse_name(const std::string& text) {
+    TensorName name;
+    name.gradient = text.starts_with("grad:");
+    name.base = name.gradient ? text.substr(5) : text;
+    const std::size_t open = name.base.find('[');
+    if (open == std::string::npos || !name.base.ends_with(']')) return name;
+    std::uint32_t object = 0;
+    const char* const end = name.base.data() + name.base.size() - 1;
+    const auto [stop, fault] = std::from_chars(name.base.data() + open + 1, end, object);
+    if (fault != std::errc() || stop != end) return name;
+    name.object = object;
+    name.base.resize(open);
+    return name;
+}
+
+/// Object `i` of a tensor whose first dimension is that of the objects, or of their images.
+Result<vk::BufferView> object_part(const vk::BufferView& all, vk::Context& context,
+                                   std::uint32_t objects, std::uint32_t i, const char* name) {
+    if (i >= objects)
+        return error(Code::kInvalidArgument, "'%s': expected an object less than %u", name,
+                     objects);
+    std::vector<std::int64_t> dims;
+    if (all.shape[0] != objects) dims.push_back(all.shape[0] / objects);
+    for (std::uint32_t axis = 1; axis < all.shape.rank(); ++axis) dims.push_back(all.shape[axis]);
+    if (dims.back() == 1) dims.pop_back();
+    SPLAT_ASSIGN(const Shape shape, Shape::create(dims, name));
+    const std::uint64_t bytes = shape.elements() * sizeof(float);
+    const std::uint64_t alignment = context.device().info().limits.offset_alignment;
+    if (objects > 1 && (bytes % alignment != 0 || bytes % 16 != 0))
+        return error(Code::kUnsupported,
+                     "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
+                     "the tensor of all objects",
+                     name, static_cast<unsigned long long>(bytes),
+                     static_cast<unsigned long long>(alignment));
+    vk::BufferView part = objects > 1 ? all.part(i * bytes, bytes) : all;
+    part.shape = shape;
+    return part;
+}
+
+Status no_gradients() {
+    return error(Code::kInvalidState, "the model was made without SPLAT_MODEL_GRADIENTS");
+}
+
+Result<vk::BufferView> parameter_view(const nn::Parameter& parameter, bool gradient) {
+    if (!gradient) return parameter.value;
+    if (parameter.grad.block != nullptr) return parameter.grad;
+    return error(Code::kInvalidState, "parameter '%s' has no gradient: %s", parameter.name.c_str(),
+                 parameter.trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
+                                     : "the configuration does not train it");
+}
+
+}  // namespace
+
+Status expect_ran(const ModelObject& object) {
+    if (object.ran) return {};
+    return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
+}
+
+std::vector<ModelOutput> model_outputs(const Predictor& predictor) {
+    const Predictor::Outputs o = predictor.outputs();
+    Predictor::Outputs g;
+    if (predictor.has_gradients()) g = predictor.output_gradients();
+    return {{"means", o.means, g.means},
+            {"opacities", o.opacities, g.opacities},
+            {"scales", o.scales, g.scales},
+            {"rotations", o.rotations, g.rotations},
+            {"sh", o.sh, g.sh},
+            {"raw", predictor.raw_output(), {}}};
+}
+
+Result<ModelTensor> find_model_tensor(Predictor& predictor, std::uint32_t objects,
+                                      const std::string& text) {
+    const TensorName name = parse_name(text);
+    for (const ModelOutput& output : model_outputs(predictor)) {
+        if (name.base != output.name || (name.gradient && name.base == "raw")) continue;
+        if (name.gradient && !predictor.has_gradients()) return no_gradients();
+        ModelTensor found{name.gradient ? output.gradient : output.view,
+                          name.gradient ? predictor.outside_gradients() : predictor.outside(),
+                          !name.gradient, false};
+        if (name.object) {
+            SPLAT_ASSIGN(found.view, object_part(found.view, predictor.context(), objects,
+                                                 *name.object, text.c_str()));
+        }
+        return found;
+    }
+    if (!name.object) {
+        for (const auto& [input, known] : kGradedInputs) {
+            if (!name.gradient || name.base != known) continue;
+            SPLAT_ASSIGN(const vk::BufferView view, predictor.input_gradient_tensor(input));
+            return ModelTensor{view, predictor.outside_gradients(), false, true};
+        }
+        for (const Predictor::Port& port : predictor.inputs()) {
+            if (name.gradient || name.base != port.name) continue;
+            SPLAT_ASSIGN(const vk::BufferView view, predictor.input_tensor(port.name));
+            return ModelTensor{view, predictor.outside(), false, false};
+        }
+        if (const nn::Parameter* parameter = predictor.parameters().find(name.base)) {
+            SPLAT_ASSIGN(const vk::BufferView view, parameter_view(*parameter, name.gradient));
+            return ModelTensor{
+                view,
+                name.gradient ? predictor.outside_gradients() : predictor.parameters().outside(),
+                false, false};
+        }
+    }
+    std::string inputs;
+    for (const Predictor::Port& port : predictor.inputs()) inputs += std::string(", ") + port.name;
+    return error(
+        Code::kNotFound,
+        "'%s' is not a result (means, opacities, scales, rotations, sh, raw; of one object "
+        "'means[0]'), an input (%s), a parameter, or a gradient ('grad:' and the name of a "
+        "result, a parameter, images, embedding or tokens)",
+        text.c_str(), inputs.c_str() + 2);
+}
+
+}  // namespace splat::api

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "api/handles.h"
+
+namespace splat::api {
+
+/// Memory of a model that a name of splat_model_tensor means.
+struct ModelTensor {
+    vk::BufferView view;
+    std::shared_ptr<vk::OutsideUse> use;
+    bool of_pass = false;      ///< an output: undefined before the first pass
+    bool of_backward = false;  ///< an input's gradient: undefined before the first backward pass
+};
+
+/// Errors: kNotFound, kInvalidArgument (no such object), kInvalidState (no such gradient is
+/// computed), kUnsupported (the device cannot bind the object's part).
+Result<ModelTensor> find_model_tensor(model::Predictor& predictor, std::uint32_t objects,
+                                      const std::string& name);
+
+/// Errors: kInvalidState before the first forward pass.
+Status expect_ran(const ModelObject& object);
+
+/// Names of the outputs, in the order of splat_model_gradients, then "raw".
+struct ModelOutput {
+    const char* name;
+    vk::BufferView view;
+    vk::BufferView gradient;  ///< empty without gradients
+};
+std::vector<ModelOutput> model_outputs(const model::Predictor& predictor);
+
+}  // namespace splat::api

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "api/api_guard.h"
+#include "core/shape.h"
+
+namespace splat::api {
+
+struct PortFlags {
+    bool optional = false;
+    bool trainable = false;
+    bool graded = false;
+};
+
+splat_port port_of(const char* name, const Shape& shape, PortFlags flags);
+
+/// kInvalidArgument.
+Status unknown_port_kind(splat_port_kind kind);
+
+/// Run the body of an entry point that lists ports: `body()` returns all of them.
+template <class Body>
+splat_result guarded_ports(splat_port* ports, std::uint32_t capacity, std::uint32_t* count,
+                           Body&& body) noexcept {
+    bool cut = false;
+    const splat_result result = guarded([&]() -> Status {
+        SPLAT_ASSIGN(const std::vector<splat_port> all, body());
+        if (capacity > 0) SPLAT_TRY(require(ports, "ports"));
+        std::copy_n(all.begin(), std::min<std::size_t>(all.size(), capacity), ports);
+        if (count != nullptr) *count = static_cast<std::uint32_t>(all.size());
+        cut = all.size() > capacity;
+        return {};
+    });
+    return result == SPLAT_OK && cut ? SPLAT_INCOMPLETE : result;
+}
+
+}  // namespace splat::api

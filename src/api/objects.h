@@ -1,0 +1,243 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "api/api_guard.h"
+#include "api/on_device.h"
+#include "data/dataset.h"
+#include "eval/compare_scores.h"
+#include "eval/evaluator.h"
+#include "io/weights_file.h"
+#include "model/lpips_net.h"
+#include "model/module.h"
+#include "model/weights.h"
+#include "nn/op_instance.h"
+#include "predict/network.h"
+#include "raster/pack.h"
+#include "splat.h"
+#include "train/batches.h"
+#include "train/scheduled_optimiser.h"
+#include "train/trainer.h"
+#include "train/training.h"
+
+namespace splat::api {
+
+/// The object behind splat_device.
+struct DeviceObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::unique_ptr<vk::DeferredWork> saving;  ///< of pipelines, for splat_device_destroy
+};
+
+/// The object behind splat_tensor: row-major elements on the device.
+struct TensorObject : OfDevice {
+    using OfDevice::OfDevice;
+    ~TensorObject() {
+        end_mapping();
+        if (!exposed) return;
+        written();
+        --use->exposed;
+    }
+    std::string name;
+    splat_dtype dtype = SPLAT_DTYPE_F32;
+    OnDevice<vk::Buffer> buffer{*this};  ///< empty if `owner` has the memory
+    vk::BufferView view;
+    std::shared_ptr<void> owner;           ///< a model
+    std::shared_ptr<vk::OutsideUse> use;   ///< what the owner must know; else nullptr
+    std::atomic<splat_access> mapped = 0;  ///< 0 while not mapped; changes under the mutex
+    std::vector<std::byte> mapped_copy;    ///< where device memory is not host-visible
+    std::atomic<bool> exposed = false;     ///< a pointer was given away, and `use` knows it
+
+    [[nodiscard]] std::uint64_t bytes() const { return view.shape.elements() * 4; }
+
+    /// Call for each call of the library that writes the elements.
+    void written() const {
+        if (use != nullptr) ++use->writes;
+    }
+    /// Call when a pointer is given away through which others may write while the tensor lives.
+    void expose() {
+        if (use != nullptr && !exposed.exchange(true)) ++use->exposed;
+    }
+    void begin_mapping(splat_access access) {
+        if (use != nullptr) ++use->mapped;
+        mapped = access;
+    }
+    void end_mapping() {
+        if (mapped == 0) return;
+        if (mapped != SPLAT_ACCESS_READ) written();
+        if (use != nullptr) --use->mapped;
+        mapped = 0;
+    }
+};
+
+/// The object behind splat_op.
+struct OpObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::vector<std::shared_ptr<TensorObject>> tensors;               ///< destroyed after `op`
+    std::vector<std::shared_ptr<TensorObject>> outputs, grad_inputs;  ///< those that passes write
+    OnDevice<std::unique_ptr<nn::OpInstance>> op{*this};
+};
+
+/// A copy of a scene on a device, activated and packed with the bands up to a degree. Never
+/// changes.
+struct SceneCopy : OfDevice {
+    using OfDevice::OfDevice;
+    std::uint32_t sh_degree = 0;
+    OnDevice<raster::PackedBuffers> buffers{*this};
+    raster::PackedGaussians packed;  ///< the buffers; no other copy in the process has its version
+};
+
+/// The object behind splat_scene. A context's mutex is locked before that of a scene, never after. Calls
+/// that only read the Gaussians hold it shared, so that they do not wait for one another.
+struct SceneObject {
+    ForkMutex mutex;
+    scene::Gaussians gaussians;
+    std::string report = "{}";  ///< JSON
+    /// Of the current Gaussians. Changed by a holder of `mutex`, or of both, `mutex` being shared.
+    std::vector<std::shared_ptr<SceneCopy>> copies;
+    ForkMutex copies_mutex;
+};
+
+/// Gradients of one backward call, in the kernels' layout. The states of a rasterizer share them.
+struct RasterGradients : OfDevice {
+    using OfDevice::OfDevice;
+    OnDevice<raster::PackedBuffers> gaussians{*this};
+    OnDevice<vk::Buffer> image{*this};  ///< [V,H,W] quads
+    OnDevice<vk::Buffer> depth{*this};  ///< [V,H,W]
+
+    [[nodiscard]] std::uint64_t bytes() const {
+        return gaussians.bytes() + image.bytes() + depth.bytes();
+    }
+};
+
+/// The object behind splat_raster_state: a forward call, and what its backward call needs.
+struct RasterStateObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::shared_ptr<RasterGradients> gradients;  ///< those of its rasterizer
+    std::shared_ptr<SceneCopy> scene;            ///< the one that recorded command lists may name
+    /// The Gaussians of a forward call from tensors; empty before the first such call.
+    OnDevice<raster::PackedBuffers> inputs{*this};
+    OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
+    Published<splat_rasterizer_info> info;  ///< of the latest call
+
+    /// Set `info`. The context's mutex is held.
+    void describe();
+};
+
+/// The object behind splat_rasterizer.
+struct RasterizerObject : OfDevice {
+    using OfDevice::OfDevice;
+    raster::RasterDesc desc;                           ///< capacities
+    std::shared_ptr<RasterGradients> gradients;        ///< without memory unless desc.backward
+    std::shared_ptr<RasterStateObject> default_state;  ///< of calls without a state
+};
+
+/// The object behind splat_weights. Never changes.
+struct WeightsObject {
+    io::WeightsFile file;
+    std::string report;  ///< JSON
+};
+
+/// The object behind splat_dataset. Thread-safe.
+struct DatasetObject {
+    std::unique_ptr<data::Dataset> dataset;
+    std::string report;  ///< JSON
+};
+
+/// Its data set, which keeps the object alive.
+inline std::shared_ptr<data::Dataset> dataset_of(const std::shared_ptr<DatasetObject>& object) {
+    return {object, object->dataset.get()};
+}
+
+/// The text of splat_weights_report; `format` says where the weights come from.
+std::string weights_report(const io::WeightsFile& file, const char* format);
+
+/// The object behind splat_model.
+struct ModelObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::uint32_t objects = 1;                                     ///< of a batch
+    std::uint32_t flags = 0;                                       ///< SPLAT_MODEL_ bits
+    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
+    Published<model::LoadReport> load;                             ///< of the latest load
+    bool ran = false;
+    bool has_input_gradients = false;  ///< input gradients are valid
+};
+
+/// The object behind splat_module.
+struct ModuleObject : OfDevice {
+    using OfDevice::OfDevice;
+    OnDevice<std::unique_ptr<model::Module>> module{*this};
+};
+
+/// The precision in a desc's `field`; 0: balanced. Errors: kInvalidArgument.
+Result<model::Precision> precision_of(splat_precision precision, const char* field);
+
+/// The object behind splat_predictor. Only the network changes.
+struct PredictorObject : OfDevice {
+    using OfDevice::OfDevice;
+    config::Settings settings;
+    std::string path;    ///< of the weights; empty for a handle
+    std::string report;  ///< JSON
+    OnDevice<std::unique_ptr<predict::Network>> network{*this};
+};
+
+/// The object behind splat_trainer.
+struct TrainerObject : OfDevice {
+    using OfDevice::OfDevice;
+    OnDevice<std::shared_ptr<train::Trainer>> trainer{*this};
+};
+
+/// The object behind splat_optimizer.
+struct OptimizerObject : OfDevice {
+    using OfDevice::OfDevice;
+    // What it updates; destroyed after `optimiser`.
+    std::vector<std::shared_ptr<ModelObject>> models;
+    std::vector<std::shared_ptr<ModuleObject>> modules;
+    std::vector<std::shared_ptr<TensorObject>> tensors;  ///< parameters and gradients
+    train::ScheduledStep last;
+    bool stepped = false;  ///< `last` is of a step
+    OnDevice<std::unique_ptr<train::ScheduledOptimiser>> optimiser{*this};
+    std::mutex info_mutex;  ///< locked for moments only
+    splat_optimizer_info info{};
+};
+
+/// The object behind splat_batches.
+struct BatchesObject {
+    train::PrefetchPointer source;
+    std::uint32_t channels = 0, objects = 0;
+    train::Batch batch;  ///< of the latest call, with its cameras
+    std::vector<splat_camera> cameras;
+};
+
+/// The object behind splat_training, which locks its device itself.
+struct TrainingObject : OfDevice {
+    using OfDevice::OfDevice;
+    Interrupt interrupt;
+    std::unique_ptr<train::Training> training;  ///< destroyed before `interrupt`
+    train::Event event;                         ///< of the latest call
+    splat_trainer_info info{};                  ///< of that event
+};
+
+/// The object behind splat_lpips.
+struct LpipsObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::uint32_t side = 0;
+    OnDevice<std::unique_ptr<model::LpipsNet>> net{*this};
+};
+
+/// The object behind splat_evaluator. It locks devices itself.
+struct EvaluatorObject {
+    std::shared_ptr<PredictorObject> predictor;  ///< or nullptr, like the next
+    std::shared_ptr<LpipsObject> lpips;
+    std::unique_ptr<eval::Evaluator> evaluator;  ///< destroyed before them
+};
+
+/// The object behind splat_comparison. Never changes.
+struct ComparisonObject {
+    eval::ScoreComparison comparison;
+};
+
+}  // namespace splat::api

@@ -1,0 +1,69 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "api/scene/camera_value.h"
+#include "api/train/settings.h"
+
+using namespace splat;
+
+namespace {
+
+constexpr std::size_t kBatchesAhead = 2;
+
+splat_trainer_batch batch_of(const api::BatchesObject& object) {
+    const train::Batch& from = object.batch;
+    const auto give = [](const std::vector<float>& values, const float*& array, uint64_t& count) {
+        array = values.empty() ? nullptr : values.data();
+        count = values.size();
+    };
+    splat_trainer_batch batch{};
+    give(from.images, batch.images, batch.images_count);
+    give(from.view_to_world, batch.view_to_world, batch.view_to_world_count);
+    give(from.quaternions, batch.quaternions, batch.quaternions_count);
+    give(from.focals, batch.focals, batch.focals_count);
+    give(from.embedding, batch.embedding, batch.embedding_count);
+    give(from.tokens, batch.tokens, batch.tokens_count);
+    give(from.targets, batch.targets, batch.targets_count);
+    batch.cameras = object.cameras.data();
+    batch.cameras_count = object.cameras.size();
+    batch.channels = object.channels;
+    batch.objects = object.objects;
+    return batch;
+}
+
+}  // namespace
+
+splat_result splat_batches_create(splat_dataset dataset, const char* config, uint64_t seed,
+                                  splat_batches* batches) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
+        SPLAT_TRY(api::require(batches, "batches"));
+        SPLAT_ASSIGN(const config::Settings settings, api::settings_of(config, {}));
+        SPLAT_ASSIGN(auto views, predict::ViewSource::open(settings, api::dataset_of(found)));
+        train::BatchSource source(std::move(views), settings, seed);
+        SPLAT_TRY(source.check());
+        auto object = std::make_shared<api::BatchesObject>();
+        object->channels = settings.network.input_channels();
+        object->objects = settings.training.batch_size;
+        SPLAT_ASSIGN(object->source, train::Prefetch::create(std::move(source), kBatchesAhead));
+        *batches = api::AllBatches::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trainer_batch* batch) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::AllBatches::find(batches, "batches"));
+        SPLAT_TRY(api::require(batch, "batch"));
+        SPLAT_TRY(api::check_size(*batch, "splat_trainer_batch", sizeof(splat_trainer_batch)));
+        SPLAT_ASSIGN(object->batch, object->source->get(step));
+        object->cameras.clear();
+        for (const scene::Camera& camera : object->batch.cameras)
+            object->cameras.push_back(api::value_of(camera));
+        api::give(batch_of(*object), batch);
+        return {};
+    });
+}
+
+splat_result splat_batches_destroy(splat_batches batches) {
+    return api::destroy<api::AllBatches>(batches, "batches");
+}

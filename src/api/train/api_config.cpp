@@ -1,0 +1,24 @@
+#include "api/api_guard.h"
+#include "api/train/settings.h"
+#include "config/config_file.h"
+#include "config/effects.h"
+#include "core/json_writer.h"
+
+using namespace splat;
+
+splat_result splat_config_check(const char* text, const char* const* values, size_t count,
+                                char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto texts, api::texts_of(values, count));
+        Config config("configuration");
+        if (text != nullptr) {
+            SPLAT_ASSIGN(config, read_config(text, "configuration"));
+        }
+        SPLAT_ASSIGN(config, config::with_values(config, texts));
+        SPLAT_ASSIGN(const auto warnings, config::training_warnings(config));
+        JsonWriter json;
+        json.begin_object().key("warnings").begin_array();
+        for (const std::string& warning : warnings) json.value(warning);
+        return give(json.end().end().text());
+    });
+}

@@ -1,0 +1,30 @@
+#include "api/train/settings.h"
+
+#include "api/api_guard.h"
+#include "config/config_file.h"
+
+namespace splat::api {
+
+Result<config::Settings> settings_of(const char* text, std::span<const std::string> changes) {
+    Config config("configuration");
+    if (text != nullptr) {
+        SPLAT_ASSIGN(config, read_config(text, "configuration"));
+    }
+    SPLAT_ASSIGN(config, config::with_values(config, changes));
+    config::Settings made;
+    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.training, config::train_config(config));
+    return made;
+}
+
+Result<std::vector<std::string>> texts_of(const char* const* values, std::size_t count) {
+    if (count > 0) SPLAT_TRY(require(values, "values"));
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < count; ++i) {
+        SPLAT_TRY(require(values[i], format("values[%zu]", i).c_str()));
+        texts.emplace_back(values[i]);
+    }
+    return texts;
+}
+
+}  // namespace splat::api

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "config/config_keys.h"
+
+namespace splat::api {
+
+/// Network and training of a configuration's text, NULL: the defaults, with changes "key=value". Errors: those
+/// of config::predictor_config() and train_config().
+Result<config::Settings> settings_of(const char* text, std::span<const std::string> changes);
+
+/// The texts of a caller's array. Errors: kInvalidArgument for NULL.
+Result<std::vector<std::string>> texts_of(const char* const* values, std::size_t count);
+
+}  // namespace splat::api

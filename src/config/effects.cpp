@@ -1,0 +1,204 @@
+#include "config/effects.h"
+
+#include <algorithm>
+
+#include "config/config_file.h"
+#include "config/key_field.h"
+
+namespace splat::config {
+namespace {
+
+/// Whether a value asks for something.
+bool asks(const ConfigEntry* entry) {
+    if (entry == nullptr || entry->map) return false;
+    if (entry->list) return !entry->values.empty();
+    const ConfigScalar& value = entry->values[0];
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
+    if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole != 0;
+    if (const auto* number = std::get_if<double>(&value)) return *number != 0;
+    if (const auto* text = std::get_if<std::string>(&value)) return !text->empty();
+    return false;
+}
+
+/// Keys that say the same on any machine, whatever their value: which GPU, which class of the published
+/// code. The two of the embedding are checked where there is one.
+constexpr std::string_view kHarmless[] = {
+    "data.name",          "data.split",      "model.name",
+    "model.out_channels", "opt.num_workers", "general.num_workers",
+    "general.device",     "cam_embd.method", "cam_embd.encode_embedding"};
+
+/// A key that has an effect only together with another one.
+struct Dependent {
+    std::string_view key;
+    bool (*acts)(const Settings& settings);
+    const char* otherwise;  ///< behind "has no effect "
+};
+
+bool is_modulated(const Settings& s) {
+    return s.network.embedding != Embedding::kNone;
+}
+
+bool has_tokens(const Settings& s) {
+    return s.network.token_dim > 0;
+}
+
+bool has_lpips(const Settings& s) {
+    return s.training.lpips_weight > 0;
+}
+
+bool has_average(const Settings& s) {
+    return s.training.ema;
+}
+
+bool has_adapters(const Settings& s) {
+    return s.network.lora.rank > 0;
+}
+
+constexpr const char* kNoEmbedding = "where cam_embd.embedding is none";
+constexpr const char* kNoLpips = "while opt.lambda_lpips is 0";
+constexpr const char* kNoAverage = "while opt.ema.use is false";
+constexpr const char* kNoAdapters = "while opt.lora_finetune is false: all parameters are trained";
+
+constexpr Dependent kDependent[] = {
+    {"data.embedding_file",
+     [](const Settings& s) { return s.network.embedding == Embedding::kCustom; },
+     "without data.custom_embedding"},
+    {"data.tokens_file", has_tokens, "where model.token_dim is 0"},
+    {"cam_embd.dimension", is_modulated, kNoEmbedding},
+    {"cam_embd.film", is_modulated, kNoEmbedding},
+    {"opt.step_lr_at", [](const Settings& s) { return s.training.schedule == Schedule::kStep; },
+     "unless opt.lr_schedule is step"},
+    {"opt.start_lpips_after", has_lpips, kNoLpips},
+    {"opt.lpips_weights", has_lpips, kNoLpips},
+    {"opt.ema.beta", has_average, kNoAverage},
+    {"opt.ema.update_every", has_average, kNoAverage},
+    {"opt.ema.update_after_step", has_average, kNoAverage},
+    {"opt.lora_rank", has_adapters, kNoAdapters},
+    {"opt.lora_alpha", has_adapters, kNoAdapters},
+    {"opt.lora_dropout", has_adapters, kNoAdapters},
+    {"opt.lora_targets", has_adapters, kNoAdapters},
+    {"opt.train_with_adapters", has_adapters, kNoAdapters}};
+
+/// Why a key with this value has no effect; empty if it has one, or asks for nothing.
+std::string effect_lacks(const Key& key, const ConfigEntry* entry, const Settings& settings) {
+    const std::string_view name = key.name;
+    if (!asks(entry) ||
+        std::find(std::begin(kHarmless), std::end(kHarmless), name) != std::end(kHarmless))
+        return "";
+    const bool one_device = name == "general.num_devices" && config_value_text(*entry) == "1";
+    if (!key.acts) return one_device ? "" : std::string("here: ") + key.about;
+    for (const Dependent& rule : kDependent) {
+        if (rule.key != name || rule.acts(settings)) continue;
+        // Written configurations have every value, except those of adapters.
+        const bool default_value = key.field.part != Part::kAdapters &&
+                                   same_value(*entry, key.field.write(key, Settings()));
+        return default_value ? "" : rule.otherwise;
+    }
+    return "";
+}
+
+Status refuse_hub(const Config& config) {
+    const ConfigEntry* entry = config.find("opt.pretrained_hf");
+    if (!asks(entry)) return {};
+    SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", "cars"));
+    const bool latest = category == "objaverse" || category == "gso";
+    return error(
+        Code::kInvalidArgument,
+        "%s: 'opt.pretrained_hf' is %s, but libsplat fetches nothing: download model_%s.pth "
+        "of the hub's szymanowiczs/splatter-image-v1 and name the file in "
+        "opt.pretrained_ckpt",
+        config.what().c_str(), config_value_text(*entry).c_str(),
+        latest ? "latest" : category.c_str());
+}
+
+/// Published files name the rank beside "lora_finetune: false"; without that key the adapters are meant.
+Status refuse_lone_adapters(const Config& config) {
+    if (config.find("opt.lora_finetune") != nullptr) return {};
+    for (const Key& key : all_keys()) {
+        const ConfigEntry* entry = config.find(key.name);
+        if (key.field.part != Part::kAdapters || !asks(entry)) continue;
+        return error(Code::kInvalidArgument,
+                     "%s: '%s' is %s, but without opt.lora_finetune there are no adapters: set "
+                     "opt.lora_finetune to true, or to false to train all parameters",
+                     config.what().c_str(), key.name, config_value_text(*entry).c_str());
+    }
+    return {};
+}
+
+/// A training reads the vectors of its views from a file.
+Status refuse_missing_vectors(const Config& config, const Settings& settings) {
+    const auto refuse = [&](const char* key, const char* asked_by) {
+        return error(Code::kInvalidArgument,
+                     "%s: '%s' is empty, expected the file of the vectors that '%s' asks for",
+                     config.what().c_str(), key, asked_by);
+    };
+    if (settings.network.embedding == Embedding::kCustom &&
+        settings.training.embedding_file.empty())
+        return refuse("data.embedding_file", "data.custom_embedding");
+    if (has_tokens(settings) && settings.training.tokens_file.empty())
+        return refuse("data.tokens_file", "model.tokens");
+    return {};
+}
+
+bool contains_any(const std::string& name, const std::vector<std::string>& parts) {
+    return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
+        return name.find(part) != std::string::npos;
+    });
+}
+
+/// New input channels start without influence, through zeros in the first convolution.
+void warn_of_frozen_channels(const PredictorConfig& c, std::vector<std::string>& warnings) {
+    if (!c.depth && !c.normal && !c.mask) return;
+    const std::string layer =
+        format("%s.encoder.enc.%ux%u_conv", c.network_name(), c.resolution, c.resolution);
+    const std::string weight = layer + ".weight";
+    const auto learns = [&](const std::string& parameter) {
+        return !contains_any(parameter, c.frozen);
+    };
+    const bool chosen = c.lora.rank == 0 || contains_any(weight, c.lora.trained);
+    const bool adapted = c.lora.rank > 0 && contains_any(layer, c.lora.targets);
+    if ((chosen && learns(weight)) || (adapted && learns(layer + ".lora_A"))) return;
+    warnings.push_back(format(
+        "'%s' is not trained, so channels of depth, normals or mask that are grafted onto it "
+        "stay without influence: %s",
+        weight.c_str(),
+        chosen || adapted ? "take it out of opt.freeze"
+                          : "name it in opt.train_with_adapters, or in opt.lora_targets"));
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> training_warnings(const Config& config) {
+    Settings settings;
+    SPLAT_ASSIGN(settings.network, predictor_config(config));
+    SPLAT_ASSIGN(settings.training, train_config(config));
+    SPLAT_TRY(refuse_hub(config));
+    SPLAT_TRY(refuse_lone_adapters(config));
+    SPLAT_TRY(refuse_missing_vectors(config, settings));
+    std::vector<std::string> warnings;
+    for (const Key& key : all_keys()) {
+        const std::string lacks = effect_lacks(key, config.find(key.name), settings);
+        if (!lacks.empty())
+            warnings.push_back(format("%s: '%s' has no effect %s", config.what().c_str(), key.name,
+                                      lacks.c_str()));
+    }
+    warn_of_frozen_channels(settings.network, warnings);
+    return warnings;
+}
+
+std::vector<std::string> changed_keys(const Config& run, const Config& given) {
+    const auto text = [](const ConfigEntry* entry) {
+        return entry == nullptr ? std::string() : config_value_text(*entry);
+    };
+    std::vector<std::string> changed;
+    for (const Key& key : all_keys())
+        if (text(run.find(key.name)) != text(given.find(key.name))) changed.emplace_back(key.name);
+    return changed;
+}
+
+bool may_change_on_resume(std::string_view name) {
+    const Key* key = find_key(name);
+    return key != nullptr && key->resumable;
+}
+
+}  // namespace splat::config

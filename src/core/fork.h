@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <shared_mutex>
+
+namespace splat {
+
+/// How many forks lie between the process that loaded the library and this one.
+std::uint32_t fork_generation() noexcept;
+
+/// Call `function` in every child forked from now on, before fork() returns there. Ignores what does
+/// not fit in a small table.
+void at_fork_in_child(void (*function)()) noexcept;
+
+/// A shared mutex that a forked child finds free and with whole data: a fork waits while a thread
+/// holds it exclusively.
+class ForkMutex {
+  public:
+    ForkMutex();
+    ~ForkMutex();
+    ForkMutex(const ForkMutex&) = delete;
+    ForkMutex& operator=(const ForkMutex&) = delete;
+
+    void lock() { mutex_->lock(); }
+    bool try_lock() { return mutex_->try_lock(); }
+    void unlock() { mutex_->unlock(); }
+    void lock_shared() { mutex_->lock_shared(); }
+    bool try_lock_shared() { return mutex_->try_lock_shared(); }
+    void unlock_shared() { mutex_->unlock_shared(); }
+
+  private:
+    friend struct ForkLocks;
+    /// A new one in the child: the threads that held the old one do not exist there.
+    void renew();
+
+    alignas(std::shared_mutex) unsigned char place_[sizeof(std::shared_mutex)];
+    std::shared_mutex* mutex_;
+    ForkMutex* next_ = nullptr;
+    ForkMutex* previous_ = nullptr;
+};
+
+}  // namespace splat

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "eval/score_table.h"
+#include "eval/significance.h"
+
+namespace splat::eval {
+
+/// Below this p, corrected for the number of metrics, a difference is called better or worse.
+inline constexpr double kLevel = 0.05;
+
+enum class Verdict { kNoDifference, kBetter, kWorse, kNotComparable };
+
+/// "no difference shown", "better", "worse", "not comparable"
+const char* verdict_name(Verdict verdict);
+
+/// B against A in one metric.
+struct MetricFinding {
+    MetricSamples samples;
+    Comparison comparison;
+    double p_holm = 1;  ///< p_permutation corrected for the number of metrics
+    Verdict verdict = Verdict::kNoDifference;
+};
+
+struct CompareOptions {
+    bool unpaired = false;
+    ResampleOptions resample;
+};
+
+/// B against A.
+struct ScoreComparison {
+    std::string path_a, path_b;  ///< of tables from files
+    bool unpaired = false;
+    ResampleOptions resample;
+    std::size_t objects_a = 0, objects_b = 0;
+    std::size_t shared = 0;   ///< objects of both
+    bool comparable = false;  ///< false: the difference may come from the objects alone
+    std::string note;         ///< on objects of one table only; may be empty
+    std::vector<MetricFinding> metrics;
+};
+
+/// Test whether B is better than A in each metric that both have. Errors: kNotFound if they share no object
+/// and are compared in pairs.
+Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
+                                       const CompareOptions& options);
+
+/// As JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "permutations",
+/// "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
+/// "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact",
+/// "verdict"}]}.
+std::string comparison_text(const ScoreComparison& comparison);
+
+}  // namespace splat::eval

@@ -1,0 +1,64 @@
+#include "eval/evaluator.h"
+
+#include <algorithm>
+
+#include "data/dataset.h"
+
+namespace splat::eval {
+
+Evaluator::Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protocol,
+                     const Lpips& lpips, Evaluation evaluation)
+    : data_(std::move(data)),
+      protocol_(std::move(protocol)),
+      lpips_(lpips),
+      evaluation_(std::move(evaluation)),
+      objects_(protocol_.objects == 0 ? data_->objects()
+                                      : std::min(protocol_.objects, data_->objects())) {
+    const data::DatasetIndex& index = data_->dataset().index();
+    evaluation_.format = index.format;
+    evaluation_.split = index.split;
+    evaluation_.data_objects = data_->objects();
+}
+
+Result<EvaluatedViews> Evaluator::views(std::uint32_t object) const {
+    if (object >= objects_)
+        return error(Code::kInvalidArgument, "object %u does not exist: there are %u to score",
+                     object, objects_);
+    const std::uint32_t count = data_->views_of(object);
+    if (!protocol_.conditioning.empty())
+        return evaluated_views(count, protocol_.conditioning, protocol_.novel);
+    return evaluated_views(count, protocol_.inputs, protocol_.novel, evaluation_.format);
+}
+
+Result<predict::Views> Evaluator::read(std::uint32_t object) const {
+    SPLAT_ASSIGN(const EvaluatedViews which, views(object));
+    return data_->read(object, which.all(), static_cast<std::uint32_t>(which.conditioning.size()));
+}
+
+Result<ObjectScores> Evaluator::score(std::uint32_t object) {
+    if (network_ == nullptr)
+        return error(Code::kInvalidState,
+                     "the evaluator has no network: it scores the caller's images of '%s'",
+                     evaluation_.method.c_str());
+    SPLAT_ASSIGN(const EvaluatedViews which, views(object));
+    drawn_.clear();
+    SPLAT_ASSIGN(ObjectScores scores,
+                 score_object(*context_, *network_, *data_, object, which, lpips_, &drawn_));
+    drawn_object_ = object;
+    evaluation_.objects[object] = scores;
+    return scores;
+}
+
+Result<ObjectScores> Evaluator::score_images(std::uint32_t object, std::span<const float> images) {
+    SPLAT_ASSIGN(const EvaluatedViews which, views(object));
+    SPLAT_ASSIGN(const predict::Views read, this->read(object));
+    ObjectScores scores;
+    scores.name = data_->name(object);
+    SPLAT_TRY(eval::score_images(lpips_, images, read,
+                                 static_cast<std::uint32_t>(which.conditioning.size()),
+                                 data_->resolution(), scores));
+    evaluation_.objects[object] = scores;
+    return scores;
+}
+
+}  // namespace splat::eval

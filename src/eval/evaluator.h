@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+
+#include "eval/evaluation.h"
+
+namespace splat::eval {
+
+/// What is scored and how.
+struct Protocol {
+    std::vector<std::uint32_t> conditioning;  ///< of every object; empty: that of the data's format
+    std::uint32_t inputs = 1;                 ///< conditioning views, unless they are given
+    std::uint32_t novel = 0;                  ///< novel views of an object, evenly spread; 0: all
+    std::uint32_t objects = 0;                ///< the first ones; 0: all
+};
+
+/// Scores the objects of a data set, one per call. Not thread-safe; it locks the context for each operation
+/// of the device.
+class Evaluator {
+  public:
+    /// Score images of the caller.
+    Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protocol, const Lpips& lpips,
+              Evaluation evaluation);
+
+    /// Let a network draw the images. It must outlive the evaluator, as the network of LPIPS.
+    void use(vk::Context& context, predict::Network& network) {
+        context_ = &context;
+        network_ = &network;
+    }
+
+    /// Objects to score.
+    [[nodiscard]] std::uint32_t objects() const { return objects_; }
+    [[nodiscard]] const predict::ViewSource& data() const { return *data_; }
+    [[nodiscard]] const Evaluation& evaluation() const { return evaluation_; }
+
+    /// The views of an object that are scored. Errors: kInvalidArgument for no such object; those of
+    /// evaluated_views().
+    Result<EvaluatedViews> views(std::uint32_t object) const;
+
+    /// Those views, read from the data set. Errors: also those of ViewSource::read.
+    Result<predict::Views> read(std::uint32_t object) const;
+
+    /// Predict, draw and score an object. Errors: kInvalidState without a network; those of read() and
+    /// of the device.
+    Result<ObjectScores> score(std::uint32_t object);
+
+    /// Score images [n,3,R,R] of views(object), conditioning ones first. Errors: kShape for another number
+    /// of images; those of read() and of the device.
+    Result<ObjectScores> score_images(std::uint32_t object, std::span<const float> images);
+
+    /// What score() drew of its latest object, [n,3,R,R]; empty before.
+    [[nodiscard]] const std::vector<float>& drawn() const { return drawn_; }
+    [[nodiscard]] std::uint32_t drawn_object() const { return drawn_object_; }
+
+  private:
+    std::unique_ptr<predict::ViewSource> data_;
+    Protocol protocol_;
+    Lpips lpips_;
+    vk::Context* context_ = nullptr;  ///< of the network
+    predict::Network* network_ = nullptr;
+    Evaluation evaluation_;
+    std::uint32_t objects_;
+    std::vector<float> drawn_;
+    std::uint32_t drawn_object_ = 0;
+};
+
+}  // namespace splat::eval

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat::eval {
+
+/// The names of scores, in the order of tables.
+inline constexpr const char* kMetrics[] = {"psnr", "ssim", "lpips"};
+
+/// Scores of objects: metric -> name of the object -> value. A value that is not finite is left out.
+struct ScoreTable {
+    std::string path;  ///< empty for scores in memory
+    std::size_t objects = 0;
+    std::vector<std::string> metrics;  ///< those of kMetrics that have values
+    std::map<std::string, std::map<std::string, double>> values;
+};
+
+/// Read per_object.csv or scores.txt ("index_name psnr ssim lpips") of an evaluation; a folder, or
+/// results.json, stands for the per_object.csv in the same folder. Errors: those of io::read_file;
+/// kFormat, naming file and line, if the file is neither, a number is malformed, or an object occurs
+/// twice.
+Result<ScoreTable> read_scores(const std::string& path);
+
+/// Set the metrics of a table with values.
+void list_metrics(ScoreTable& table);
+
+/// Scores of one metric in A and B; if paired, of the same objects in the same order.
+struct MetricSamples {
+    std::string metric;
+    std::vector<double> a;
+    std::vector<double> b;
+};
+
+/// Samples of each metric that both tables have, unless they share no object with it.
+std::vector<MetricSamples> samples_of(const ScoreTable& a, const ScoreTable& b,
+                                      bool unpaired = false);
+
+}  // namespace splat::eval

@@ -1,0 +1,229 @@
+#include "eval/scores.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace splat::eval {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class Seconds {
+  public:
+    [[nodiscard]] double passed() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+bool is_black(std::span<const float> image) {
+    return std::all_of(image.begin(), image.end(), [](float value) { return value == 0; });
+}
+
+/// NaN without a network.
+Result<double> distance(const Lpips& lpips, std::span<const float> image,
+                        std::span<const float> target) {
+    if (lpips.net == nullptr) return kNaN;
+    const std::lock_guard lock(lpips.context->mutex);
+    SPLAT_TRY(lpips.context->write(lpips.net->render(), image.data(), image.size_bytes()));
+    SPLAT_TRY(lpips.context->write(lpips.net->target(), target.data(), target.size_bytes()));
+    SPLAT_TRY(lpips.net->forward());
+    float value = 0;
+    SPLAT_TRY(lpips.context->read(lpips.net->values(), &value, sizeof value));
+    return static_cast<double>(value);
+}
+
+Result<scene::Gaussians> predict_object(vk::Context& context, predict::Network& network,
+                                        const predict::Views& views, Ledger& ledger) {
+    std::vector<float> raw;
+    scene::Gaussians made;
+    {
+        const std::lock_guard lock(context.mutex);
+        SPLAT_ASSIGN(made, network.predict(views));
+        const vk::BufferView& output = network.predictor().raw_output();
+        raw.resize(output.shape.elements());
+        SPLAT_TRY(context.read(output, raw.data(), raw.size() * sizeof(float)));
+    }
+    ledger.outputs_not_finite += count_not_finite(raw);
+    count_gaussians(made, ledger);
+    return made;
+}
+
+/// The novel views of an object: all but the conditioning ones, or `most` of them.
+void choose_novel(std::uint32_t count, std::uint32_t most, EvaluatedViews& views) {
+    std::vector<std::uint32_t> others;
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (std::find(views.conditioning.begin(), views.conditioning.end(), i) ==
+            views.conditioning.end())
+            others.push_back(i);
+    if (most == 0 || most >= others.size()) {
+        views.novel = std::move(others);
+        return;
+    }
+    for (std::size_t i = 0; i < most; ++i)
+        views.novel.push_back(others[i * others.size() / most + others.size() / most / 2]);
+}
+
+Status check_counts(std::uint32_t count, std::size_t inputs) {
+    if (count > inputs) return {};
+    return error(Code::kFormat, "an object has %u views, expected more than %zu", count, inputs);
+}
+
+}  // namespace
+
+void Scores::add(const ImageScores& view, double distance) {
+    ++views;
+    ssim += view.ssim;
+    lpips += distance;
+    if (std::isinf(view.psnr))
+        ++perfect;
+    else
+        psnr += view.psnr;
+}
+
+void Scores::finish() {
+    // 0 / 0 is NaN.
+    ssim /= views;
+    lpips /= views;
+    psnr /= views - perfect;
+}
+
+std::vector<std::uint32_t> EvaluatedViews::all() const {
+    std::vector<std::uint32_t> numbers = conditioning;
+    numbers.insert(numbers.end(), novel.begin(), novel.end());
+    return numbers;
+}
+
+Result<EvaluatedViews> evaluated_views(std::uint32_t count, std::uint32_t inputs,
+                                       std::uint32_t most, std::string_view format) {
+    constexpr std::uint32_t kSrnViews = 251, kSrnStep = 64, kCo3dStep = 30;
+    SPLAT_TRY(check_counts(count, inputs));
+    const bool srn = count == kSrnViews && inputs <= 3;
+    const bool co3d = format == "co3d" && inputs == 2 && count > kCo3dStep;
+    EvaluatedViews views;
+    for (std::uint32_t i = 0; i < inputs; ++i)
+        views.conditioning.push_back(srn ? kSrnStep * (i + 1) : co3d ? kCo3dStep * i : i);
+    choose_novel(count, most, views);
+    return views;
+}
+
+Result<EvaluatedViews> evaluated_views(std::uint32_t count,
+                                       std::span<const std::uint32_t> conditioning,
+                                       std::uint32_t most) {
+    SPLAT_TRY(check_counts(count, conditioning.size()));
+    EvaluatedViews views;
+    for (const std::uint32_t view : conditioning) {
+        if (view >= count)
+            return error(Code::kInvalidArgument,
+                         "conditioning view %u does not exist: an object has %u views", view,
+                         count);
+        if (std::find(views.conditioning.begin(), views.conditioning.end(), view) !=
+            views.conditioning.end())
+            return error(Code::kInvalidArgument, "conditioning view %u is given twice", view);
+        views.conditioning.push_back(view);
+    }
+    choose_novel(count, most, views);
+    return views;
+}
+
+Result<std::vector<float>> draw_object(vk::Context& context, predict::Network& network,
+                                       const predict::Views& views, ObjectScores& scores) {
+    const Seconds predicting;
+    SPLAT_ASSIGN(const scene::Gaussians made,
+                 predict_object(context, network, views, scores.ledger));
+    scores.predict_seconds = predicting.passed();
+    const Seconds drawing;
+    {
+        const std::lock_guard lock(context.mutex);
+        SPLAT_TRY(network.show(made));
+    }
+    const std::span<const scene::Camera> cameras = views.cameras;
+    std::vector<float> images;
+    for (std::size_t first = 0; first < cameras.size(); first += network.kDrawnAtOnce) {
+        const std::size_t count =
+            std::min<std::size_t>(network.kDrawnAtOnce, cameras.size() - first);
+        const std::lock_guard lock(context.mutex);
+        SPLAT_ASSIGN(const std::vector<float> drawn, network.draw(cameras.subspan(first, count)));
+        images.insert(images.end(), drawn.begin(), drawn.end());
+    }
+    scores.draw_seconds = drawing.passed();
+    scores.drawn = static_cast<std::uint32_t>(cameras.size());
+    const std::size_t plane = images.size() / std::max<std::size_t>(cameras.size(), 1);
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        if (is_plain(std::span(images).subspan(i * plane, plane), network.background()))
+            ++scores.ledger.images_blank;
+    return images;
+}
+
+Status score_images(const Lpips& lpips, std::span<const float> images, const predict::Views& views,
+                    std::uint32_t inputs, std::uint32_t side, ObjectScores& scores) {
+    const std::size_t plane = std::size_t{3} * side * side;
+    if (images.size() != views.images.size())
+        return error(Code::kShape,
+                     "%zu numbers of images, expected %zu: %zu views of 3 x %u x %u pixels",
+                     images.size(), views.images.size(), views.images.size() / plane, side, side);
+    const std::size_t count = images.size() / plane;
+    for (std::size_t i = 0; i < count; ++i)
+        if (count_not_finite(images.subspan(i * plane, plane)) > 0)
+            ++scores.ledger.images_not_finite;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::span<const float> image = images.subspan(i * plane, plane);
+        const std::span<const float> target(views.images.data() + i * plane, plane);
+        if (is_black(target)) {
+            ++scores.empty;
+            continue;
+        }
+        ImageScores made{kNaN, kNaN, kNaN};
+        double apart = kNaN;
+        if (scores.ledger.finite()) {
+            SPLAT_ASSIGN(made, compare_images(image, target, 3, side, side));
+            SPLAT_ASSIGN(apart, distance(lpips, image, target));
+        }
+        (i < inputs ? scores.conditioning : scores.novel).add(made, apart);
+    }
+    scores.conditioning.finish();
+    scores.novel.finish();
+    return {};
+}
+
+Result<ObjectScores> score_object(vk::Context& context, predict::Network& network,
+                                  const predict::ViewSource& data, std::uint32_t object,
+                                  const EvaluatedViews& which, const Lpips& lpips,
+                                  std::vector<float>* images, std::vector<float>* truths) {
+    const vk::DeviceCall call(context.mutex);
+    const auto inputs = static_cast<std::uint32_t>(which.conditioning.size());
+    SPLAT_ASSIGN(predict::Views views, data.read(object, which.all(), inputs));
+    ObjectScores scores;
+    scores.name = data.name(object);
+    SPLAT_ASSIGN(std::vector<float> drawn, draw_object(context, network, views, scores));
+    SPLAT_TRY(score_images(lpips, drawn, views, inputs, data.resolution(), scores));
+    if (images != nullptr) *images = std::move(drawn);
+    if (truths != nullptr) *truths = std::move(views.images);
+    return scores;
+}
+
+Scores mean_of(std::span<const ObjectScores> objects, Scores ObjectScores::*which) {
+    Scores mean;
+    std::uint32_t seen = 0, differing = 0;
+    for (const ObjectScores& object : objects) {
+        const Scores& scores = object.*which;
+        if (scores.views == 0) continue;
+        mean.views += scores.views;
+        mean.perfect += scores.perfect;
+        mean.ssim += scores.ssim;
+        mean.lpips += scores.lpips;
+        ++seen;
+        if (scores.views == scores.perfect) continue;
+        mean.psnr += scores.psnr;
+        ++differing;
+    }
+    mean.ssim /= seen;
+    mean.lpips /= seen;
+    mean.psnr /= differing;
+    return mean;
+}
+
+}  // namespace splat::eval

@@ -1,0 +1,169 @@
+#include "predict/pictures.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "data/relative_pose.h"
+#include "scene/camera_pose.h"
+
+namespace splat::predict {
+namespace {
+
+Status check_given(std::size_t i, const char* what, bool given, bool wanted) {
+    if (given == wanted) return {};
+    return error(Code::kInvalidArgument, "pictures[%zu]: %s, but the network takes %s", i,
+                 format(given ? "%s is given" : "%s is missing", what).c_str(),
+                 wanted ? "one" : "none");
+}
+
+Status check_count(std::size_t i, const char* what, std::size_t count, std::size_t wanted) {
+    if (count == wanted) return {};
+    return error(Code::kInvalidArgument,
+                 "pictures[%zu]: the %s has %zu numbers, expected %zu of the configuration", i,
+                 what, count, wanted);
+}
+
+Status check_picture(const config::PredictorConfig& network, std::size_t i,
+                     const PictureInput& given) {
+    SPLAT_TRY(check_given(i, "a depth map", given.picture.depth.has_value(), network.depth));
+    SPLAT_TRY(check_given(i, "a normal map", given.picture.normal.has_value(), network.normal));
+    if (!(given.focal >= 0) || !std::isfinite(given.focal))
+        return error(Code::kInvalidArgument,
+                     "pictures[%zu]: the focal length is %g, expected 0 or more", i, given.focal);
+    if (network.fov_degrees == 0)
+        SPLAT_TRY(check_given(i, "a focal length", given.focal > 0, true));
+    const bool distant = given.origin_distance != 0;
+    SPLAT_TRY(check_given(i, "an origin distance", distant, network.origin_distance));
+    if (distant && !(given.origin_distance > 0 && std::isfinite(given.origin_distance)))
+        return error(Code::kInvalidArgument,
+                     "pictures[%zu]: the origin distance is %g, expected more than 0", i,
+                     given.origin_distance);
+    const bool custom = network.embedding == config::Embedding::kCustom;
+    SPLAT_TRY(check_count(i, "embedding", given.embedding.size(),
+                          custom ? network.embedding_length() : 0));
+    SPLAT_TRY(check_count(i, "array of tokens", given.tokens.size(),
+                          std::size_t{network.token_dim} * network.tokens));
+    if (network.views == 1) return {};
+    if (!given.world_to_camera)
+        return error(Code::kInvalidArgument,
+                     "pictures[%zu]: no pose, expected one for each of the network's %u views", i,
+                     network.views);
+    if (given.crop)
+        return error(Code::kInvalidArgument,
+                     "pictures[%zu]: one of %u views is to be cut out, expected whole pictures: "
+                     "poses belong to these",
+                     i, network.views);
+    return {};
+}
+
+/// The inverse of a rigid pose.
+scene::Mat4 inverse_pose_of(const scene::Mat4& world_to_camera) {
+    scene::Mat4 inverse{};
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column) {
+            inverse[4 * row + column] = world_to_camera[4 * column + row];
+            inverse[4 * row + 3] -=
+                world_to_camera[4 * column + row] * world_to_camera[4 * column + 3];
+        }
+    inverse[15] = 1;
+    return inverse;
+}
+
+void append(std::vector<float>& to, const std::vector<float>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Poses and cameras relative to the first view.
+Status add_cameras(const config::PredictorConfig& network, std::span<const PictureInput> pictures,
+                   Views& views) {
+    std::vector<scene::Mat4> poses;
+    for (const PictureInput& given : pictures) {
+        scene::Camera camera;
+        camera.name = format("pictures[%zu]", poses.size());
+        camera.width = camera.height = network.resolution;
+        camera.fx = static_cast<double>(views.focals[2 * poses.size()]);
+        camera.fy = static_cast<double>(views.focals[2 * poses.size() + 1]);
+        camera.cx = camera.cy = network.resolution / 2.0;
+        if (network.fov_degrees != 0) {
+            SPLAT_ASSIGN(const scene::Camera whole,
+                         scene::camera_from_fov(
+                             network.resolution, network.resolution,
+                             static_cast<double>(network.fov_degrees) * std::numbers::pi / 180));
+            camera.fx = whole.fx;
+            camera.fy = whole.fy;
+        }
+        camera.world_to_camera = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+        if (given.world_to_camera) camera.world_to_camera = *given.world_to_camera;
+        SPLAT_TRY(scene::check_camera(camera));
+        poses.push_back(inverse_pose_of(camera.world_to_camera));
+        views.cameras.push_back(std::move(camera));
+    }
+    SPLAT_ASSIGN(const std::vector<data::RelativeView> relative, data::relative_views(poses));
+    for (std::size_t i = 0; i < relative.size(); ++i) {
+        views.view_to_world.insert(views.view_to_world.end(), relative[i].view_to_world.begin(),
+                                   relative[i].view_to_world.end());
+        views.quaternions.insert(views.quaternions.end(), relative[i].quaternion.begin(),
+                                 relative[i].quaternion.end());
+        views.cameras[i].world_to_camera = inverse_pose(relative[i].view_to_world.data());
+    }
+    return {};
+}
+
+}  // namespace
+
+PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given) {
+    PictureFacts facts;
+    facts.width = photo.width;
+    facts.height = photo.height;
+    facts.whole = !given.crop;
+    facts.found = photo.mask_from;
+    facts.x = photo.x;
+    facts.y = photo.y;
+    facts.side = photo.side;
+    facts.focal = given.focal;
+    if (given.focal > 0)
+        facts.fov_degrees = 2 * std::atan(photo.side / (2 * given.focal)) * 180 / std::numbers::pi;
+    return facts;
+}
+
+Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
+                                       const std::array<float, 3>& background,
+                                       std::span<const PictureInput> pictures) {
+    if (pictures.size() != network.views)
+        return error(Code::kInvalidArgument,
+                     "%zu pictures, expected %u: the network takes that many views of an object",
+                     pictures.size(), network.views);
+    const std::size_t area = std::size_t{network.resolution} * network.resolution;
+    PictureViews made;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        const PictureInput& given = pictures[i];
+        SPLAT_TRY(check_picture(network, i, given));
+        SPLAT_ASSIGN(const data::Photograph photo,
+                     data::cut_photograph(given.picture, {network.resolution, given.crop,
+                                                          given.foreground, background}));
+        Views& views = made.views;
+        append(views.images, photo.image);
+        append(views.inputs, photo.image);
+        if (network.depth) append(views.inputs, photo.depth);
+        if (network.normal) append(views.inputs, photo.normal);
+        if (network.mask) append(views.inputs, photo.mask);
+        if (network.origin_distance)
+            views.inputs.insert(views.inputs.end(), area,
+                                static_cast<float>(given.origin_distance));
+        append(views.embedding, given.embedding);
+        append(views.tokens, given.tokens);
+        const auto focal = static_cast<float>(given.focal / photo.side * network.resolution);
+        views.focals.insert(views.focals.end(), {focal, focal});
+        made.facts.push_back(facts_of(photo, given));
+    }
+    SPLAT_TRY(add_cameras(network, pictures, made.views));
+    return made;
+}
+
+bool field_of_view_differs(const config::PredictorConfig& network, const PictureFacts& facts) {
+    if (network.fov_degrees == 0 || facts.fov_degrees == 0) return false;
+    const double ratio = facts.fov_degrees / static_cast<double>(network.fov_degrees);
+    return ratio > kFieldOfViewFactor || ratio < 1 / kFieldOfViewFactor;
+}
+
+}  // namespace splat::predict

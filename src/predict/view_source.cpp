@@ -1,0 +1,177 @@
+#include "predict/view_source.h"
+
+#include <filesystem>
+
+namespace splat::predict {
+namespace {
+
+std::uint32_t maps_of(const config::PredictorConfig& network) {
+    using data::MapKind;
+    return (network.depth ? data::flag_of(MapKind::kDepth) : 0) |
+           (network.normal ? data::flag_of(MapKind::kNormal) : 0) |
+           (network.mask ? data::flag_of(MapKind::kMask) : 0);
+}
+
+/// Channels of an input image besides RGB, of all views that are read.
+struct Maps {
+    std::vector<float> depths, normals, masks, distances;
+
+    Maps(const config::PredictorConfig& network, std::size_t views, std::size_t pixels)
+        : depths(network.depth ? views * pixels : 0),
+          normals(network.normal ? views * 3 * pixels : 0),
+          masks(network.mask ? views * pixels : 0),
+          distances(views) {}
+};
+
+void append_input(const config::PredictorConfig& network, const Maps& maps, std::size_t view,
+                  std::size_t pixels, Views& views) {
+    const auto append = [&](const std::vector<float>& planes, std::size_t count) {
+        const auto from = planes.begin() + static_cast<std::ptrdiff_t>(view * count * pixels);
+        views.inputs.insert(views.inputs.end(), from,
+                            from + static_cast<std::ptrdiff_t>(count * pixels));
+    };
+    append(views.images, 3);
+    if (network.depth) append(maps.depths, 1);
+    if (network.normal) append(maps.normals, 3);
+    if (network.mask) append(maps.masks, 1);
+    if (network.origin_distance)
+        views.inputs.insert(views.inputs.end(), pixels, maps.distances[view]);
+}
+
+scene::Camera camera_of(const Views& views, std::size_t view, std::uint32_t resolution) {
+    scene::Camera camera;
+    camera.name = format("view %zu", view);
+    camera.width = camera.height = resolution;
+    camera.fx = static_cast<double>(views.focals[2 * view]);
+    camera.fy = static_cast<double>(views.focals[2 * view + 1]);
+    camera.cx = camera.cy = resolution / 2.0;
+    camera.world_to_camera = inverse_pose(views.view_to_world.data() + 16 * view);
+    return camera;
+}
+
+/// The vectors of a file: as the path says, or in the folder of the data.
+Result<data::ViewVectors> vectors_of(const char* key, const std::string& file,
+                                     const std::string& root, const char* asked_by,
+                                     std::vector<std::int64_t> shape,
+                                     const data::DatasetIndex& index) {
+    namespace fs = std::filesystem;
+    if (file.empty())
+        return error(Code::kInvalidArgument,
+                     "'%s' is empty, expected the file of the vectors that '%s' asks for", key,
+                     asked_by);
+    const fs::path beside = fs::path(root) / file;
+    std::error_code none;
+    const bool in_folder = !root.empty() && !fs::exists(file, none) && fs::exists(beside, none);
+    return data::ViewVectors::load(in_folder ? beside.string() : file, std::move(shape), index,
+                                   key);
+}
+
+}  // namespace
+
+scene::Mat4 inverse_pose(const float* view_to_world) {
+    scene::Mat4 pose{};
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column) {
+            // For row vectors, the matrix holds the transpose of the rotation: its inverse.
+            const auto r = static_cast<double>(view_to_world[4 * row + column]);
+            pose[4 * row + column] = r;
+            pose[4 * row + 3] -= r * static_cast<double>(view_to_world[12 + column]);
+        }
+    }
+    pose[15] = 1;
+    return pose;
+}
+
+std::array<float, 3> background_of(const config::Settings& settings) {
+    const float value = settings.training.white_background ? 1.0F : 0.0F;
+    return {value, value, value};
+}
+
+Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,
+                                                     const std::string& root,
+                                                     const std::string& split) {
+    const config::TrainConfig& training = settings.training;
+    data::DatasetDesc desc;
+    desc.path = root.empty() ? training.root : root;
+    if (desc.path.empty())
+        return error(Code::kInvalidArgument, "no data: 'data.root' is empty, expected a folder");
+    desc.format = training.format;
+    desc.split = split;
+    desc.maps = maps_of(settings.network);
+    desc.resolution = settings.network.resolution;
+    desc.limit = training.subset;
+    desc.cache_bytes = training.cache_mib << 20U;
+    desc.background = background_of(settings);
+    SPLAT_ASSIGN(std::shared_ptr<data::Dataset> dataset, data::Dataset::open(desc));
+    return make(settings, std::move(dataset), desc.path);
+}
+
+Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,
+                                                     std::shared_ptr<data::Dataset> dataset) {
+    if (dataset->resolution() != settings.network.resolution)
+        return error(Code::kInvalidArgument,
+                     "the data set was opened at %u x %u pixels, expected %u of "
+                     "'data.training_resolution'",
+                     dataset->resolution(), dataset->resolution(), settings.network.resolution);
+    const std::array<float, 3> expected = background_of(settings);
+    if (dataset->background() != expected)
+        return error(Code::kInvalidArgument,
+                     "the data set was opened with another background, expected %s of "
+                     "'data.white_background'",
+                     expected[0] > 0 ? "white" : "black");
+    const std::uint32_t wanted = maps_of(settings.network);
+    for (const data::MapKind map : data::kMaps)
+        if ((wanted & ~dataset->index().maps & data::flag_of(map)) != 0)
+            return error(Code::kInvalidArgument,
+                         "the data set has no %s maps for every object, which the configuration's "
+                         "network takes",
+                         data::map_name(map));
+    return make(settings, std::move(dataset), settings.training.root);
+}
+
+Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& settings,
+                                                     std::shared_ptr<data::Dataset> dataset,
+                                                     const std::string& root) {
+    const config::PredictorConfig& network = settings.network;
+    std::unique_ptr<ViewSource> made(new ViewSource(network, std::move(dataset)));
+    const data::DatasetIndex& index = made->dataset_->index();
+    if (network.embedding == config::Embedding::kCustom) {
+        SPLAT_ASSIGN(made->embedding_,
+                     vectors_of("data.embedding_file", settings.training.embedding_file, root,
+                                "data.custom_embedding", {network.embedding_length()}, index));
+    }
+    if (network.token_dim > 0) {
+        SPLAT_ASSIGN(made->tokens_,
+                     vectors_of("data.tokens_file", settings.training.tokens_file, root,
+                                "model.tokens", {network.token_dim, network.tokens}, index));
+    }
+    return made;
+}
+
+Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32_t> numbers,
+                               std::uint32_t inputs) const {
+    const std::size_t n = numbers.size();
+    const std::size_t pixels = std::size_t{resolution()} * resolution();
+    Views views;
+    views.images.resize(n * 3 * pixels);
+    views.view_to_world.resize(16 * n);
+    views.quaternions.resize(4 * n);
+    views.focals.resize(2 * n);
+    Maps maps(network_, n, pixels);
+    const auto wanted = [](std::vector<float>& values) {
+        return values.empty() ? nullptr : values.data();
+    };
+    SPLAT_TRY(
+        dataset_->read(object, numbers,
+                       {views.images.data(), wanted(maps.depths), wanted(maps.normals),
+                        wanted(maps.masks), views.view_to_world.data(), views.quaternions.data(),
+                        views.focals.data(), maps.distances.data()}));
+    for (std::size_t i = 0; i < inputs; ++i) append_input(network_, maps, i, pixels, views);
+    for (std::size_t i = 0; i < n; ++i) views.cameras.push_back(camera_of(views, i, resolution()));
+    const auto seen = numbers.first(inputs);
+    if (embedding_) embedding_->append(object, seen, views.embedding);
+    if (tokens_) tokens_->append(object, seen, views.tokens);
+    return views;
+}
+
+}  // namespace splat::predict

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/config_keys.h"
+#include "core/status.h"
+#include "data/dataset.h"
+#include "data/view_vectors.h"
+#include "scene/camera.h"
+#include "scene/vector.h"
+
+namespace splat::predict {
+
+/// Views of one object, in the frame of the first.
+struct Views {
+    std::vector<float> inputs;                              ///< [n,channels,R,R] of the input views
+    std::vector<float> images;                              ///< [n,3,R,R]
+    std::vector<float> view_to_world, quaternions, focals;  ///< as data::ViewArrays
+    std::vector<float> embedding,
+        tokens;  ///< of the input views, as model::PredictorInput; or empty
+    std::vector<scene::Camera> cameras;
+};
+
+/// A data set that a network of a configuration reads. Thread-safe.
+class ViewSource {
+  public:
+    /// Open a split of the data set of a configuration; `root`, unless empty, replaces data.root.
+    /// Errors: kInvalidArgument if neither names a folder, or if the network takes an embedding or tokens
+    /// whose file the configuration does not name; those of Dataset::open and ViewVectors::load.
+    static Result<std::unique_ptr<ViewSource>> open(const config::Settings& settings,
+                                                    const std::string& root,
+                                                    const std::string& split);
+
+    /// Take a data set that is already open; data.root, format and subset are not used. Errors:
+    /// kInvalidArgument, naming the key, if its resolution, its background or its maps are not
+    /// those of the configuration; as above for vectors.
+    static Result<std::unique_ptr<ViewSource>> open(const config::Settings& settings,
+                                                    std::shared_ptr<data::Dataset> dataset);
+
+    [[nodiscard]] std::uint32_t objects() const {
+        return static_cast<std::uint32_t>(dataset_->index().names.size());
+    }
+    [[nodiscard]] const std::string& name(std::uint32_t object) const {
+        return dataset_->index().names[object];
+    }
+    [[nodiscard]] std::uint32_t views_of(std::uint32_t object) const {
+        return dataset_->index().views_of[object];
+    }
+    [[nodiscard]] std::uint32_t resolution() const { return dataset_->resolution(); }
+    [[nodiscard]] data::Dataset& dataset() const { return *dataset_; }
+
+    /// The views with these numbers, in this order; inputs for the first `inputs` of them. Errors: those of
+    /// Dataset::read.
+    [[nodiscard]] Result<Views> read(std::uint32_t object, std::span<const std::uint32_t> views,
+                                     std::uint32_t inputs) const;
+
+  private:
+    ViewSource(const config::PredictorConfig& network, std::shared_ptr<data::Dataset> dataset)
+        : network_(network), dataset_(std::move(dataset)) {}
+    static Result<std::unique_ptr<ViewSource>> make(const config::Settings& settings,
+                                                    std::shared_ptr<data::Dataset> dataset,
+                                                    const std::string& root);
+
+    config::PredictorConfig network_;
+    std::shared_ptr<data::Dataset> dataset_;
+    std::optional<data::ViewVectors> embedding_, tokens_;  ///< where the network takes them
+};
+
+/// The inverse of a rigid pose, given as a matrix for row vectors, in the form of world_to_camera.
+scene::Mat4 inverse_pose(const float* view_to_world);
+
+/// The colour behind objects: white or black.
+std::array<float, 3> background_of(const config::Settings& settings);
+
+}  // namespace splat::predict

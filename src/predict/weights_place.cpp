@@ -1,0 +1,123 @@
+#include "predict/weights_place.h"
+
+#include <dlfcn.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <set>
+
+#include "config/config_file.h"
+
+namespace splat::predict {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFile = "weights.safetensors";
+
+/// Folders of built-in weights, best first: below the prefix of an installed library, which is one or two
+/// folders above it (lib/x86_64-linux-gnu); below the sources of a build folder.
+std::vector<fs::path> weights_folders(const fs::path& library) {
+    const fs::path installed = fs::path("share") / "libsplat" / "weights";
+    std::vector<fs::path> folders = {library.parent_path() / installed,
+                                     library.parent_path().parent_path() / installed};
+    for (fs::path folder = library; folder.has_relative_path(); folder = folder.parent_path())
+        folders.push_back(folder / "tools" / "weights");
+    return folders;
+}
+
+/// The folder of the file that holds this function: the shared library, or a program that has it inside.
+std::string library_folder() {
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&library_folder), &info) == 0 ||
+        info.dli_fname == nullptr)
+        return "";
+    std::error_code none;
+    return fs::canonical(info.dli_fname, none).parent_path().string();
+}
+
+bool is_file(const fs::path& path) {
+    std::error_code none;
+    return fs::is_regular_file(path, none);
+}
+
+std::string names_in(const std::vector<fs::path>& folders) {
+    std::set<std::string> names;
+    std::error_code none;
+    for (const fs::path& folder : folders)
+        for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
+             entry.increment(none))
+            if (is_file(entry->path() / kFile)) names.insert(entry->path().filename().string());
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list;
+}
+
+}  // namespace
+
+Result<std::string> builtin_weights_near(const std::string& library, const std::string& name) {
+    const std::vector<fs::path> folders = weights_folders(library);
+    const bool plain = !name.empty() && name.find('/') == std::string::npos && name[0] != '.';
+    for (const fs::path& folder : folders)
+        if (plain && is_file(folder / name / kFile))
+            return (folder / name / kFile).lexically_normal().string();
+    const std::string names = names_in(folders);
+    return error(
+        Code::kNotFound, "no built-in weights '%s' near the library in '%s', %s", name.c_str(),
+        library.c_str(),
+        names.empty() ? "and no others: name a file of weights" : ("expected " + names).c_str());
+}
+
+Result<std::string> builtin_weights(const std::string& name) {
+    return builtin_weights_near(library_folder(), name);
+}
+
+Result<std::string> config_beside(const std::string& weights) {
+    const fs::path file(weights);
+    const std::string stem = file.stem().string();
+    for (const std::string& name :
+         {stem + ".json", stem + ".yaml", std::string("config.json"), std::string("config.yaml")})
+        if (is_file(file.parent_path() / name)) return (file.parent_path() / name).string();
+    return error(Code::kNotFound,
+                 "no config.json or config.yaml in the folder of '%s': give the configuration",
+                 weights.c_str());
+}
+
+Result<config::Settings> settings_of(const std::string& text, const std::string& what) {
+    SPLAT_ASSIGN(const Config config, read_config(text, what));
+    config::Settings settings;
+    SPLAT_ASSIGN(settings.network, config::predictor_config(config));
+    SPLAT_ASSIGN(settings.training, config::train_config(config));
+    return settings;
+}
+
+Result<double> adapters_alpha(const io::WeightsFile& adapters,
+                              const config::PredictorConfig& network) {
+    for (const auto& [key, value] : adapters.metadata) {
+        if (key != "lora_alpha") continue;
+        char* end = nullptr;
+        const double alpha = std::strtod(value.c_str(), &end);
+        if (end != value.c_str() && *end == 0 && std::isfinite(alpha)) return alpha;
+        return error(Code::kInvalidArgument,
+                     "the adapters' metadata has lora_alpha '%s', expected a number",
+                     value.c_str());
+    }
+    if (network.lora.rank > 0) return static_cast<double>(network.lora.alpha);
+    return error(Code::kInvalidArgument,
+                 "neither the adapters' metadata nor the configuration says lora_alpha: give it");
+}
+
+std::optional<double> field_of_view(const io::NamedTensors& tensors) {
+    const io::NamedTensor* const rays = tensors.find("ray_dirs");
+    if (rays == nullptr || rays->dims.size() != 4 || rays->dims[3] < 2 || rays->values.empty())
+        return std::nullopt;
+    const auto columns = static_cast<std::size_t>(rays->dims[3]);
+    const auto side = static_cast<double>(columns);
+    const double last = std::abs(static_cast<double>(rays->values[columns - 1]));
+    const double degrees = 2 * std::atan(side / (side - 1) * last) * 180 / std::numbers::pi;
+    return std::isfinite(degrees) ? std::optional(degrees) : std::nullopt;
+}
+
+}  // namespace splat::predict

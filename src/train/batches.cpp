@@ -1,0 +1,168 @@
+#include "train/batches.h"
+
+#include <algorithm>
+#include <numeric>
+#include <system_error>
+
+namespace splat::train {
+namespace {
+
+/// splitmix64: numbers from a state that is a number (Steele et al. 2014, "Fast splittable
+/// pseudorandom number generators").
+std::uint64_t next_random(std::uint64_t& state) {
+    state += 0x9E3779B97F4A7C15U;
+    std::uint64_t z = state;
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+    return z ^ (z >> 31U);
+}
+
+/// 0 ... count - 1 in a random order that is the same for the same numbers.
+std::vector<std::uint32_t> permutation(std::uint32_t count, std::uint64_t seed,
+                                       std::uint64_t stream) {
+    std::uint64_t state = seed;
+    state = next_random(state) ^ stream;
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0U);
+    for (std::uint32_t i = count; i > 1; --i)
+        std::swap(order[i - 1], order[next_random(state) % i]);
+    return order;
+}
+
+void append(std::vector<float>& to, const std::vector<float>& from, std::size_t count) {
+    to.insert(to.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+}  // namespace
+
+TrainBatch Batch::view() const {
+    TrainBatch batch;
+    batch.images = images;
+    batch.view_to_world = view_to_world;
+    batch.quaternions = quaternions;
+    batch.focals = focals;
+    batch.embedding = embedding;
+    batch.tokens = tokens;
+    batch.targets = targets;
+    batch.cameras = cameras;
+    return batch;
+}
+
+BatchSource::BatchSource(std::shared_ptr<const predict::ViewSource> data,
+                         const config::Settings& settings, std::uint64_t seed)
+    : data_(std::move(data)),
+      objects_(settings.training.batch_size),
+      views_(settings.network.views),
+      targets_(settings.training.targets),
+      seed_(seed),
+      focals_(settings.network.fov_degrees == 0) {}
+
+Status BatchSource::check() const {
+    if (data_->objects() == 0) return error(Code::kFormat, "the data set has no objects");
+    for (std::uint32_t i = 0; i < data_->objects(); ++i)
+        if (data_->views_of(i) < views_ + 1)
+            return error(Code::kFormat, "object '%s' has %u views, expected at least %u",
+                         data_->name(i).c_str(), data_->views_of(i), views_ + 1);
+    return {};
+}
+
+std::uint32_t BatchSource::object_at(std::uint64_t position) const {
+    const std::uint32_t count = data_->objects();
+    // Even streams are orders of objects, odd ones orders of views.
+    return permutation(count, seed_, 2 * (position / count))[position % count];
+}
+
+Result<Batch> BatchSource::make(std::uint64_t n) const {
+    Batch batch;
+    for (std::uint32_t i = 0; i < objects_; ++i) SPLAT_TRY(add_object(n * objects_ + i, batch));
+    return batch;
+}
+
+Status BatchSource::add_object(std::uint64_t position, Batch& batch) const {
+    const std::uint32_t object = object_at(position);
+    const std::vector<std::uint32_t> order =
+        permutation(data_->views_of(object), seed_, 2 * position + 1);
+    // The first views are both inputs and targets; if there are too few, they repeat.
+    std::vector<std::uint32_t> numbers(order.begin(), order.begin() + views_);
+    for (std::uint32_t t = 0; t < targets_; ++t) numbers.push_back(order[t % order.size()]);
+    SPLAT_ASSIGN(const predict::Views views, data_->read(object, numbers, views_));
+    append(batch.images, views.inputs, views.inputs.size());
+    append(batch.view_to_world, views.view_to_world, std::size_t{16} * views_);
+    append(batch.quaternions, views.quaternions, std::size_t{4} * views_);
+    if (focals_) append(batch.focals, views.focals, std::size_t{2} * views_);
+    append(batch.embedding, views.embedding, views.embedding.size());
+    append(batch.tokens, views.tokens, views.tokens.size());
+    const std::size_t plane = views.images.size() / numbers.size();
+    batch.targets.insert(batch.targets.end(),
+                         views.images.begin() + static_cast<std::ptrdiff_t>(plane * views_),
+                         views.images.end());
+    batch.cameras.insert(batch.cameras.end(), views.cameras.begin() + views_, views.cameras.end());
+    return {};
+}
+
+void PrefetchEnd::operator()(Prefetch* prefetch) const {
+    if (!prefetch->forked()) delete prefetch;
+}
+
+Result<PrefetchPointer> Prefetch::create(BatchSource source, std::size_t ahead) {
+    PrefetchPointer self(new Prefetch(std::move(source), ahead));
+    try {
+        self->thread_ = std::thread([made = self.get()] { made->run(); });
+    } catch (const std::system_error& failed) {
+        return error(Code::kOutOfHostMemory, "no thread to read batches: %s", failed.what());
+    }
+    return self;
+}
+
+Prefetch::~Prefetch() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+}
+
+Result<Batch> Prefetch::get(std::uint64_t n) {
+    if (forked())
+        return error(Code::kInvalidState,
+                     "this process was forked from the one that made the batches: make them in "
+                     "the child, or start children with spawn");
+    std::unique_lock lock(mutex_);
+    if (n != next_ || (idle_ && ready_.empty())) {
+        ready_.clear();
+        next_ = at_ = n;
+        ++generation_;
+        idle_ = false;
+        changed_.notify_all();
+    }
+    changed_.wait(lock, [this] { return !ready_.empty(); });
+    Result<Batch> batch = std::move(ready_.front());
+    ready_.pop_front();
+    ++next_;
+    changed_.notify_all();
+    return batch;
+}
+
+void Prefetch::run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [this] { return stop_ || (!idle_ && ready_.size() < ahead_); });
+        if (stop_) return;
+        const std::uint64_t n = at_++;
+        const std::uint64_t generation = generation_;
+        lock.unlock();
+        Result<Batch> made = Status(Code::kOutOfHostMemory, "no memory for a batch");
+        try {
+            made = source_.make(n);
+        } catch (const std::exception&) {  // of an allocation: the result stays
+        }
+        lock.lock();
+        if (generation != generation_) continue;
+        if (!made.ok()) idle_ = true;
+        ready_.push_back(std::move(made));
+        changed_.notify_all();
+    }
+}
+
+}  // namespace splat::train

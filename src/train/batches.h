@@ -1,0 +1,92 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "config/config_keys.h"
+#include "core/fork.h"
+#include "predict/view_source.h"
+#include "scene/camera.h"
+#include "train/trainer.h"
+
+namespace splat::train {
+
+/// The arrays of one TrainBatch.
+struct Batch {
+    std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens, targets;
+    std::vector<scene::Camera> cameras;
+
+    [[nodiscard]] TrainBatch view() const;
+};
+
+/// The batches of a training. Batch `n` depends on the seed and n alone. Each pass over the objects has
+/// its own order, and each visit of an object chooses its views at random.
+class BatchSource {
+  public:
+    BatchSource(std::shared_ptr<const predict::ViewSource> data, const config::Settings& settings,
+                std::uint64_t seed);
+
+    /// Errors: kFormat, naming an object with too few views.
+    [[nodiscard]] Status check() const;
+
+    /// Thread-safe. Errors: those of ViewSource::read.
+    [[nodiscard]] Result<Batch> make(std::uint64_t n) const;
+
+  private:
+    [[nodiscard]] std::uint32_t object_at(std::uint64_t position) const;
+    Status add_object(std::uint64_t position, Batch& batch) const;
+
+    std::shared_ptr<const predict::ViewSource> data_;
+    std::uint32_t objects_;  ///< per batch
+    std::uint32_t views_;    ///< input images of each
+    std::uint32_t targets_;  ///< images to render, the input images first
+    std::uint64_t seed_;
+    bool focals_;  ///< each view has its own
+};
+
+class Prefetch;
+
+/// Ends a Prefetch, except in a forked child, which does not have its thread.
+struct PrefetchEnd {
+    void operator()(Prefetch* prefetch) const;
+};
+using PrefetchPointer = std::unique_ptr<Prefetch, PrefetchEnd>;
+
+/// Makes batches ahead of time in a thread of its own.
+class Prefetch {
+  public:
+    /// Errors: kOutOfHostMemory if the system has no more threads.
+    static Result<PrefetchPointer> create(BatchSource source, std::size_t ahead);
+    ~Prefetch();
+    Prefetch(const Prefetch&) = delete;
+    Prefetch& operator=(const Prefetch&) = delete;
+
+    /// Batch n. Fast where n follows the number of the call before; after an error, the next call tries again.
+    /// Errors: those of BatchSource::make; kInvalidState in a forked child.
+    Result<Batch> get(std::uint64_t n);
+
+    [[nodiscard]] bool forked() const { return forks_ != fork_generation(); }
+
+  private:
+    Prefetch(BatchSource source, std::size_t ahead) : source_(std::move(source)), ahead_(ahead) {}
+    void run();
+
+    BatchSource source_;
+    std::size_t ahead_;
+    const std::uint32_t forks_ = fork_generation();
+    std::mutex mutex_;  ///< of the members below
+    std::condition_variable changed_;
+    std::deque<Result<Batch>> ready_;  ///< from number `next_` on; an error is the last
+    std::uint64_t next_ = 0;           ///< number of the next batch to give
+    std::uint64_t at_ = 0;             ///< number of the next batch to make
+    std::uint64_t generation_ =
+        0;              ///< counts jumps, after which a batch in the making is of no use
+    bool idle_ = true;  ///< before the first call, and after an error
+    bool stop_ = false;
+    std::thread thread_;
+};
+
+}  // namespace splat::train

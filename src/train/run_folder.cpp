@@ -1,0 +1,221 @@
+#include "train/run_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/json_tree.h"
+#include "io/file.h"
+
+namespace splat::train {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kStateSuffix = ".state.safetensors";
+constexpr const char* kConfig = "config.json";
+constexpr const char* kLock = "lock";
+constexpr const char* kMetrics = "metrics.jsonl";
+constexpr const char* kTemporary =
+    ".tmp";  ///< the end of what io::write_file() has not yet renamed
+
+Status cannot(const char* doing, const fs::path& path, const std::string& reason) {
+    return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
+}
+
+/// Entries of a folder; none if it cannot be read.
+std::vector<fs::path> entries_of(const fs::path& folder) {
+    std::vector<fs::path> found;
+    std::error_code failed;
+    for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed))
+        found.push_back(at->path());
+    return found;
+}
+
+bool is_there(const fs::path& path) {
+    std::error_code ignored;
+    return fs::exists(path, ignored);
+}
+
+/// What a run that ended before its first file leaves.
+bool is_begun(const fs::path& entry) {
+    const std::string name = entry.filename().string();
+    return name == kLock || (name.starts_with(kConfig) && name.ends_with(kTemporary));
+}
+
+std::string process_of(int lock) {
+    char text[32] = {};
+    const ssize_t got = ::pread(lock, text, sizeof text - 1, 0);
+    std::string process(text, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    process.erase(std::min(process.find('\n'), process.size()));
+    return process.empty() ? "another process" : "process " + process;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode mode) {
+    if (path.empty()) return error(Code::kInvalidArgument, "the folder of the run has no name");
+    std::unique_ptr<RunFolder> self(new RunFolder(path, mode));
+    SPLAT_TRY(self->check());
+    // A new folder is made and locked by begin(), once everything else is known to be right.
+    if (is_there(self->root_ / kConfig)) SPLAT_TRY(self->lock());
+    return self;
+}
+
+RunFolder::~RunFolder() {
+    if (lock_ >= 0) ::close(lock_);
+}
+
+Status RunFolder::check() const {
+    const bool run = is_there(root_ / kConfig);
+    if (mode_ == Mode::kResume) {
+        if (run) return {};
+        return error(Code::kInvalidState, "'%s' holds no run to resume (no %s)", root_.c_str(),
+                     kConfig);
+    }
+    std::error_code ignored;
+    const std::vector<fs::path> entries = entries_of(root_);
+    const bool empty = !is_there(root_) || (fs::is_directory(root_, ignored) &&
+                                            std::all_of(entries.begin(), entries.end(), is_begun));
+    if (empty || (run && mode_ == Mode::kReplace)) return {};
+    return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
+                 run ? " and holds a run: resume it, overwrite it, or choose another folder"
+                     : " and is not a run: choose another folder");
+}
+
+Status RunFolder::lock() {
+    if (lock_ >= 0) return {};
+    const fs::path path = root_ / kLock;
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (file < 0) return cannot("open", path, std::strerror(errno));
+    if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+        const int reason = errno;
+        const std::string process = process_of(file);
+        ::close(file);
+        if (reason != EWOULDBLOCK) return cannot("lock", path, std::strerror(reason));
+        return error(Code::kInvalidState,
+                     "'%s' is in use: a training of %s runs in it; wait for its end, stop it, or "
+                     "choose another folder",
+                     root_.c_str(), process.c_str());
+    }
+    lock_ = file;
+    const std::string number = std::to_string(::getpid()) + "\n";
+    if (::ftruncate(file, 0) != 0 || ::pwrite(file, number.data(), number.size(), 0) < 0)
+        return cannot("write", path, std::strerror(errno));
+    return {};
+}
+
+Status RunFolder::clear() const {
+    for (const fs::path& entry : entries_of(root_)) {
+        if (entry.filename() == kLock || entry.filename() == kConfig) continue;
+        std::error_code failed;
+        fs::remove_all(entry, failed);
+        if (failed) return cannot("remove", entry, failed.message());
+    }
+    return {};
+}
+
+std::size_t RunFolder::sweep() const {
+    std::size_t removed = 0;
+    for (const fs::path& folder : {root_, root_ / "checkpoints"})
+        for (const fs::path& entry : entries_of(folder)) {
+            std::error_code failed;
+            if (entry.extension() == kTemporary && fs::is_regular_file(entry, failed) &&
+                fs::remove(entry, failed))
+                ++removed;
+        }
+    return removed;
+}
+
+Result<std::size_t> RunFolder::begin(const std::string& config) {
+    std::error_code failed;
+    fs::create_directories(root_, failed);
+    if (failed) return cannot("make the folder", root_, failed.message());
+    SPLAT_TRY(lock());
+    SPLAT_TRY(check());  // what another process did before the lock was ours
+    const std::size_t removed = sweep();
+    if (mode_ != Mode::kResume) SPLAT_TRY(clear());
+    SPLAT_TRY(write(kConfig, config));
+    fs::create_directories(root_ / "checkpoints", failed);
+    if (failed) return cannot("make the folder", root_ / "checkpoints", failed.message());
+    SPLAT_TRY(open_streams());
+    return removed;
+}
+
+Status RunFolder::open_streams() {
+    log_.open(root_ / "log.txt", std::ios::app);
+    if (!log_) return cannot("write", root_ / "log.txt", std::strerror(errno));
+    metrics_.open(root_ / kMetrics, std::ios::app);
+    if (!metrics_) return cannot("write", root_ / kMetrics, std::strerror(errno));
+    return {};
+}
+
+Status RunFolder::log(const std::string& line) {
+    log_.clear();  // of an earlier failure, such as a full disk
+    if (log_ << line << std::endl) return {};
+    return cannot("write", root_ / "log.txt", std::strerror(errno));
+}
+
+Status RunFolder::metric(const std::string& json) {
+    metrics_.clear();
+    if (metrics_ << json << std::endl) return {};
+    return cannot("write", root_ / kMetrics, std::strerror(errno));
+}
+
+Status RunFolder::write(const char* name, const std::string& text) const {
+    return io::write_file(path(name), io::as_bytes(text));
+}
+
+std::vector<fs::path> RunFolder::states() const {
+    std::vector<fs::path> found;
+    for (const fs::path& entry : entries_of(root_ / "checkpoints")) {
+        const std::string name = entry.filename().string();
+        if (name.starts_with("step_") && name.ends_with(kStateSuffix)) found.push_back(entry);
+    }
+    std::sort(found.rbegin(), found.rend());
+    return found;
+}
+
+std::string RunFolder::state_path(std::uint64_t step) const {
+    return path(
+        format("checkpoints/step_%010llu%s", static_cast<unsigned long long>(step), kStateSuffix));
+}
+
+void RunFolder::keep_latest_states(std::size_t count) const {
+    const std::vector<fs::path> all = states();
+    std::error_code ignored;
+    for (std::size_t i = count; i < all.size(); ++i) fs::remove(all[i], ignored);
+}
+
+std::vector<MetricLine> RunFolder::metrics() const {
+    std::vector<MetricLine> lines;
+    std::ifstream file(root_ / kMetrics);
+    for (std::string text; std::getline(file, text);) {
+        const Result<JsonTree> json = parse_json_tree(text, kMetrics);
+        if (!json.ok()) continue;
+        const JsonTree* const step = json.value().find("step");
+        if (step == nullptr || !step->number() || *step->number() < 0) continue;
+        MetricLine line{static_cast<std::uint64_t>(*step->number()), {}, text};
+        if (const JsonTree* psnr = json.value().find("val_psnr"); psnr != nullptr)
+            line.validation_psnr = psnr->is_null() ? 0 : psnr->number();
+        lines.push_back(std::move(line));
+    }
+    return lines;
+}
+
+Status RunFolder::cut_metrics(std::uint64_t last_step) {
+    std::string text;
+    for (const MetricLine& line : metrics())
+        if (line.step <= last_step) text += line.text + "\n";
+    metrics_.close();
+    SPLAT_TRY(write(kMetrics, text));
+    metrics_.open(root_ / kMetrics, std::ios::app);
+    if (!metrics_) return cannot("write", root_ / kMetrics, std::strerror(errno));
+    return {};
+}
+
+}  // namespace splat::train

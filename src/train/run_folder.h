@@ -1,0 +1,80 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat::train {
+
+/// A line of metrics.jsonl.
+struct MetricLine {
+    std::uint64_t step = 0;
+    std::optional<double> validation_psnr;
+    std::string text;
+};
+
+/// The files of a training run, of one session at a time:
+///
+///   config.json            every value of the configuration; what makes the folder a run
+///   run.json               state, versions, device, data, seed
+///   log.txt                messages
+///   metrics.jsonl          one JSON object per line: training losses, validations
+///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on
+///   weights_last.safetensors, weights_best.safetensors   averaged weights
+///   lock                   number of the process whose session is open; its lock ends with that process
+///
+/// Errors: kIo with path and the system's reason.
+class RunFolder {
+  public:
+    enum class Mode { kNew, kReplace, kResume };
+
+    /// Check that a session may begin, and lock the folder of a run. Changes no other file. Errors:
+    /// kInvalidState for a folder that another session has open, or that holds what the mode does not expect.
+    static Result<std::unique_ptr<RunFolder>> open(const std::string& path, Mode mode);
+    ~RunFolder();
+    RunFolder(const RunFolder&) = delete;
+    RunFolder& operator=(const RunFolder&) = delete;
+
+    /// Make the folder, remove what a replaced run or a crash left, and write config.json first. Returns how
+    /// many files a crash left. Errors: as open().
+    Result<std::size_t> begin(const std::string& config);
+
+    [[nodiscard]] std::string path(const std::string& name) const {
+        return (root_ / name).string();
+    }
+
+    Status log(const std::string& line);
+    Status metric(const std::string& json);
+    Status write(const char* name, const std::string& text) const;  ///< as a whole or not at all
+
+    /// Saved states, the latest first.
+    [[nodiscard]] std::vector<std::filesystem::path> states() const;
+    [[nodiscard]] std::string state_path(std::uint64_t step) const;
+    void keep_latest_states(std::size_t count) const;
+
+    /// Lines of metrics.jsonl that can be read.
+    [[nodiscard]] std::vector<MetricLine> metrics() const;
+
+    /// Remove metrics of steps that will run again, and a truncated last line.
+    Status cut_metrics(std::uint64_t last_step);
+
+  private:
+    RunFolder(const std::string& path, Mode mode) : root_(path), mode_(mode) {}
+    [[nodiscard]] Status check() const;
+    Status lock();
+    Status clear() const;
+    [[nodiscard]] std::size_t sweep() const;
+    Status open_streams();
+
+    std::filesystem::path root_;
+    Mode mode_;
+    int lock_ = -1;  ///< descriptor of the lock file
+    std::ofstream log_, metrics_;
+};
+
+}  // namespace splat::train

@@ -1,0 +1,106 @@
+#include "train/run_record.h"
+
+#include "core/json_writer.h"
+
+namespace splat::train {
+namespace {
+
+void add_figures(JsonWriter& json, const RunFigures& figures) {
+    json.newline(2).member("schema", 1).newline(2).member("folder", figures.folder);
+    json.newline(2).member("step", figures.step);
+    json.newline(2).member("iterations", figures.iterations);
+    json.newline(2).member("skipped", figures.skipped).newline(2).member("loss", figures.loss);
+    json.newline(2).member("val_psnr", figures.validation_psnr);
+    json.newline(2).member("best_val_psnr", figures.best_validation_psnr);
+    json.newline(2).member("peak_bytes", figures.peak_bytes);
+}
+
+void add_features(JsonWriter& json, const vk::DeviceInfo& info) {
+    const std::pair<bool, const char*> features[] = {
+        {info.limits.timestamp_ns > 0, "timestamps"},
+        {info.features.subgroup_shuffle, "subgroup_shuffle"},
+        {info.features.subgroup_arithmetic, "subgroup_arithmetic"},
+        {info.features.int64, "int64"},
+        {info.features.unified_memory, "unified_memory"}};
+    json.begin_array();
+    for (const auto& [has, name] : features)
+        if (has) json.value(name);
+    json.end();
+}
+
+void add_device(JsonWriter& json, const vk::Device& device) {
+    const vk::DeviceInfo& info = device.info();
+    std::string uuid;
+    for (const std::uint8_t byte : info.uuid) uuid += format("%02x", byte);
+    const std::uint32_t version = info.vulkan_version;
+    json.begin_object().member("index", info.index);
+    json.member("kind", vk::device_kind_name(info.kind)).member("name", info.name);
+    json.member("driver", info.driver);
+    json.member("vulkan", format("%u.%u.%u", (version >> 22U) & 0x7FU, (version >> 12U) & 0x3FFU,
+                                 version & 0xFFFU));
+    json.newline(4).member("vendor_id", format("0x%04x", info.vendor_id));
+    json.member("device_id", format("0x%04x", info.device_id));
+    json.member("driver_version", info.driver_version).member("uuid", uuid);
+    json.member("usable", info.usable()).member("reason", info.reason);
+    json.member("kernels", vk::kernels_name(device.kernels()));
+    json.newline(4).member("heap_bytes", info.limits.heap_bytes);
+    json.member("max_allocation_bytes", info.limits.max_allocation_bytes);
+    json.member("max_storage_buffer_bytes", info.limits.max_storage_buffer_bytes);
+    json.newline(4).member("max_workgroup_invocations", info.limits.max_group_invocations);
+    json.member("shared_memory_bytes", info.limits.shared_memory_bytes);
+    json.member("subgroup_size", info.limits.subgroup_size).newline(4).key("features");
+    add_features(json, info);
+    json.end();
+}
+
+void add_data(JsonWriter& json, const data::Dataset& dataset) {
+    const data::DatasetIndex& index = dataset.index();
+    std::uint64_t views = 0;
+    for (const std::uint32_t count : index.views_of) views += count;
+    json.begin_object().member("format", index.format).member("split", index.split);
+    json.member("objects", index.names.size()).member("views", views);
+    json.member("resolution", dataset.resolution());
+    json.member("stored_resolution", index.resolution).key("maps").begin_array();
+    for (const data::MapKind kind : data::kMaps)
+        if ((index.maps & data::flag_of(kind)) != 0) json.value(data::map_name(kind));
+    json.end().end();
+}
+
+}  // namespace
+
+std::string figures_json(const RunFigures& figures) {
+    JsonWriter json;
+    json.begin_object();
+    add_figures(json, figures);
+    return json.newline().end().text();
+}
+
+std::string run_json(const RunFigures& figures, const RunSurroundings& run) {
+    JsonWriter json;
+    json.begin_object();
+    add_figures(json, figures);
+    json.newline(2).member("state", run.state).newline(2).member("library", run.library);
+    json.newline(2).key("device");
+    add_device(json, *run.device);
+    json.newline(2).member("seed", run.seed).newline(2).member("parameters", run.parameters);
+    json.newline(2).member("trainable", run.trainable).newline(2).key("data");
+    add_data(json, *run.dataset);
+    return json.newline().end().text() + "\n";
+}
+
+std::string step_json(const TrainStep& step, const StepFacts& facts,
+                      const config::TrainConfig& config) {
+    JsonWriter json(JsonWriter::Style::kCompact);
+    json.begin_object().member("step", step.step).member("loss", step.loss.total);
+    json.member("psnr", facts.psnr).member("pixel_loss", step.loss.pixel);
+    json.member("pairs", step.pairs).member("network_ms", 1e3 * step.network_seconds);
+    json.member("render_ms", 1e3 * step.render_seconds);
+    json.member("update_ms", 1e3 * step.update_seconds).member("skipped", facts.skipped);
+    json.member("seconds", facts.seconds).member("peak_bytes", facts.peak_bytes);
+    if (config.ssim_weight > 0) json.member("ssim", step.loss.ssim);
+    if (config.lpips_weight > 0 && step.step > config.lpips_after)
+        json.member("lpips", step.loss.lpips);
+    return json.member("visible", step.visible).end().text();
+}
+
+}  // namespace splat::train

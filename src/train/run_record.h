@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+
+#include "data/dataset.h"
+#include "train/trainer.h"
+#include "vk/device.h"
+
+namespace splat::train {
+
+/// The figures of a run that its reports share.
+struct RunFigures {
+    std::string folder;
+    std::uint64_t step = 0, iterations = 0;
+    std::uint64_t skipped = 0;  ///< attempts that updated nothing
+    double loss = 0;            ///< of the latest step
+    double validation_psnr = 0, best_validation_psnr = 0;
+    std::uint64_t peak_bytes = 0;  ///< of device memory
+};
+
+/// The objects of a run's surroundings, for its record.
+struct RunSurroundings {
+    const char* state = "";
+    std::string library;  ///< its version
+    const vk::Device* device = nullptr;
+    const data::Dataset* dataset = nullptr;
+    std::uint64_t seed = 0, parameters = 0, trainable = 0;
+};
+
+/// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
+/// "peak_bytes"}.
+std::string figures_json(const RunFigures& figures);
+
+/// The text of run.json: the figures, then {"state", "library", "device", "seed", "parameters", "trainable",
+/// "data"}.
+std::string run_json(const RunFigures& figures, const RunSurroundings& surroundings);
+
+/// Numbers of a step besides its own results.
+struct StepFacts {
+    double psnr = 0;
+    std::uint64_t skipped = 0;
+    double seconds = 0;  ///< since the first step of this process
+    std::uint64_t peak_bytes = 0;
+};
+
+/// The line of metrics.jsonl for a step.
+std::string step_json(const TrainStep& step, const StepFacts& facts,
+                      const config::TrainConfig& config);
+
+}  // namespace splat::train

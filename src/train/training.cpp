@@ -1,0 +1,282 @@
+#include "train/training.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/json_writer.h"
+
+namespace splat::train {
+namespace {
+
+/// A run fails after so many steps in a row whose loss or gradients are not finite.
+constexpr std::uint64_t kMostSkipped = 10;
+
+/// A warning comes after so many steps in a row that drew nothing, and a failure after ten times as many.
+constexpr std::uint64_t kMostNotDrawn = 20;
+
+constexpr std::size_t kStatesKept = 2;
+
+unsigned long long wide(std::uint64_t number) {
+    return number;
+}
+
+double psnr_of(double squared_error) {
+    return squared_error > 0 ? -10 * std::log10(squared_error) : 0;
+}
+
+const char* not_drawn_text(const TrainStep& step) {
+    return step.visible == 0 ? "no Gaussian is visible" : "all gradients are zero";
+}
+
+bool is_nth(std::uint64_t step, std::uint64_t every) {
+    return every > 0 && step % every == 0;
+}
+
+}  // namespace
+
+Training::~Training() {
+    batches_.reset();
+    left_->trainer = std::move(trainer_);
+    left_->network = std::move(network_);
+    if (context_->forked())
+        left_.release();  // a child of the process owns nothing of the device
+    else
+        context_->mutex.defer(std::move(left_));
+}
+
+Status Training::next(Event& event) {
+    const vk::DeviceCall call(context_->mutex);
+    event = {};
+    event.attempts = trainer_->attempts();
+    event.step = step_;
+    event.iterations = settings_.training.iterations;
+    event.skipped = skipped_;
+    event.best_psnr = best_psnr_;
+    event.averaged_loss = averaged_loss_;
+    if (!messages_.empty()) {
+        std::tie(event.text, event.warning) = messages_.front();
+        messages_.pop_front();
+        return {};
+    }
+    event.peak_bytes = peak_bytes();
+    event.seconds = seconds();
+    if (ended_) {
+        event.kind = *ended_;
+        return {};
+    }
+    if (skipped_in_a_row_ == kMostSkipped) return end(EventKind::kNotFinite, event);
+    if (not_drawn_in_a_row_ == 10 * kMostNotDrawn) return end(EventKind::kNothingDrawn, event);
+    const bool last = step_ >= settings_.training.iterations;
+    const bool interrupted = interrupt_.count() != raised_before_;
+    const bool save_now =
+        step_ == 0 || last || interrupted || is_nth(step_, settings_.training.checkpoint_every);
+    if (save_now && saved_ != step_) return save(event);
+    if (interrupted && (!last || is_validation_due())) return end(EventKind::kInterrupted, event);
+    if (is_validation_due()) return validate(event);
+    if (last) return end(EventKind::kDone, event);
+    return step(event);
+}
+
+bool Training::is_validation_due() const {
+    const config::TrainConfig& c = settings_.training;
+    if (validation_ == nullptr || validated_ == step_ || c.iterations == 0) return false;
+    return step_ == 0 || step_ >= c.iterations || is_nth(step_, c.validate_every);
+}
+
+Status Training::step(Event& event) {
+    SPLAT_ASSIGN(const Batch batch, batches_->get(trainer_->attempts()));
+    if (!begun_) begun_ = std::chrono::steady_clock::now();
+    TrainStep result;
+    SPLAT_TRY(on_device([&] { return trainer_->step(batch.view(), result); }));
+    return after_step(result, event);
+}
+
+Status Training::after_step(const TrainStep& result, Event& event) {
+    event.kind = EventKind::kStep;
+    event.result = result;
+    event.attempts = trainer_->attempts();
+    event.peak_bytes = peak_bytes();
+    event.seconds = seconds();
+    if (result.skipped) {
+        event.skipped = ++skipped_;
+        ++skipped_in_a_row_;
+        event.warning = true;
+        return say(event, format("attempt %llu: loss or gradients are not finite; nothing was "
+                                 "updated",
+                                 wide(event.attempts)));
+    }
+    skipped_in_a_row_ = 0;
+    event.step = step_ = result.step;
+    loss_ = result.loss.total;
+    averaged_loss_ = averaged_loss_ == 0 ? loss_ : 0.98 * averaged_loss_ + 0.02 * loss_;
+    event.averaged_loss = averaged_loss_;
+    event.psnr = psnr_of(result.loss.squared);
+    event.steps_per_second = static_cast<double>(step_ - begun_at_) / std::max(event.seconds, 1e-9);
+    const config::TrainConfig& c = settings_.training;
+    event.logged = is_nth(step_, c.log_every) || step_ == 1 || step_ == c.iterations;
+    if (event.logged)
+        SPLAT_TRY(folder_->metric(
+            step_json(result, {event.psnr, skipped_, event.seconds, event.peak_bytes}, c)));
+    const bool drawn = result.visible > 0 && !result.gradients_zero;
+    not_drawn_in_a_row_ = drawn ? 0 : not_drawn_in_a_row_ + 1;
+    if (not_drawn_in_a_row_ != kMostNotDrawn) return {};
+    event.warning = true;
+    return say(
+        event,
+        format("warning: step %llu: %llu steps in a row drew nothing (%s); the run fails "
+               "after %llu",
+               wide(step_), wide(kMostNotDrawn), not_drawn_text(result), wide(10 * kMostNotDrawn)));
+}
+
+Status Training::save(Event& event) {
+    for (const bool whole : {true, false}) {  // one after the other: a state is large
+        io::WeightsFile file;
+        const Status copied = on_device([&]() -> Status {
+            if (whole) {
+                SPLAT_ASSIGN(file, trainer_->checkpoint());
+            } else {
+                SPLAT_ASSIGN(file.tensors, trainer_->averaged_state());
+            }
+            return {};
+        });
+        SPLAT_TRY(copied);
+        SPLAT_TRY(io::save_weights(
+            file, whole ? folder_->state_path(step_) : folder_->path("weights_last.safetensors")));
+    }
+    folder_->keep_latest_states(kStatesKept);
+    saved_ = step_;
+    event.kind = EventKind::kCheckpoint;
+    return {};
+}
+
+Status Training::begin_validation() {
+    Validation made;
+    const Status loaded = on_device([&]() -> Status {
+        if (network_ == nullptr) {
+            SPLAT_ASSIGN(network_, predict::Network::create(*context_, settings_));
+        }
+        SPLAT_ASSIGN(made.weights.tensors, trainer_->averaged_state());
+        model::LoadReport ignored;  // the rays are the trainer's own
+        return network_->load(made.weights, ignored);
+    });
+    SPLAT_TRY(loaded);
+    validating_ = std::move(made);
+    return {};
+}
+
+Status Training::validate(Event& event) {
+    if (!validating_) SPLAT_TRY(begin_validation());
+    const config::TrainConfig& c = settings_.training;
+    event.objects = validation_->objects();
+    if (c.validation_objects > 0) event.objects = std::min(event.objects, c.validation_objects);
+    event.object = static_cast<std::uint32_t>(validating_->scores.size());
+    if (event.object == event.objects) return end_validation(event);
+    SPLAT_ASSIGN(const eval::EvaluatedViews views,
+                 eval::evaluated_views(validation_->views_of(event.object), network_->views(),
+                                       c.validation_views, validation_->dataset().index().format));
+    SPLAT_ASSIGN(event.scores, eval::score_object(*context_, *network_, *validation_, event.object,
+                                                  views, {}, &event.images, &event.truths));
+    event.inputs = static_cast<std::uint32_t>(views.conditioning.size());
+    event.kind = EventKind::kValidatedObject;
+    validating_->scores.push_back(event.scores);
+    return {};
+}
+
+Status Training::end_validation(Event& event) {
+    const Validation& done = *validating_;
+    event.kind = EventKind::kValidation;
+    event.novel = eval::mean_of(done.scores, &eval::ObjectScores::novel);
+    event.conditioning = eval::mean_of(done.scores, &eval::ObjectScores::conditioning);
+    const double psnr = event.novel.psnr;
+    const bool best = step_ > 0 && psnr > best_psnr_;
+    // Before its line of metrics, which tells a resumed run that this validation is done.
+    if (best) SPLAT_TRY(io::save_weights(done.weights, folder_->path("weights_best.safetensors")));
+    JsonWriter json(JsonWriter::Style::kCompact);
+    json.begin_object().member("step", step_).member("val_psnr", psnr);
+    json.member("val_ssim", event.novel.ssim);
+    json.member("val_psnr_conditioning", event.conditioning.psnr);
+    json.member("val_objects", event.objects).member("val_views", event.novel.views).end();
+    SPLAT_TRY(folder_->metric(json.text()));
+    if (best) best_psnr_ = psnr;
+    event.best_psnr = best_psnr_;
+    last_psnr_ = psnr;
+    validated_ = step_;
+    validating_.reset();
+    return say(event, format("step %llu: validation PSNR %.3f dB, SSIM %.4f on %u novel views of "
+                             "%u objects (input views %.3f dB)",
+                             wide(step_), psnr, event.novel.ssim, event.novel.views, event.objects,
+                             event.conditioning.psnr));
+}
+
+Status Training::end(EventKind kind, Event& event) {
+    std::string state, text;
+    switch (kind) {
+        case EventKind::kInterrupted:
+            state = "interrupted";
+            text = format("interrupted after step %llu; --resume continues it", wide(step_));
+            break;
+        case EventKind::kNotFinite:
+            state = "not finite";
+            text = format(
+                "%llu steps in a row had a loss or gradients that are not finite: lower "
+                "opt.base_lr, or look at the data ('vkrun data check'); the last good "
+                "state is in checkpoints/",
+                wide(kMostSkipped));
+            break;
+        case EventKind::kNothingDrawn:
+            state = "nothing drawn";
+            text = format(
+                "%llu steps in a row drew nothing, so that nothing is learned: look at "
+                "data.znear, data.zfar and the poses of the data, or raise "
+                "model.opacity_bias and model.scale_bias",
+                wide(10 * kMostNotDrawn));
+            break;
+        default:
+            state = "done";
+            text = format("done: %llu steps, loss %.6f", wide(step_), averaged_loss_);
+            if (validation_ != nullptr)
+                text += format(", best validation PSNR %.2f dB", best_psnr_);
+    }
+    SPLAT_TRY(write_run(state.c_str()));
+    SPLAT_TRY(say(event, text));
+    event.kind = kind;
+    ended_ = kind;
+    return {};
+}
+
+Status Training::say(Event& event, const std::string& text) {
+    event.text = text;
+    return folder_->log(text);
+}
+
+Status Training::write_run(const char* state) const {
+    RunSurroundings run;
+    run.state = state;
+    run.library = library_;
+    run.device = &context_->device();
+    run.dataset = &data_->dataset();
+    run.seed = settings_.training.seed;
+    for (const nn::Parameter& parameter : trainer_->predictor().parameters().all()) {
+        const std::uint64_t count = parameter.shape.elements();
+        run.parameters += count;
+        if (parameter.trainable) run.trainable += count;
+    }
+    return folder_->write("run.json", run_json(figures(), run));
+}
+
+RunFigures Training::figures() const {
+    return {folder_->path(""), step_,       settings_.training.iterations,
+            skipped_,          loss_,       last_psnr_,
+            best_psnr_,        peak_bytes()};
+}
+
+double Training::seconds() const {
+    if (!begun_) return 0;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - *begun_).count();
+}
+
+std::uint64_t Training::peak_bytes() const {
+    return context_->memory().use().peak;
+}
+
+}  // namespace splat::train

@@ -1,0 +1,140 @@
+// Batches and training sessions through the C API.
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string file_of(const std::string& folder, const char* name) {
+    std::ifstream file(fs::path(folder) / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The events until the end of the run: their kinds.
+std::vector<splat_training_event_kind> run(splat_training training) {
+    std::vector<splat_training_event_kind> kinds;
+    auto event = sized<splat_training_event>();
+    do {
+        EXPECT_DONE(splat_training_next(training, &event));
+        kinds.push_back(event.kind);
+    } while (event.kind < SPLAT_EVENT_DONE && kinds.size() < 100);
+    return kinds;
+}
+
+Training open(splat_device device, const splat_training_desc& desc) {
+    Training training;
+    EXPECT_DONE(splat_training_open(device, &desc, training.out()));
+    return training;
+}
+
+TEST(ApiBatches, FitTheTrainer) {
+    const Device device = open_device();
+    const Trainer trainer = make_trainer(device);
+    const Batches batches = make_batches();
+    auto batch = sized<splat_trainer_batch>();
+    ASSERT_DONE(splat_batches_next(batches, 0, &batch));
+    EXPECT_EQ(batch.objects, 2U);
+    EXPECT_EQ(batch.channels, 3U);
+    EXPECT_EQ(batch.images_count, 2U * 3 * 16 * 16);
+    EXPECT_EQ(batch.view_to_world_count, 2U * 16);
+    EXPECT_EQ(batch.targets_count, 2U * 2 * 3 * 16 * 16);
+    EXPECT_EQ(batch.cameras_count, 2U * 2);
+    EXPECT_EQ(batch.focals, nullptr);
+    EXPECT_EQ(batch.focals_count, 0U);
+    EXPECT_EQ(batch.cameras[0].width, 16U);
+    const float first = batch.images[100];
+    auto info = sized<splat_trainer_info>();
+    ASSERT_DONE(splat_trainer_step(trainer, &batch, &info));
+    EXPECT_EQ(info.step, 1U);
+    ASSERT_DONE(splat_batches_next(batches, 5, &batch));
+    ASSERT_DONE(splat_batches_next(batches, 0, &batch));
+    EXPECT_EQ(batch.images[100], first);
+}
+
+TEST(ApiTraining, GivesWhatItDoes) {
+    const Device device = open_device();
+    const Dataset dataset = make_training_dataset();
+    const std::string folder = run_folder();
+    splat_training_desc desc = training_desc(dataset, folder);
+    desc.validation = dataset;
+    const Training training = open(device, desc);
+    auto event = sized<splat_training_event>();
+    ASSERT_DONE(splat_training_next(training, &event));
+    EXPECT_EQ(event.kind, SPLAT_EVENT_MESSAGE);
+    EXPECT_EQ(std::string(event.text).substr(0, 9), "training ");
+    EXPECT_EQ(event.info, nullptr);
+    ASSERT_DONE(splat_training_next(training, &event));
+    EXPECT_EQ(event.kind, SPLAT_EVENT_CHECKPOINT);
+    ASSERT_DONE(splat_training_next(training, &event));
+    ASSERT_EQ(event.kind, SPLAT_EVENT_VALIDATED_OBJECT);
+    EXPECT_EQ(event.views, 3U);
+    EXPECT_EQ(event.inputs, 1U);
+    EXPECT_EQ(event.image_count, 3U * 3 * 16 * 16);
+    EXPECT_GT(event.novel_psnr, 0);
+    EXPECT_STREQ(event.name, "000000_car");
+    ASSERT_DONE(splat_training_next(training, &event));
+    ASSERT_DONE(splat_training_next(training, &event));
+    EXPECT_EQ(event.kind, SPLAT_EVENT_VALIDATION);
+    EXPECT_EQ(event.objects, 2U);
+    EXPECT_EQ(event.views, 4U) << "novel ones";
+    ASSERT_DONE(splat_training_next(training, &event));
+    ASSERT_EQ(event.kind, SPLAT_EVENT_STEP);
+    EXPECT_EQ(event.info->step, 1U);
+    EXPECT_EQ(event.info->struct_size, sizeof *event.info);
+    Model model;
+    ASSERT_DONE(splat_training_model(training, model.out()));
+    EXPECT_EQ(run(training).back(), SPLAT_EVENT_DONE);
+    std::string report(1000, '\0');
+    ASSERT_DONE(splat_training_report(training, report.data(), report.size(), nullptr));
+    EXPECT_NE(report.find("\"step\": 2"), std::string::npos) << report;
+}
+
+/// A session that is left after its first step, and one that is interrupted before its second.
+TEST(ApiTraining, GoesOnWithTheSameBits) {
+    const Device device = open_device();
+    const Dataset dataset = make_training_dataset();
+    const std::string whole = run_folder();
+    run(open(device, training_desc(dataset, whole)));
+    for (const bool interrupted : {false, true}) {
+        const std::string parts = run_folder();
+        {
+            const Training training = open(device, training_desc(dataset, parts));
+            auto event = sized<splat_training_event>();
+            while (event.step < 1) ASSERT_DONE(splat_training_next(training, &event));
+            if (interrupted) {
+                ASSERT_DONE(splat_training_interrupt(training));
+                EXPECT_EQ(run(training), (std::vector<splat_training_event_kind>{
+                                             SPLAT_EVENT_CHECKPOINT, SPLAT_EVENT_INTERRUPTED}));
+            }
+        }
+        splat_training_desc desc = training_desc(dataset, parts);
+        desc.flags = SPLAT_TRAINING_RESUME;
+        desc.config = nullptr;
+        EXPECT_EQ(run(open(device, desc)).back(), SPLAT_EVENT_DONE);
+        EXPECT_TRUE(file_of(parts, "weights_last.safetensors") ==
+                    file_of(whole, "weights_last.safetensors"));
+    }
+}
+
+TEST(ApiTraining, HasItsFolderForItself) {
+    const Device device = open_device();
+    const Dataset dataset = make_training_dataset();
+    const std::string folder = run_folder();
+    splat_training_desc desc = training_desc(dataset, folder);
+    const Training training = open(device, desc);
+    for (const std::uint32_t flags :
+         {std::uint32_t{SPLAT_TRAINING_RESUME}, std::uint32_t{SPLAT_TRAINING_OVERWRITE}}) {
+        desc.flags = flags;
+        splat_training second = nullptr;
+        EXPECT_REFUSED(splat_training_open(device, &desc, &second), SPLAT_ERROR_INVALID_STATE,
+                       "is in use");
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,276 @@
+// Evaluations and comparisons through the C API.
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kScoredSide = 16, kScoredPlane = 3 * kScoredSide * kScoredSide;
+
+/// A data set as a small predictor reads it: 16 pixels, white behind objects.
+Dataset white_dataset() {
+    splat_dataset_desc desc = dataset_desc();
+    desc.resolution = kScoredSide;
+    for (float& value : desc.background) value = 1;
+    Dataset dataset;
+    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
+    return dataset;
+}
+
+/// A predictor whose every weight is `value`, except the offsets of its outputs.
+Predictor flat_predictor(const Device& device, float value, float offset) {
+    const Model model = make_model(device);
+    EXPECT_DONE(splat_model_init(model, 3));
+    Weights weights, flat;
+    EXPECT_DONE(splat_model_store(model, weights.out()));
+    std::uint32_t count = 0;
+    EXPECT_DONE(splat_weights_count(weights, &count));
+    std::vector<std::vector<float>> values(count);
+    std::vector<splat_named_array> arrays(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        auto info = sized<splat_weights_info>();
+        EXPECT_DONE(splat_weights_get_info(weights, i, &info));
+        const std::string name = info.name;
+        values[i].assign(info.elements, name.ends_with("out.bias") ? offset : value);
+        if (name == "ray_dirs") {
+            EXPECT_DONE(
+                splat_weights_read(weights, i, values[i].data(), values[i].size() * sizeof(float)));
+        }
+        arrays[i] = {info.name, values[i].data(), values[i].size(), {}, info.rank, 0};
+        std::copy_n(info.dims, SPLAT_MAX_RANK, arrays[i].dims);
+    }
+    EXPECT_DONE(splat_weights_from_arrays(arrays.data(), arrays.size(), flat.out()));
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights = flat;
+    desc.config = kSmallModel;
+    Predictor predictor;
+    EXPECT_DONE(splat_predictor_create(device, &desc, predictor.out()));
+    return predictor;
+}
+
+json evaluation_json(splat_evaluator evaluator) {
+    return json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+        return splat_evaluator_report(evaluator, buffer, capacity, needed);
+    }));
+}
+
+class ApiEvaluator : public testing::Test {
+  protected:
+    Evaluator evaluator(splat_predictor predictor) {
+        auto desc = sized<splat_evaluator_desc>();
+        desc.predictor = predictor;
+        desc.dataset = dataset_;
+        Evaluator made;
+        EXPECT_DONE(splat_evaluator_create(&desc, made.out()));
+        return made;
+    }
+
+    Device device_ = open_device();
+    Predictor predictor_ = make_predictor(device_);
+    Dataset dataset_ = white_dataset();
+};
+
+TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
+    const Evaluator made = evaluator(predictor_);
+    auto info = sized<splat_evaluator_info>();
+    ASSERT_DONE(splat_evaluator_get_info(made, &info));
+    EXPECT_EQ(info.objects, 2U);
+    EXPECT_EQ(info.scored, 0U);
+    EXPECT_EQ(info.resolution, kScoredSide);
+    splat_object_scores scores[2] = {sized<splat_object_scores>(), sized<splat_object_scores>()};
+    for (std::uint32_t i = 0; i < 2; ++i) ASSERT_DONE(splat_evaluator_score(made, i, &scores[i]));
+    EXPECT_STREQ(scores[1].name, "000001_car");
+    EXPECT_EQ(scores[1].object, 1U);
+    EXPECT_EQ(scores[1].not_finite, 0U);
+    EXPECT_EQ(scores[1].novel.views, 2U);
+    EXPECT_EQ(scores[1].conditioning.views, 1U);
+    EXPECT_TRUE(std::isnan(scores[1].novel.lpips));
+    EXPECT_EQ(scores[1].ledger.gaussians, kScoredSide * kScoredSide);
+    EXPECT_GT(scores[1].predict_ms, 0);
+
+    auto summary = sized<splat_evaluation_summary>();
+    ASSERT_DONE(splat_evaluator_summary(made, &summary));
+    EXPECT_EQ(summary.objects, 2U);
+    EXPECT_NEAR(summary.novel.psnr, (scores[0].novel.psnr + scores[1].novel.psnr) / 2, 1e-12);
+    EXPECT_EQ(summary.ledger.gaussians, 2 * kScoredSide * kScoredSide);
+    const json report = evaluation_json(made);
+    EXPECT_EQ(report.at("novel").at("psnr"), summary.novel.psnr);
+    EXPECT_EQ(report.at("split"), "train");
+    EXPECT_TRUE(report.at("weights").is_null()) << "weights in memory";
+    EXPECT_EQ(report.at("ledger").at("gaussians"), summary.ledger.gaussians);
+    ASSERT_DONE(splat_evaluator_get_info(made, &info));
+    EXPECT_EQ(info.scored, 2U);
+}
+
+TEST_F(ApiEvaluator, GivesTheViewsThatItScores) {
+    const Evaluator made = evaluator(predictor_);
+    auto scores = sized<splat_object_scores>();
+    ASSERT_DONE(splat_evaluator_score(made, 1, &scores));
+    std::uint32_t numbers[3];
+    splat_camera cameras[3];
+    std::vector<float> images(3 * kScoredPlane), drawn(3 * kScoredPlane);
+    auto views = sized<splat_evaluated_views>();
+    ASSERT_DONE(splat_evaluator_read(made, 1, &views));
+    EXPECT_EQ(views.inputs, 1U);
+    EXPECT_EQ(views.novel, 2U);
+    views.numbers = numbers;
+    views.number_count = 3;
+    views.cameras = cameras;
+    views.camera_count = 3;
+    views.images = images.data();
+    views.image_count = images.size();
+    views.drawn = drawn.data();
+    views.drawn_count = drawn.size();
+    ASSERT_DONE(splat_evaluator_read(made, 1, &views));
+    EXPECT_EQ(numbers[2], 2U);
+    EXPECT_EQ(cameras[0].width, kScoredSide);
+    EXPECT_EQ(cameras[0].world_to_camera[0], 1);
+    double psnr = 0;
+    for (std::size_t i = 1; i < 3; ++i) {
+        auto one = sized<splat_image_scores>();
+        ASSERT_DONE(splat_image_compare(drawn.data() + i * kScoredPlane,
+                                        images.data() + i * kScoredPlane, 3, kScoredSide,
+                                        kScoredSide, &one));
+        psnr += one.psnr / 2;
+    }
+    EXPECT_NEAR(scores.novel.psnr, psnr, 1e-9);
+    EXPECT_REFUSED(splat_evaluator_read(made, 0, &views), SPLAT_ERROR_INVALID_STATE, "latest");
+}
+
+TEST_F(ApiEvaluator, WeightsThatOverflowHaveNoScore) {
+    const Predictor broken = flat_predictor(device_, 3.4e38F, 0);
+    const Evaluator made = evaluator(broken);
+    auto scores = sized<splat_object_scores>();
+    ASSERT_DONE(splat_evaluator_score(made, 0, &scores));
+    EXPECT_EQ(scores.not_finite, 1U);
+    EXPECT_GT(scores.ledger.outputs_not_finite, 0U);
+    EXPECT_TRUE(std::isnan(scores.novel.psnr));
+    EXPECT_TRUE(std::isnan(scores.novel.ssim));
+    const json report = evaluation_json(made);
+    EXPECT_TRUE(report.at("novel").at("psnr").is_null());
+    EXPECT_EQ(report.at("ledger").at("objects").at(0).at("object"), scores.name);
+    auto summary = sized<splat_evaluation_summary>();
+    ASSERT_DONE(splat_evaluator_summary(made, &summary));
+    EXPECT_EQ(summary.objects_not_finite, 1U);
+    EXPECT_TRUE(std::isnan(summary.conditioning.psnr));
+}
+
+TEST_F(ApiEvaluator, CountsImagesInWhichNothingIsDrawn) {
+    // Outputs of -20 give opacities of about 0.
+    const Predictor faint = flat_predictor(device_, 0, -20);
+    const Evaluator made = evaluator(faint);
+    auto scores = sized<splat_object_scores>();
+    ASSERT_DONE(splat_evaluator_score(made, 0, &scores));
+    EXPECT_EQ(scores.ledger.images_blank, 3U);
+    EXPECT_EQ(scores.ledger.gaussians_invisible, kScoredSide * kScoredSide);
+    EXPECT_EQ(scores.not_finite, 0U) << "the images can be scored";
+    EXPECT_EQ(evaluation_json(made).at("ledger").at("objects").at(0).at("images_blank"), 3);
+}
+
+TEST_F(ApiEvaluator, ScoresImagesOfTheCallerWithoutADevice) {
+    const Evaluator made = make_evaluator(dataset_);
+    std::vector<float> images(3 * kScoredPlane);
+    auto views = sized<splat_evaluated_views>();
+    views.images = images.data();
+    views.image_count = images.size();
+    ASSERT_DONE(splat_evaluator_read(made, 0, &views));
+    auto scores = sized<splat_object_scores>();
+    ASSERT_DONE(splat_evaluator_score_images(made, 0, images.data(), images.size(), &scores));
+    EXPECT_EQ(scores.novel.perfect_views, 2U);
+    EXPECT_EQ(scores.novel.ssim, 1);
+    EXPECT_EQ(evaluation_json(made).at("baseline"), "mine");
+    EXPECT_REFUSED(splat_evaluator_score(made, 0, nullptr), SPLAT_ERROR_INVALID_STATE, "'mine'");
+}
+
+TEST_F(ApiEvaluator, OutlivesItsParts) {
+    const Evaluator made = evaluator(predictor_);
+    auto before = sized<splat_object_scores>(), after = before;
+    ASSERT_DONE(splat_evaluator_score(made, 0, &before));
+    dataset_.destroy();
+    predictor_.destroy();
+    device_.destroy();
+    ASSERT_DONE(splat_evaluator_score(made, 0, &after));
+    EXPECT_EQ(before.novel.psnr, after.novel.psnr);
+}
+
+TEST_F(ApiEvaluator, SavesWhatCompareReads) {
+    const Evaluator made = evaluator(predictor_);
+    for (std::uint32_t i = 0; i < 2; ++i) ASSERT_DONE(splat_evaluator_score(made, i, nullptr));
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("splat-eval-" + std::to_string(::getpid()));
+    ASSERT_DONE(splat_evaluator_save(made, (folder / "a" / "b").c_str()));
+    std::ifstream file(folder / "a" / "b" / "results.json");
+    EXPECT_EQ(json::parse(file), evaluation_json(made));
+    const std::string a = (folder / "a" / "b").string();
+    const std::string b = (folder / "a" / "b" / "scores.txt").string();
+    auto desc = sized<splat_compare_desc>();
+    desc.a.path = a.c_str();
+    desc.b.path = b.c_str();
+    Comparison comparison;
+    EXPECT_DONE(splat_compare_scores(&desc, comparison.out()));
+    auto info = sized<splat_comparison_info>();
+    EXPECT_DONE(splat_comparison_get_info(comparison, &info));
+    EXPECT_EQ(info.shared_objects, 2U);
+    EXPECT_EQ(info.metrics, 2U) << "no LPIPS";
+    std::filesystem::remove_all(folder);
+}
+
+TEST(ApiComparison, TellsEveryNumberOfAMetric) {
+    const Comparison comparison = make_comparison();
+    auto info = sized<splat_comparison_info>();
+    ASSERT_DONE(splat_comparison_get_info(comparison, &info));
+    EXPECT_EQ(info.metrics, 3U);
+    EXPECT_EQ(info.objects_a, 2U);
+    EXPECT_EQ(info.comparable, 1U);
+    auto metric = sized<splat_metric_comparison>();
+    ASSERT_DONE(splat_comparison_metric(comparison, 0, &metric));
+    EXPECT_EQ(metric.metric, SPLAT_METRIC_PSNR);
+    EXPECT_EQ(metric.verdict, SPLAT_VERDICT_NO_DIFFERENCE);
+    EXPECT_EQ(metric.exact, 1U);
+    EXPECT_EQ(metric.mean_a, 21);
+    EXPECT_EQ(metric.difference, 1.5);
+    EXPECT_EQ(metric.p_permutation, 0.5);
+    EXPECT_EQ(metric.p_holm, 1);
+    EXPECT_EQ(metric.n_a, 2U);
+    double a[2], b[2];
+    ASSERT_DONE(splat_comparison_samples(comparison, 0, a, 2, b, 2));
+    EXPECT_EQ(a[1], 22);
+    EXPECT_EQ(b[1], 24);
+    ASSERT_DONE(splat_comparison_metric(comparison, 2, &metric));
+    EXPECT_EQ(metric.metric, SPLAT_METRIC_LPIPS);
+    const json report =
+        json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_comparison_report(comparison, buffer, capacity, needed);
+        }));
+    EXPECT_EQ(report.at("metrics").at(0).at("observed_difference"), 1.5);
+    EXPECT_EQ(report.at("metrics").at(0).at("verdict"), "no difference shown");
+}
+
+TEST(ApiComparison, UnpairedScoresOfOtherObjectsAreNotComparable) {
+    static const splat_score others[] = {{"z", 30, 0.9, 0.1}, {"w", 31, 0.9, NAN}};
+    splat_compare_desc desc = compare_desc();
+    desc.flags = SPLAT_COMPARE_UNPAIRED;
+    desc.b = {nullptr, others, 2};
+    Comparison comparison;
+    ASSERT_DONE(splat_compare_scores(&desc, comparison.out()));
+    auto info = sized<splat_comparison_info>();
+    ASSERT_DONE(splat_comparison_get_info(comparison, &info));
+    EXPECT_EQ(info.comparable, 0U);
+    EXPECT_EQ(info.shared_objects, 0U);
+    auto metric = sized<splat_metric_comparison>();
+    ASSERT_DONE(splat_comparison_metric(comparison, 2, &metric));
+    EXPECT_EQ(metric.verdict, SPLAT_VERDICT_NOT_COMPARABLE);
+    EXPECT_EQ(metric.n_b, 1U) << "NaN is no score";
+}
+
+}  // namespace
+}  // namespace splat::test

@@ -1,0 +1,222 @@
+// Image files and the caller's pixels. Needs no device.
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "api/api_calls.h"
+
+namespace splat::test {
+namespace {
+
+using ImageBytes = std::vector<unsigned char>;
+
+/// Packed rows of interleaved channels.
+template <class T>
+splat_image packed_image(std::vector<T>& pixels, splat_pixel type, std::uint32_t width,
+                         std::uint32_t height, std::uint32_t channels) {
+    splat_image image{};
+    image.pixels = pixels.data();
+    image.bytes = pixels.size() * sizeof(T);
+    image.type = type;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    return image;
+}
+
+ImageBytes image_in_memory(const splat_image& image, splat_image_format format) {
+    std::size_t needed = 0;
+    EXPECT_EQ(splat_image_save_memory(&image, format, nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    ImageBytes file(needed);
+    EXPECT_DONE(splat_image_save_memory(&image, format, file.data(), file.size(), nullptr));
+    return file;
+}
+
+ImageBytes image_file(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class ApiImage : public ::testing::Test {
+  protected:
+    void SetUp() override { std::filesystem::create_directories(folder_); }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+    [[nodiscard]] std::string path(const char* name) const { return (folder_ / name).string(); }
+
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / ("splat-images-" + std::to_string(::getpid()));
+};
+
+/// 3 x 2 pixels of RGB; no two samples are alike.
+ImageBytes image_samples() {
+    ImageBytes bytes(18);
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<unsigned char>(13 * i);
+    return bytes;
+}
+
+TEST_F(ApiImage, FilesHoldTheBytesOfMemory) {
+    ImageBytes bytes = image_samples();
+    const splat_image image = packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3);
+    ASSERT_DONE(splat_image_save(path("a.png").c_str(), &image));
+    ASSERT_DONE(splat_image_save(path("a.NPY").c_str(), &image));
+    EXPECT_EQ(image_file(path("a.png")), image_in_memory(image, SPLAT_IMAGE_PNG));
+    EXPECT_EQ(image_file(path("a.NPY")), image_in_memory(image, SPLAT_IMAGE_NPY));
+    const splat_image frames[] = {image, image};
+    for (const auto& [name, format] :
+         {std::pair{"m.png", SPLAT_IMAGE_PNG}, std::pair{"m.gif", SPLAT_IMAGE_GIF}}) {
+        ASSERT_DONE(splat_image_save_animation(path(name).c_str(), frames, 2, 100));
+        const ImageBytes file = image_file(path(name));
+        ImageBytes memory(file.size());
+        std::size_t needed = 0;
+        ASSERT_DONE(splat_image_save_animation_memory(frames, 2, 100, format, memory.data(),
+                                                      memory.size(), &needed));
+        EXPECT_EQ(needed, file.size());
+        EXPECT_EQ(memory, file) << name;
+    }
+}
+
+TEST_F(ApiImage, TellsItsSizeThenFillsPixels) {
+    ImageBytes bytes = image_samples();
+    ASSERT_DONE(splat_image_save(path("a.png").c_str(),
+                                 std::array{packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3)}.data()));
+    splat_image image{};
+    auto info = sized<splat_image_info>();
+    info.focal = -1;
+    ASSERT_DONE(splat_image_load(path("a.png").c_str(), &image, &info));
+    EXPECT_EQ(image.width * 100 + image.height * 10 + image.channels, 323U);
+    EXPECT_EQ(image.type, SPLAT_PIXEL_U8);
+    EXPECT_EQ(image.bytes, 18U);
+    EXPECT_EQ(info.bits, 8U);
+    EXPECT_EQ(info.focal, 0);
+    ImageBytes read(image.bytes);
+    image.pixels = read.data();
+    ASSERT_DONE(splat_image_load(path("a.png").c_str(), &image, nullptr));
+    EXPECT_EQ(read, bytes);
+    image.width = 4;
+    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "image.bytes is 18");
+    image.bytes = 0;
+    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr),
+                   SPLAT_ERROR_SHAPE_MISMATCH, "the image is 3 x 2 of 3");
+}
+
+/// Every type and layout holds the same picture.
+TEST_F(ApiImage, FillsAndReadsAnyLayout) {
+    ImageBytes bytes = image_samples();
+    const ImageBytes file =
+        image_in_memory(packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3), SPLAT_IMAGE_PNG);
+    struct Strides {
+        std::int64_t row, pixel, channel;  ///< samples; all 0: packed
+    };
+    // packed, padded rows, planes, columns first, bottom row first
+    for (const Strides& s : {Strides{0, 0, 0}, {11, 0, 0}, {3, 1, 6}, {3, 6, 1}, {-9, 3, 1}})
+        for (const splat_pixel type : {SPLAT_PIXEL_U8, SPLAT_PIXEL_F16, SPLAT_PIXEL_F32}) {
+            const std::int64_t size = type == SPLAT_PIXEL_U8 ? 1 : type == SPLAT_PIXEL_F16 ? 2 : 4;
+            ImageBytes pixels(80, 0xAB);
+            splat_image image = packed_image(pixels, type, 3, 2, 3);
+            image.row_stride = s.row * size;
+            image.pixel_stride = s.pixel * size;
+            image.channel_stride = s.channel * size;
+            if (s.row < 0) {
+                image.pixels = pixels.data() - image.row_stride;
+                image.bytes = 0;
+            }
+            ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &image, nullptr));
+            EXPECT_EQ(image_in_memory(image, SPLAT_IMAGE_PNG), file) << type << ' ' << s.row;
+            if (s.row == 11) {
+                EXPECT_EQ(pixels[static_cast<std::size_t>(9 * size)], 0xAB) << "padding";
+            }
+        }
+}
+
+TEST_F(ApiImage, WidensButDropsNothing) {
+    ImageBytes gray = {10, 200};
+    const ImageBytes file =
+        image_in_memory(packed_image(gray, SPLAT_PIXEL_U8, 2, 1, 1), SPLAT_IMAGE_PNG);
+    const std::pair<std::uint32_t, ImageBytes> expected[] = {
+        {1, {10, 200}},
+        {2, {10, 255, 200, 255}},
+        {3, {10, 10, 10, 200, 200, 200}},
+        {4, {10, 10, 10, 255, 200, 200, 200, 255}}};
+    for (const auto& [channels, wanted] : expected) {
+        ImageBytes pixels(2 * channels);
+        splat_image image = packed_image(pixels, SPLAT_PIXEL_U8, 2, 1, channels);
+        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &image, nullptr));
+        EXPECT_EQ(pixels, wanted) << channels;
+    }
+    ImageBytes alpha = {1, 2, 3, 4};
+    const ImageBytes two =
+        image_in_memory(packed_image(alpha, SPLAT_PIXEL_U8, 2, 1, 2), SPLAT_IMAGE_PNG);
+    for (const std::uint32_t channels : {1U, 3U}) {
+        ImageBytes pixels(2 * channels, 9);
+        splat_image image = packed_image(pixels, SPLAT_PIXEL_U8, 2, 1, channels);
+        EXPECT_REFUSED(splat_image_load_memory(two.data(), two.size(), &image, nullptr),
+                       SPLAT_ERROR_SHAPE_MISMATCH, "the image is 2 x 1 of 2");
+        EXPECT_EQ(pixels, ImageBytes(2 * channels, 9));
+    }
+}
+
+TEST_F(ApiImage, FloatsKeepTheirBitsInNpy) {
+    std::vector<float> values = {0,   -1.5F, 1e-30F, 3e30F, std::numeric_limits<float>::infinity(),
+                                 0.1F};
+    const splat_image image = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
+    const ImageBytes file = image_in_memory(image, SPLAT_IMAGE_NPY);
+    std::vector<float> read(6);
+    splat_image into{};
+    auto info = sized<splat_image_info>();
+    ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, &info));
+    EXPECT_EQ(into.type, SPLAT_PIXEL_F32);
+    EXPECT_EQ(into.bytes, 24U);
+    EXPECT_EQ(info.bits, 32U);
+    into.pixels = read.data();
+    ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, nullptr));
+    EXPECT_EQ(read, values);
+    std::vector<float> clamped = {-1, 0.5F, 2, std::numeric_limits<float>::quiet_NaN()};
+    const ImageBytes png =
+        image_in_memory(packed_image(clamped, SPLAT_PIXEL_F32, 4, 1, 1), SPLAT_IMAGE_PNG);
+    ImageBytes bytes(4);
+    splat_image eight = packed_image(bytes, SPLAT_PIXEL_U8, 4, 1, 1);
+    ASSERT_DONE(splat_image_load_memory(png.data(), png.size(), &eight, nullptr));
+    EXPECT_EQ(bytes, (ImageBytes{0, 128, 255, 0}));
+}
+
+TEST_F(ApiImage, TruncatedBytesAreOfNoFormat) {
+    ImageBytes bytes = image_samples();
+    const splat_image image = packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3);
+    for (const splat_image_format format : {SPLAT_IMAGE_PNG, SPLAT_IMAGE_NPY}) {
+        const ImageBytes file = image_in_memory(image, format);
+        std::vector<float> pixels(18);
+        splat_image into = packed_image(pixels, SPLAT_PIXEL_F32, 3, 2, 3);
+        for (std::size_t size = 0; size < file.size(); ++size)
+            EXPECT_EQ(splat_image_load_memory(file.data(), size, &into, nullptr),
+                      SPLAT_ERROR_FORMAT)
+                << size;
+    }
+}
+
+TEST_F(ApiImage, ErrorsTellFilesApart) {
+    splat_image image{};
+    EXPECT_REFUSED(splat_image_load(path("none.png").c_str(), &image, nullptr),
+                   SPLAT_ERROR_NOT_FOUND, "none.png': No such file");
+    EXPECT_REFUSED(splat_image_load(folder_.c_str(), &image, nullptr), SPLAT_ERROR_IO,
+                   "not a regular file");
+    std::filesystem::create_symlink("loop.png", folder_ / "loop.png");
+    EXPECT_REFUSED(splat_image_load(path("loop.png").c_str(), &image, nullptr), SPLAT_ERROR_IO,
+                   "loop.png");
+    std::ofstream(path("text.png")) << "text";
+    EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_FORMAT,
+                   "text.png': not a PNG, JPEG or WebP file");
+    EXPECT_EQ(image.width, 0U);
+    if (::geteuid() != 0) {  // root reads all files
+        std::filesystem::permissions(path("text.png"), std::filesystem::perms::none);
+        EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_IO,
+                       "denied");
+    }
+}
+
+}  // namespace
+}  // namespace splat::test

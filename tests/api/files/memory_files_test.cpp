@@ -1,0 +1,197 @@
+// Weights and cameras in memory, and what the system refuses to write. Needs no device.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+std::string file_text(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Bytes that `save(buffer, capacity, needed)` writes to memory.
+template <class Save>
+std::string text_in_memory(Save save) {
+    std::size_t needed = 0;
+    EXPECT_EQ(save(nullptr, std::size_t{0}, &needed), SPLAT_INCOMPLETE);
+    std::string file(needed, '\0');
+    EXPECT_DONE(save(file.data(), file.size(), &needed));
+    EXPECT_EQ(needed, file.size());
+    return file;
+}
+
+class ApiMemoryFiles : public ::testing::Test {
+  protected:
+    void SetUp() override { std::filesystem::create_directories(folder_); }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+    [[nodiscard]] std::string path(const char* name) const { return (folder_ / name).string(); }
+
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / ("splat-memory-" + std::to_string(::getpid()));
+};
+
+splat_named_array array_of(const char* name, const std::vector<float>& values,
+                           const std::vector<std::int64_t>& dims) {
+    splat_named_array array{};
+    array.name = name;
+    array.values = values.data();
+    array.value_count = values.size();
+    array.rank = static_cast<std::uint32_t>(dims.size());
+    std::copy(dims.begin(), dims.end(), array.dims);
+    return array;
+}
+
+TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
+    const std::vector<float> matrix = {1, 2, 3, 4, 5, 6};
+    const splat_named_array arrays[] = {array_of("matrix", matrix, {2, 3}),
+                                        array_of("number", {0.5F}, {}),
+                                        array_of("nothing", {}, {0, 4})};
+    Weights weights;
+    ASSERT_DONE(splat_weights_from_arrays(arrays, 3, weights.out()));
+    const std::pair<const char*, splat_weights_format> formats[] = {
+        {"a.safetensors", SPLAT_WEIGHTS_SAFETENSORS}, {"a.npz", SPLAT_WEIGHTS_NPZ}};
+    for (const auto& [name, format] : formats)
+        for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
+            ASSERT_DONE(splat_weights_save(weights, path(name).c_str(), flags));
+            const std::string file = text_in_memory([&, format = format](auto... room) {
+                return splat_weights_save_memory(weights, format, flags, room...);
+            });
+            EXPECT_EQ(file, file_text(path(name))) << name;
+            Weights again;
+            ASSERT_DONE(splat_weights_load_memory(file.data(), file.size(), again.out()));
+            std::uint32_t index = 0;
+            ASSERT_DONE(splat_weights_find(again, "matrix", &index));
+            const float* values = nullptr;
+            std::uint64_t count = 0;
+            ASSERT_DONE(splat_weights_data(again, index, &values, &count));
+            EXPECT_EQ(std::vector<float>(values, values + count), matrix);
+            for (std::size_t size = 0; size < file.size(); ++size) {
+                Weights none;
+                EXPECT_EQ(splat_weights_load_memory(file.data(), size, none.out()),
+                          SPLAT_ERROR_FORMAT)
+                    << name << ' ' << size;
+            }
+        }
+    const float* values = matrix.data();
+    std::uint64_t count = 7;
+    ASSERT_DONE(splat_weights_data(weights, 2, &values, &count));
+    EXPECT_EQ(values, nullptr);
+    EXPECT_EQ(count, 0U);
+    Weights empty;
+    ASSERT_DONE(splat_weights_from_arrays(nullptr, 0, empty.out()));
+}
+
+/// Copied values do not depend on the file; mapped ones are given without a copy.
+TEST_F(ApiMemoryFiles, LargeWeightsAreMappedOrCopied) {
+    const std::string file = path("large.safetensors");
+    const std::vector<float> large = write_large_weights(file);
+    Weights mapped, copied;
+    ASSERT_DONE(splat_weights_load(file.c_str(), 0, mapped.out()));
+    ASSERT_DONE(splat_weights_load(file.c_str(), SPLAT_WEIGHTS_COPY, copied.out()));
+    const float *first = nullptr, *second = nullptr, *own = nullptr;
+    ASSERT_DONE(splat_weights_data(mapped, 0, &first, nullptr));
+    ASSERT_DONE(splat_weights_data(mapped, 0, &second, nullptr));
+    EXPECT_EQ(first, second);
+    EXPECT_EQ(std::memcmp(first, large.data(), large.size() * sizeof(float)), 0);
+    ASSERT_DONE(splat_weights_data(copied, 0, &own, nullptr));
+    EXPECT_NE(own, first);
+    std::ofstream(file, std::ios::in | std::ios::out).seekp(-4, std::ios::end) << "\1\1\1\1";
+    EXPECT_REFUSED(splat_weights_data(mapped, 0, &first, nullptr), SPLAT_ERROR_IO,
+                   "was written since it was opened");
+    std::uint64_t count = 0;
+    ASSERT_DONE(splat_weights_data(copied, 0, &own, &count));
+    EXPECT_EQ(std::vector<float>(own, own + count), large);
+}
+
+TEST_F(ApiMemoryFiles, CamerasGoOutAndInAgain) {
+    std::vector<splat_camera> cameras = {sample_camera(64, 48), sample_camera(33, 20, 0.7)};
+    cameras[1].cx = 3.25;
+    const char* const names[] = {"a.png", "images/\"b\".png"};
+    ASSERT_DONE(splat_camera_save(path("c.json").c_str(), cameras.data(), names, 2));
+    const std::string file = text_in_memory(
+        [&](auto... room) { return splat_camera_save_memory(cameras.data(), names, 2, room...); });
+    EXPECT_EQ(file, file_text(path("c.json")));
+    auto files = sized<splat_camera_bytes>();
+    files.cameras = file.data();
+    files.camera_bytes = file.size();
+    std::array<splat_camera, 2> read{};
+    std::uint32_t count = 0;
+    ASSERT_DONE(splat_camera_load_memory(&files, nullptr, read.data(), 2, &count));
+    EXPECT_EQ(count, 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(read[i].width, cameras[i].width);
+        EXPECT_EQ(read[i].fx, cameras[i].fx);
+        EXPECT_EQ(read[i].cx, cameras[i].cx);
+        for (std::size_t k = 0; k < 16; ++k)
+            EXPECT_NEAR(read[i].world_to_camera[k], cameras[i].world_to_camera[k], 1e-12);
+    }
+    char text[256] = "";
+    ASSERT_DONE(splat_camera_load_memory_report(&files, nullptr, text, sizeof text, nullptr));
+    EXPECT_STREQ(text, R"({"names": ["a.png", "images/\"b\".png"], "warnings": []})");
+    EXPECT_EQ(splat_camera_load_memory(&files, nullptr, read.data(), 1, &count), SPLAT_INCOMPLETE);
+    for (files.camera_bytes = 0; files.camera_bytes + 2 < file.size(); ++files.camera_bytes)
+        EXPECT_EQ(splat_camera_load_memory(&files, nullptr, read.data(), 2, nullptr),
+                  SPLAT_ERROR_FORMAT)
+            << files.camera_bytes;
+    ASSERT_DONE(splat_camera_save(path("none.json").c_str(), nullptr, nullptr, 0));
+    ASSERT_DONE(splat_camera_load(path("none.json").c_str(), nullptr, nullptr, 0, &count));
+    EXPECT_EQ(count, 0U);
+}
+
+TEST_F(ApiMemoryFiles, ColmapModelsAreTwoFiles) {
+    const std::string cameras = "1 PINHOLE 64 48 50 51 32 24\n";
+    const std::string images = "1 1 0 0 0 1 2 3 1 a.png\n\n";
+    auto files = sized<splat_camera_bytes>();
+    files.cameras = cameras.data();
+    files.camera_bytes = cameras.size();
+    files.images = images.data();
+    files.image_bytes = images.size();
+    splat_camera camera{};
+    std::uint32_t count = 0;
+    ASSERT_DONE(splat_camera_load_memory(&files, nullptr, &camera, 1, &count));
+    EXPECT_EQ(count, 1U);
+    EXPECT_EQ(camera.fy, 51);
+    std::string binary(8 + 24 + 32, '\0');  // one camera: id, model, width, height, 4 parameters
+    const std::uint64_t numbers[] = {1, 0x1'0000'0001U, 64, 48};
+    const double parameters[] = {50, 51, 32, 24};
+    std::memcpy(binary.data(), numbers, sizeof numbers);
+    std::memcpy(binary.data() + sizeof numbers, parameters, sizeof parameters);
+    files.cameras = binary.data();
+    files.camera_bytes = binary.size();
+    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, &camera, 1, &count),
+                   SPLAT_ERROR_FORMAT, "images")
+        << "text images to binary cameras";
+}
+
+/// A limit on the size of files stands for a full disk: the system refuses the same call.
+TEST_F(ApiMemoryFiles, AFullDiskIsAnErrorOfTheSystem) {
+    const Weights weights = make_weights();
+    const Scene scene = SampleScene(50).create();
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit small = before;
+    small.rlim_cur = 16;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const splat_result saved[] = {splat_weights_save(weights, path("w.npz").c_str(), 0),
+                                  splat_scene_save(scene, path("s.ply").c_str(), nullptr)};
+    const std::string message = splat_last_error_message();
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    for (const splat_result result : saved) EXPECT_EQ(result, SPLAT_ERROR_IO) << message;
+    EXPECT_NE(message.find("cannot write"), std::string::npos) << message;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_)) << "no part of a file remains";
+}
+
+}  // namespace
+}  // namespace splat::test

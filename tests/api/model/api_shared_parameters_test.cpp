@@ -1,0 +1,103 @@
+// Parameters of a model that are written through pointers and by optimizers.
+#include "api/api_calls.h"
+#include "support/rng_fill.h"
+
+namespace splat::test {
+namespace {
+
+using Floats = std::vector<float>;
+
+constexpr const char* kWeight = "network_with_offset.encoder.enc.16x16_conv.weight";
+
+/// A model with a tensor of its first weight, and one that gets the same weight by splat_model_write.
+class ApiSharedParameters : public testing::Test {
+  protected:
+    void SetUp() override {
+        ASSERT_DONE(splat_model_init(model_, 3));
+        ASSERT_DONE(splat_model_init(host_, 3));
+        ASSERT_DONE(splat_model_tensor(model_, kWeight, weight_.out()));
+        raw(model_);
+        raw(model_);  // keeps prepared weights
+    }
+    Floats raw(const Model& model) {
+        auto input = sized<splat_model_input>();
+        input.images = image_.data();
+        EXPECT_DONE(splat_model_forward(model, &input));
+        Floats values(24 * 16 * 16);
+        EXPECT_DONE(splat_model_read(model, "raw", values.data(), values.size() * sizeof(float)));
+        return values;
+    }
+    void expect_same(const Floats& weight, const char* how) {
+        ASSERT_DONE(
+            splat_model_write(host_, kWeight, weight.data(), weight.size() * sizeof(float)));
+        const Floats expected = raw(host_);
+        for (int pass = 0; pass < 3; ++pass) EXPECT_EQ(raw(model_), expected) << how;
+    }
+
+    Device device_ = open_device();
+    const Model model_ = make_model(device_);
+    const Model host_ = make_model(device_);
+    Tensor weight_;
+    const Floats image_ = normal_fill(3 * 16 * 16, 4);
+};
+
+TEST_F(ApiSharedParameters, PointersAreFollowed) {
+    void* pointer = nullptr;
+    ASSERT_DONE(splat_tensor_host_pointer(weight_, &pointer, nullptr));
+    auto* const values = static_cast<float*>(pointer);
+    Floats expected = download(weight_);
+    for (const float value : {0.5F, -0.75F}) {
+        values[3] = expected[3] = value;
+        expect_same(expected, "written unnoticed");
+    }
+    values[4] = expected[4] = 0.25F;
+    weight_.destroy();
+    expect_same(expected, "written before the tensor was destroyed");
+}
+
+TEST_F(ApiSharedParameters, OptimizersAreFollowed) {
+    const Tensor gradient = upload(device_, {8, 3, 3, 3}, normal_fill(216, 6));
+    splat_optimizer_item item = {};
+    item.name = "weight";
+    item.parameter = weight_;
+    item.gradient = gradient;
+    auto desc = sized<splat_optimizer_desc>();
+    desc.items = &item;
+    desc.item_count = 1;
+    desc.rate = 0.1;
+    Optimizer optimizer;
+    ASSERT_DONE(splat_optimizer_create(device_, &desc, optimizer.out()));
+    const Floats before = download(weight_);
+    for (int step = 0; step < 2; ++step) {
+        ASSERT_DONE(splat_optimizer_step(optimizer, nullptr));
+        const Floats after = download(weight_);
+        EXPECT_NE(after, before);
+        expect_same(after, "splat_optimizer_step");
+    }
+}
+
+/// An optimizer of a whole model does not step while the host writes one of its parameters.
+TEST_F(ApiSharedParameters, OptimizersWaitForTheHost) {
+    splat_model_desc desc = model_desc();
+    desc.flags = SPLAT_MODEL_GRADIENTS;
+    splat_optimizer_item item = {};
+    Model trained;
+    ASSERT_DONE(splat_model_create(device_, &desc, trained.out()));
+    item.model = trained;
+    auto rule = sized<splat_optimizer_desc>();
+    rule.items = &item;
+    rule.item_count = 1;
+    Optimizer optimizer;
+    ASSERT_DONE(splat_optimizer_create(device_, &rule, optimizer.out()));
+    Tensor weight;
+    void* pointer = nullptr;
+    ASSERT_DONE(splat_model_tensor(trained, kWeight, weight.out()));
+    ASSERT_DONE(splat_tensor_map(weight, SPLAT_ACCESS_WRITE, &pointer, nullptr));
+    EXPECT_REFUSED(splat_optimizer_step(optimizer, nullptr), SPLAT_ERROR_INVALID_STATE,
+                   "a tensor of the model is mapped");
+    ASSERT_DONE(splat_tensor_unmap(weight));
+    EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
+}
+
+}  // namespace
+}  // namespace splat::test

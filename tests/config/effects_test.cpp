@@ -1,0 +1,220 @@
+// What a training would leave out, what a resumed run may change, and what a category implies.
+#include "config/effects.h"
+
+#include <gtest/gtest.h>
+
+#include "config/config_file.h"
+#include "support/expect_status.h"
+
+namespace splat::test {
+namespace {
+
+Config yaml(const std::string& text) {
+    auto config = read_yaml_config(text, "test.yaml");
+    EXPECT_OK(config.status());
+    return config.ok() ? config.value() : Config("broken");
+}
+
+std::vector<std::string> warnings(const std::string& text) {
+    const auto found = config::training_warnings(yaml(text));
+    EXPECT_OK(found.status());
+    return found.ok() ? found.value() : std::vector<std::string>{"failed"};
+}
+
+TEST(ConfigEffects, KeysWithoutEffectAreNamedWhereTheyAskForSomething) {
+    struct Case {
+        const char* text;
+        const char* key;
+    };
+    const Case cases[] = {{"general: {mixed_precision: true}", "general.mixed_precision"},
+                          {"general: {num_devices: 2}", "general.num_devices"},
+                          {"general: {multiple_gpu: true}", "general.multiple_gpu"},
+                          {"logging: {loop_log: 10000}", "logging.loop_log"},
+                          {"logging: {render_log: 500}", "logging.render_log"},
+                          {"opt: {epochs: 3}", "opt.epochs"}};
+    for (const Case& c : cases) {
+        const auto found = warnings(c.text);
+        ASSERT_EQ(found.size(), 1U) << c.text;
+        EXPECT_NE(found[0].find(c.key), std::string::npos) << found[0];
+    }
+    EXPECT_EQ(warnings("general: {mixed_precision: false, num_devices: 1, multiple_gpu: false}\n"
+                       "opt: {epochs: null, pretrained_hf: null}\nlogging: {loop_log: 0}\n")
+                  .size(),
+              0U);
+    EXPECT_EQ(
+        warnings("general: {device: 0}\nmodel: {name: SingleUNet, out_channels: 64}\n").size(), 0U);
+}
+
+/// Values that differ from the default, of keys that act only together with another.
+TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
+    struct Case {
+        const char* text;
+        const char* key;
+        const char* complete;
+    };
+    const Case cases[] = {
+        {"opt: {step_lr_at: 5}", "'opt.step_lr_at' has no effect unless opt.lr_schedule is step",
+         "opt: {step_lr_at: 5, lr_schedule: step}"},
+        {"opt: {start_lpips_after: 5}", "'opt.start_lpips_after' has no effect while",
+         "opt: {start_lpips_after: 5, lambda_lpips: 0.1}"},
+        {"opt: {lpips_weights: [a]}", "'opt.lpips_weights' has no effect while",
+         "opt: {lpips_weights: [a], lambda_lpips: 0.1}"},
+        {"opt: {ema: {use: false, beta: 0.5}}", "'opt.ema.beta' has no effect while opt.ema.use",
+         "opt: {ema: {beta: 0.5}}"},
+        {"cam_embd: {film: affine}", "'cam_embd.film' has no effect where",
+         "cam_embd: {film: affine, embedding: pose}"},
+        {"data: {embedding_file: a}", "'data.embedding_file' has no effect without data.custom",
+         "data: {embedding_file: a, custom_embedding: true}\ncam_embd: {embedding: pose}"},
+        {"data: {tokens_file: a}", "'data.tokens_file' has no effect where model.token_dim is 0",
+         "data: {tokens_file: a}\nmodel: {token_dim: 2, tokens: 3}"},
+        {"opt: {lora_finetune: false, lora_alpha: 3}", "'opt.lora_alpha' has no effect while",
+         "opt: {lora_finetune: true, lora_alpha: 3}"}};
+    for (const Case& c : cases) {
+        const auto found = warnings(c.text);
+        ASSERT_EQ(found.size(), 1U) << c.text;
+        EXPECT_NE(found[0].find(c.key), std::string::npos) << found[0];
+        EXPECT_EQ(warnings(c.complete).size(), 0U) << c.complete;
+    }
+}
+
+/// The configuration of a run has every value.
+TEST(ConfigEffects, WrittenConfigurationsGiveNoWarnings) {
+    for (const char* text : {"{}", "opt: {ema: {use: false}}", "data: {category: hydrants}",
+                             "opt: {lora_finetune: true}", "cam_embd: {embedding: index}"}) {
+        config::Settings settings;
+        settings.network = config::predictor_config(yaml(text)).value();
+        settings.training = config::train_config(yaml(text)).value();
+        EXPECT_EQ(warnings(config::merged_config_text(settings)).size(), 0U) << text;
+    }
+}
+
+/// Keys without effect have a type all the same.
+TEST(ConfigEffects, KeysWithoutEffectHaveTypes) {
+    for (const char* text :
+         {"general: {mixed_precision: sometimes}", "general: {num_devices: many}",
+          "logging: {loop_log: [1]}", "opt: {epochs: 1.5}", "opt: {pretrained_hf: [true]}"})
+        EXPECT_ERROR(config::training_warnings(yaml(text)).status(), Code::kInvalidArgument,
+                     ", expected ");
+}
+
+TEST(ConfigEffects, AHubIsRefusedWithTheFileToFetch) {
+    for (const char* value : {"true", "szymanowiczs/splatter-image-v1"})
+        EXPECT_ERROR(config::training_warnings(yaml(std::string("opt: {pretrained_hf: ") + value +
+                                                    "}\ndata: {category: hydrants}"))
+                         .status(),
+                     Code::kInvalidArgument, "download model_hydrants.pth");
+    EXPECT_ERROR(
+        config::training_warnings(yaml("opt: {pretrained_hf: true}\ndata: {category: gso}"))
+            .status(),
+        Code::kInvalidArgument, "model_latest.pth");
+}
+
+TEST(ConfigEffects, VectorsWithoutTheirFileAreRefused) {
+    EXPECT_ERROR(config::training_warnings(
+                     yaml("data: {custom_embedding: true}\ncam_embd: {embedding: pose}"))
+                     .status(),
+                 Code::kInvalidArgument, "'data.embedding_file' is empty");
+    EXPECT_ERROR(config::training_warnings(yaml("model: {token_dim: 2, tokens: 3}")).status(),
+                 Code::kInvalidArgument, "'data.tokens_file' is empty");
+}
+
+TEST(ConfigEffects, AdaptersWithoutTheirSwitchAreRefused) {
+    EXPECT_ERROR(config::training_warnings(yaml("opt: {lora_rank: 8}")).status(),
+                 Code::kInvalidArgument,
+                 "'opt.lora_rank' is 8, but without opt.lora_finetune there are no adapters");
+    const auto found = warnings("opt: {lora_rank: 8, lora_finetune: false}");
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NE(found[0].find("opt.lora_rank"), std::string::npos);
+    EXPECT_EQ(warnings("opt: {lora_rank: 8, lora_finetune: true}").size(), 0U);
+}
+
+TEST(ConfigEffects, GraftedChannelsThatCannotLearnAreNamed) {
+    const std::string priors = "data: {use_pred_depth: true}\n";
+    const auto found = warnings(priors + "opt: {lora_finetune: true}");
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NE(found[0].find("'network_with_offset.encoder.enc.128x128_conv.weight' is not trained"),
+              std::string::npos)
+        << found[0];
+    EXPECT_NE(found[0].find("opt.train_with_adapters"), std::string::npos) << found[0];
+    EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, train_with_adapters: [128x128_conv.]}")
+                  .size(),
+              0U);
+    EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, lora_targets: [128x128_conv]}").size(),
+              0U);
+    EXPECT_EQ(warnings(priors).size(), 0U) << "all parameters are trained";
+    for (const char* freeze : {"{freeze: [128x128_conv]}", "{freeze: [network_with_offset.enc]}",
+                               "{freeze: [128x128_conv], lora_finetune: true,\n"
+                               "  train_with_adapters: [128x128_conv]}"}) {
+        const auto frozen = warnings(priors + "opt: " + freeze);
+        ASSERT_EQ(frozen.size(), 1U) << freeze;
+        EXPECT_NE(frozen[0].find("opt.freeze"), std::string::npos) << frozen[0];
+    }
+    EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, lora_targets: [128x128_conv],\n"
+                                "  freeze: [128x128_conv.weight]}")
+                  .size(),
+              0U)
+        << "the adapter of the layer learns";
+}
+
+TEST(ConfigEffects, ChangedKeysAreFoundAndSomeMayChange) {
+    const auto merged = [](const std::string& text) {
+        config::Settings settings;
+        const Config read = yaml(text);
+        settings.network = config::predictor_config(read).value();
+        settings.training = config::train_config(read).value();
+        return read_json_config(config::merged_config_text(settings), "run").value();
+    };
+    const auto changed = config::changed_keys(
+        merged("opt: {iterations: 400}"),
+        merged("opt: {iterations: 800, base_lr: 1e-4}\ndata: {use_pred_depth: true}"));
+    EXPECT_EQ(changed,
+              (std::vector<std::string>{"data.use_pred_depth", "opt.iterations", "opt.base_lr"}));
+    EXPECT_EQ(config::changed_keys(merged("{}"), merged("{}")).size(), 0U);
+    for (const char* key : {"opt.iterations", "logging.val_log", "data.root", "data.cache_mib"})
+        EXPECT_TRUE(config::may_change_on_resume(key)) << key;
+    for (const char* key : {"opt.base_lr", "data.use_pred_depth", "general.random_seed", "no.key"})
+        EXPECT_FALSE(config::may_change_on_resume(key)) << key;
+}
+
+/// A configuration with every value, changed by --set to another category.
+TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
+    const Config base = yaml(
+        "data: {category: cars, znear: 0.8, zfar: 1.8, fov: 51.98948897809546,\n"
+        "  origin_distances: false, white_background: true, training_resolution: 128}\n"
+        "opt: {scale_terms: false}\n");
+    const std::vector<std::string> to_hydrants = {"data.category=hydrants"};
+    const auto config = config::with_values(base, to_hydrants);
+    ASSERT_OK(config.status());
+    const auto network = config::predictor_config(config.value());
+    const auto training = config::train_config(config.value());
+    ASSERT_OK(network.status());
+    ASSERT_OK(training.status());
+    EXPECT_EQ(network.value().fov_degrees, 0.0F);
+    EXPECT_EQ(network.value().znear, -2.0F);
+    EXPECT_EQ(network.value().zfar, 2.0F);
+    EXPECT_TRUE(network.value().origin_distance);
+    EXPECT_FALSE(training.value().white_background);
+    EXPECT_TRUE(training.value().scale_terms);
+
+    const std::vector<std::string> kept = {"data.category=hydrants", "data.znear=0.5"};
+    EXPECT_EQ(config::predictor_config(config::with_values(base, kept).value()).value().znear,
+              0.5F);
+    const Config own = yaml("data: {category: cars, zfar: 9}");
+    EXPECT_EQ(config::predictor_config(config::with_values(own, to_hydrants).value()).value().zfar,
+              9.0F)
+        << "the file's own value stays";
+}
+
+TEST(ConfigCategory, AloneGivesItsDefaults) {
+    const auto nmr = config::predictor_config(yaml("data: {category: nmr}"));
+    ASSERT_OK(nmr.status());
+    EXPECT_EQ(nmr.value().resolution, 64U);
+    EXPECT_EQ(nmr.value().attention_resolutions, std::vector<std::uint32_t>{8});
+    EXPECT_EQ(nmr.value().zfar, 4.0F);
+    const auto other = config::predictor_config(yaml("data: {category: teapots}"));
+    ASSERT_OK(other.status());
+    EXPECT_EQ(other.value().zfar, 1.8F) << "an unknown category implies nothing";
+}
+
+}  // namespace
+}  // namespace splat::test

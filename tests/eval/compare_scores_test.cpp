@@ -1,0 +1,82 @@
+#include "eval/compare_scores.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+
+namespace splat::eval {
+namespace {
+
+/// Objects "o100", "o101", ... with these values.
+ScoreTable table(const std::map<std::string, std::vector<double>>& metrics, std::size_t first = 0) {
+    ScoreTable made;
+    for (const auto& [metric, values] : metrics) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            made.values[metric]["o" + std::to_string(100 + first + i)] = values[i];
+        made.objects = values.size();
+    }
+    list_metrics(made);
+    return made;
+}
+
+/// 20 different values, `shift` higher.
+std::vector<double> values(double shift) {
+    std::vector<double> made;
+    for (int i = 0; i < 20; ++i) made.push_back(i % 7 + shift * (1 + 0.1 * (i % 3)));
+    return made;
+}
+
+ScoreComparison compared(const ScoreTable& a, const ScoreTable& b, bool unpaired = false) {
+    CompareOptions options;
+    options.unpaired = unpaired;
+    options.resample.permutations = 1000;
+    auto found = compare_scores(a, b, options);
+    EXPECT_OK(found.status());
+    return found.ok() ? found.value() : ScoreComparison();
+}
+
+TEST(CompareScores, HigherIsBetterExceptForLpips) {
+    const ScoreComparison up =
+        compared(table({{"psnr", values(0)}, {"ssim", values(0)}, {"lpips", values(0)}}),
+                 table({{"psnr", values(1)}, {"ssim", values(0)}, {"lpips", values(1)}}));
+    ASSERT_EQ(up.metrics.size(), 3U);
+    EXPECT_EQ(up.metrics[0].samples.metric, "psnr");
+    EXPECT_EQ(up.metrics[0].verdict, Verdict::kBetter);
+    EXPECT_EQ(up.metrics[1].verdict, Verdict::kNoDifference);
+    EXPECT_EQ(up.metrics[2].verdict, Verdict::kWorse);
+    EXPECT_EQ(up.metrics[0].p_holm, 3 * up.metrics[0].comparison.p_permutation);
+    EXPECT_EQ(up.note, "");
+}
+
+TEST(CompareScores, ObjectsOfOneTableAreLeftOutAndCounted) {
+    const ScoreComparison found =
+        compared(table({{"psnr", values(0)}}), table({{"psnr", values(1)}}, 5));
+    EXPECT_EQ(found.shared, 15U);
+    EXPECT_EQ(found.metrics[0].samples.a.size(), 15U);
+    EXPECT_EQ(found.metrics[0].samples.a[0], values(0)[5]);
+    EXPECT_NE(found.note.find("5 objects of A and 5 of B"), std::string::npos) << found.note;
+}
+
+TEST(CompareScores, OtherObjectsAreNotComparable) {
+    const ScoreTable a = table({{"psnr", values(0)}}), b = table({{"psnr", values(3)}}, 50);
+    EXPECT_ERROR(compare_scores(a, b, {}).status(), Code::kNotFound, "share no object");
+    const ScoreComparison found = compared(a, b, true);
+    EXPECT_FALSE(found.comparable);
+    EXPECT_LT(found.metrics[0].p_holm, kLevel);
+    EXPECT_EQ(found.metrics[0].verdict, Verdict::kNotComparable);
+}
+
+TEST(CompareScores, TextHasEveryNumber) {
+    const ScoreComparison found = compared(table({{"psnr", {1, 2}}}), table({{"psnr", {2, 3}}}));
+    EXPECT_EQ(comparison_text(found),
+              R"({"a": "", "b": "", "paired": true, "objects_a": 2, "objects_b": 2, )"
+              R"("shared_objects": 2, "seed": 0, "permutations": 1000, "note": "", "metrics": [)"
+              "\n"
+              R"( {"metric": "psnr", "mean_a": 1.5, "mean_b": 2.5, "observed_difference": 1.0, )"
+              R"("p_permutation": 0.5, "p_parametric": 1.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
+              R"("effect_size": 0.0, "n_pairs": 2, "n_a": 2, "n_b": 2, "exact": true, )"
+              R"("verdict": "no difference shown"}]})");
+}
+
+}  // namespace
+}  // namespace splat::eval

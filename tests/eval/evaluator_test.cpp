@@ -1,0 +1,127 @@
+#include "eval/evaluator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/small_predictor.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::eval {
+namespace {
+
+/// A network with weights of one size, and procedural cars.
+class EvaluatorTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        context_ = test::shared_context();
+        ASSERT_NE(context_, nullptr);
+        synthetic::WriterDesc cars = test::sample_cars(folder_.path() / "cars");
+        cars.resolution = 16;
+        test::write_all(cars);
+        settings_.network = test::small_config();
+        settings_.training.root = cars.path;
+        auto made = predict::Network::create(*context_, settings_);
+        ASSERT_OK(made.status());
+        network_ = std::move(made.value());
+    }
+    void fill(float weight) {
+        nn::Parameters& parameters = network_->predictor().parameters();
+        for (const nn::Parameter& parameter : parameters.all())
+            ASSERT_OK(parameters.write(parameter,
+                                       std::vector<float>(parameter.shape.elements(), weight)));
+    }
+    Evaluator evaluator(bool network = true, Protocol protocol = {}) {
+        auto data = predict::ViewSource::open(settings_, "", "test");
+        EXPECT_OK(data.status());
+        Evaluation labels;
+        labels.method = network ? "" : "mine";
+        Evaluator made(std::move(data.value()), std::move(protocol), {}, labels);
+        if (network) made.use(*context_, *network_);
+        return made;
+    }
+
+    test::SampleFolder folder_;
+    vk::Context* context_ = nullptr;
+    config::Settings settings_;
+    std::unique_ptr<predict::Network> network_;
+};
+
+TEST_F(EvaluatorTest, ScoresWhatItDraws) {
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    Evaluator made = evaluator();
+    ASSERT_EQ(made.objects(), 1U);
+    const auto scores = made.score(0);
+    ASSERT_OK(scores.status());
+    const ObjectScores& s = scores.value();
+    EXPECT_EQ(s.conditioning.views, 1U);
+    EXPECT_EQ(s.novel.views, 3U);
+    EXPECT_TRUE(std::isnan(s.novel.lpips));
+    EXPECT_TRUE(s.ledger.finite());
+    EXPECT_EQ(s.ledger.gaussians, 256U);
+    EXPECT_EQ(s.ledger.invisible + s.ledger.visible, 256U);
+    const std::size_t plane = std::size_t{3} * 16 * 16;
+    ASSERT_EQ(made.drawn().size(), 4 * plane);
+    const auto views = made.read(0);
+    ASSERT_OK(views.status());
+    double psnr = 0;
+    for (std::size_t i = 1; i < 4; ++i)
+        psnr += compare_images(std::span(made.drawn()).subspan(i * plane, plane),
+                               std::span(views.value().images).subspan(i * plane, plane), 3, 16, 16)
+                    .value()
+                    .psnr /
+                3;
+    EXPECT_NEAR(s.novel.psnr, psnr, 1e-9);
+    EXPECT_EQ(made.evaluation().objects.size(), 1U);
+    EXPECT_ERROR(made.score(1).status(), Code::kInvalidArgument, "object 1 does not exist");
+}
+
+TEST_F(EvaluatorTest, WeightsThatOverflowHaveNoScore) {
+    ASSERT_NO_FATAL_FAILURE(fill(3.4e38F));
+    Evaluator made = evaluator();
+    const auto scores = made.score(0);
+    ASSERT_OK(scores.status());
+    EXPECT_GT(scores.value().ledger.outputs_not_finite, 0U);
+    EXPECT_TRUE(std::isnan(scores.value().novel.psnr));
+    EXPECT_TRUE(std::isnan(scores.value().novel.ssim));
+    EXPECT_EQ(scores.value().novel.views, 3U);
+    EXPECT_TRUE(std::isnan(summary_of(made.evaluation()).conditioning.psnr));
+}
+
+TEST_F(EvaluatorTest, ScoresImagesOfTheCaller) {
+    Evaluator made = evaluator(false);
+    EXPECT_ERROR(made.score(0).status(), Code::kInvalidState, "no network");
+    auto views = made.read(0);
+    ASSERT_OK(views.status());
+    std::vector<float>& images = views.value().images;
+    const auto perfect = made.score_images(0, images);
+    ASSERT_OK(perfect.status());
+    EXPECT_EQ(perfect.value().novel.perfect, 3U);
+    EXPECT_EQ(perfect.value().novel.ssim, 1);
+    images[5] = std::nanf("");
+    const auto broken = made.score_images(0, images);
+    ASSERT_OK(broken.status());
+    EXPECT_EQ(broken.value().ledger.images_not_finite, 1U);
+    EXPECT_TRUE(std::isnan(broken.value().novel.ssim));
+    images.pop_back();
+    EXPECT_ERROR(made.score_images(0, images).status(), Code::kShape, "4 views of 3 x 16 x 16");
+}
+
+TEST_F(EvaluatorTest, TakesOtherConditioningViews) {
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    Protocol protocol;
+    protocol.conditioning = {2};
+    protocol.novel = 1;
+    Evaluator made = evaluator(true, protocol);
+    const auto views = made.views(0);
+    ASSERT_OK(views.status());
+    EXPECT_EQ(views.value().conditioning, std::vector<std::uint32_t>{2});
+    EXPECT_EQ(views.value().novel.size(), 1U);
+    const auto scores = made.score(0);
+    ASSERT_OK(scores.status());
+    EXPECT_EQ(scores.value().novel.views, 1U);
+}
+
+}  // namespace
+}  // namespace splat::eval

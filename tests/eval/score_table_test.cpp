@@ -1,0 +1,63 @@
+#include "eval/score_table.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "support/expect_status.h"
+
+namespace splat::eval {
+namespace {
+
+class ScoreTableTest : public testing::Test {
+  protected:
+    void SetUp() override { std::filesystem::create_directories(folder_); }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    Result<ScoreTable> read_text(const char* name, const std::string& text) {
+        std::ofstream(folder_ / name) << text;
+        return read_scores((folder_ / name).string());
+    }
+    ScoreTable read(const char* name, const std::string& text) {
+        const auto made = read_text(name, text);
+        EXPECT_OK(made.status());
+        return made.ok() ? made.value() : ScoreTable();
+    }
+    void refused(const std::string& text, const char* part) {
+        EXPECT_ERROR(read_text("bad.csv", text).status(), Code::kFormat, part);
+    }
+
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / ("splat-scores-" + std::to_string(::getpid()));
+};
+
+TEST_F(ScoreTableTest, ReadsBothFormats) {
+    const ScoreTable text = read("scores.txt", "0_b 20.5 0.9 nan\n1_a_1 inf 0.8 0.1\n");
+    EXPECT_EQ(text.objects, 2U);
+    EXPECT_EQ(text.values.at("psnr"), (std::map<std::string, double>{{"b", 20.5}}));
+    EXPECT_EQ(text.values.at("ssim"), (std::map<std::string, double>{{"a_1", 0.8}, {"b", 0.9}}));
+    EXPECT_EQ(text.values.at("lpips"), (std::map<std::string, double>{{"a_1", 0.1}}));
+    const ScoreTable table =
+        read("per_object.csv", "object,psnr_novel,ssim_novel,psnr_cond\n0_b,20.5,0.9,33\n");
+    EXPECT_EQ(table.metrics, (std::vector<std::string>{"psnr", "ssim"}));
+    EXPECT_EQ(table.values.at("ssim"), (std::map<std::string, double>{{"0_b", 0.9}}));
+    for (const std::string& path : {folder_.string(), (folder_ / "results.json").string()})
+        EXPECT_EQ(read_scores(path).value().values, table.values);
+}
+
+TEST_F(ScoreTableTest, SaysWhatIsWrong) {
+    refused("", "holds no scores");
+    refused("object,psnr_novel\n", "holds no scores");
+    refused("name,psnr_novel\na,1\n", "line 1: expected a heading");
+    refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' is in line 2 already");
+    refused("object,psnr_novel\na,x\n", "line 2: 'x' is not a number");
+    refused("object,psnr_novel\na\n", "line 2: 1 columns, expected 2");
+    refused("0_a 1 2\n", "line 1: 3 columns, expected 4");
+    EXPECT_FALSE(read_scores("/nonexistent").ok());
+}
+
+}  // namespace
+}  // namespace splat::eval

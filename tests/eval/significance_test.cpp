@@ -1,0 +1,172 @@
+// Tests of significance, against closed forms, enumeration and the numbers of another implementation.
+#include "eval/significance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "eval/score_table.h"
+#include "support/expect_status.h"
+#include "support/golden_file.h"
+#include "support/real_data.h"
+
+namespace splat::eval {
+namespace {
+
+std::vector<double> sample(std::size_t count, double shift, unsigned seed) {
+    std::mt19937 engine(seed);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i)
+        values.push_back(shift + static_cast<double>(engine() % 1000) / 100);
+    return values;
+}
+
+TEST(Significance, StudentIsTheKnownDistribution) {
+    // One degree of freedom: 1 - 2/pi atan t; two: 1 - t / sqrt(2 + t^2).
+    for (const double t : {0.1, 0.7, 1.0, 3.0, 40.0}) {
+        EXPECT_NEAR(student_two_sided(t, 1), 1 - 2 / std::acos(-1.0) * std::atan(t), 1e-12);
+        EXPECT_NEAR(student_two_sided(-t, 2), 1 - t / std::sqrt(2 + t * t), 1e-12);
+    }
+    EXPECT_NEAR(student_two_sided(1.959964, 1e7), 0.05, 1e-6);
+    EXPECT_EQ(student_two_sided(0, 5), 1);
+}
+
+TEST(Significance, FewPairsAreCountedExactly) {
+    const std::vector<double> a = {1, 2, 3, 4, 5};
+    const std::vector<double> b = {2, 4, 6, 8, 10};
+    const Comparison c = compare_paired(a, b);
+    EXPECT_TRUE(c.exact);
+    EXPECT_EQ(c.difference, 3);
+    EXPECT_EQ(c.p_permutation, 2.0 / 32) << "all signs alike";
+    EXPECT_NEAR(c.effect, 3 / std::sqrt(2.5), 1e-12);
+    EXPECT_NEAR(c.p_parametric, student_two_sided(3 / std::sqrt(0.5), 4), 1e-12);
+    EXPECT_GT(c.low, 1);
+    EXPECT_LT(c.high, 5);
+    // d = 1, -1, 3: sums of absolute value 3 or more of the eight: 5, 3, 3 and their negatives.
+    EXPECT_EQ(
+        compare_paired(std::vector<double>{0, 0, 0}, std::vector<double>{1, -1, 3}).p_permutation,
+        0.75);
+}
+
+TEST(Significance, RandomFlipsTendToTheExactNumber) {
+    const std::vector<double> a = sample(20, 0, 1);
+    const std::vector<double> b = sample(20, 1.2, 2);
+    const double exact = compare_paired(a, b).p_permutation;
+    std::vector<double> more_a = a;
+    std::vector<double> more_b = b;
+    more_a.push_back(1);  // a pair without difference changes no sum, but 21 pairs are drawn
+    more_b.push_back(1);
+    const Comparison drawn = compare_paired(more_a, more_b);
+    EXPECT_FALSE(drawn.exact);
+    // Five standard deviations of 300000 draws.
+    EXPECT_NEAR(drawn.p_permutation, exact, 5 * std::sqrt(exact * (1 - exact) / 300000));
+    EXPECT_EQ(drawn.p_permutation, compare_paired(more_a, more_b).p_permutation) << "the same seed";
+    ResampleOptions other;
+    other.seed = 1;
+    EXPECT_NE(drawn.p_permutation, compare_paired(more_a, more_b, other).p_permutation);
+}
+
+TEST(Significance, EqualScoresShowNoDifference) {
+    const std::vector<double> a = sample(30, 0, 3);
+    const Comparison paired = compare_paired(a, a);
+    EXPECT_EQ(paired.p_permutation, 1);
+    EXPECT_EQ(paired.p_parametric, 1);
+    EXPECT_EQ(paired.effect, 0);
+    const std::vector<double> even(30, 2.5);
+    EXPECT_EQ(compare_pooled(even, even).p_parametric, 1);
+    EXPECT_EQ(compare_paired({}, {}).p_permutation, 1);
+}
+
+/// p is uniform if there is nothing to find: about 5 of 100 are below 0.05.
+TEST(Significance, FindsNothingWhereThereIsNothing) {
+    int found = 0;
+    ResampleOptions options;
+    options.permutations = 2000;
+    options.bootstraps = 1;
+    for (unsigned i = 0; i < 200; ++i)
+        found +=
+            compare_paired(sample(25, 0, 2 * i), sample(25, 0, 2 * i + 1), options).p_permutation <
+            0.05;
+    EXPECT_GE(found, 2) << "mean 10, standard deviation 3";
+    EXPECT_LE(found, 20);
+}
+
+TEST(Significance, HolmMultipliesByTheRemainingTests) {
+    EXPECT_EQ(holm(std::vector<double>{0.01, 0.04, 0.03}), (std::vector<double>{0.03, 0.06, 0.06}));
+    EXPECT_EQ(holm(std::vector<double>{0.5, 0.9}), (std::vector<double>{1, 1}));
+    EXPECT_TRUE(holm({}).empty());
+}
+
+TEST(GoldenNetSignificance, PooledTestsAreTheReferences) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    test::each_golden("prior", [&](const test::Golden& golden) {
+        const auto values = [&golden](const char* name) { return golden.doubles(name); };
+        const Comparison c = compare_pooled(values("sig.base"), values("sig.comp"));
+        EXPECT_NEAR(c.difference, values("sig.diff")[0], 1e-12);
+        EXPECT_NEAR(c.p_parametric, values("sig.p_param")[0], 1e-9);
+        // Both are counts of 300000: five standard deviations of their difference.
+        const double f = values("sig.frac")[0];
+        EXPECT_NEAR(c.p_permutation, values("sig.p_perm")[0],
+                    5 * 2 * std::sqrt(2 * f * (1 - f) / 300000));
+    });
+}
+
+/// Published means and p-values of one file against the reference.
+struct Published {
+    const char* file;
+    double mean[3];  ///< psnr, ssim, lpips
+    double p[3];     ///< of 300000 permutations
+};
+
+constexpr Published kPublished[] = {
+    {"depth_only.txt", {24.79612, .92935, .08085}, {.000247, .000273, .0311}},
+    {"normals_only.txt", {24.81408, .92955, .08070}, {.000247, .000187, .0369}},
+    {"both.txt", {24.85462, .92999, .08068}, {.000100, .000100, .0385}},
+    {"r8a8d05.txt", {24.74797, .93099, .06828}, {.00141, .0000600, .0000133}},
+    {"r32a16d05.txt", {24.8289, .93085, .0721}, {.000180, 0, .00408}},
+    {"r8a8d01.txt", {24.84108, .93095, .07191}, {.000107, .00000670, .00309}},
+};
+
+std::vector<double> values_of(const ScoreTable& file, const std::string& metric) {
+    std::vector<double> values;
+    for (const auto& [name, value] : file.values.at(metric)) values.push_back(value);
+    return values;
+}
+
+TEST(RealScores, GiveThePublishedNumbers) {
+    SPLAT_NEEDS_REAL_DATA();
+    const std::string folder = *test::real_data_folder() + "/scores/";
+    const auto read = [&folder](const char* name) {
+        auto made = read_scores(folder + name);
+        EXPECT_OK(made.status());
+        return made.ok() ? made.value() : ScoreTable();
+    };
+    const ScoreTable reference = read("reference.txt");
+    EXPECT_EQ(reference.objects, 704U);
+    EXPECT_EQ(reference.metrics, (std::vector<std::string>{"psnr", "ssim", "lpips"}));
+    const double base[] = {23.99898, .92284, .07703};
+    ResampleOptions options;
+    options.permutations = 100000;
+    options.bootstraps = 1;
+    for (const Published& row : kPublished) {
+        const ScoreTable other = read(row.file);
+        for (const auto& [name, value] : other.values.at("psnr"))
+            EXPECT_EQ(reference.values.at("psnr").count(name), 0U) << "no object is in both";
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::string& metric = reference.metrics[i];
+            const Comparison c =
+                compare_pooled(values_of(reference, metric), values_of(other, metric), options);
+            EXPECT_NEAR(c.difference, row.mean[i] - base[i], 6e-5)
+                << row.file << " " << metric << ": both means are rounded to 5 digits";
+            // Both count rare events: five standard deviations of their difference, and of a count of at
+            // least one.
+            const double f = std::max(row.p[i] / 2, 1.0 / 300000);
+            EXPECT_NEAR(c.p_permutation, row.p[i], 5 * 2 * std::sqrt(f / 300000 + f / 100000))
+                << row.file << " " << metric;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace splat::eval

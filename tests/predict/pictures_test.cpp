@@ -1,0 +1,180 @@
+#include "predict/pictures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "data/relative_pose.h"
+#include "scene/camera_pose.h"
+#include "support/expect_status.h"
+
+namespace splat::predict {
+namespace {
+
+constexpr std::array<float, 3> kWhite = {1, 1, 1};
+
+/// A dark square of 20 pixels, left of the middle of a light picture.
+data::NamedImage picture(std::uint32_t channels = 3, std::uint16_t dark = 30) {
+    io::Image image;
+    image.width = 80;
+    image.height = 60;
+    image.channels = channels;
+    for (std::uint32_t y = 0; y < image.height; ++y)
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const bool inside = x >= 20 && x < 40 && y >= 20 && y < 40;
+            for (std::uint32_t c = 0; c < channels; ++c)
+                image.samples.push_back(inside ? static_cast<std::uint16_t>(dark + 10 * c) : 220);
+        }
+    return {std::move(image), "the picture"};
+}
+
+PictureInput input_of(data::NamedImage image) {
+    PictureInput input;
+    input.picture.image = std::move(image);
+    return input;
+}
+
+config::PredictorConfig network() {
+    config::PredictorConfig config;
+    config.resolution = 32;
+    return config;
+}
+
+Result<PictureViews> views_of(const config::PredictorConfig& config, const PictureInput& input) {
+    return views_of_pictures(config, kWhite, std::span(&input, 1));
+}
+
+void expect_refused(const config::PredictorConfig& config, const PictureInput& input,
+                    const char* part) {
+    EXPECT_ERROR(views_of(config, input).status(), Code::kInvalidArgument, part);
+}
+
+TEST(Pictures, OnePictureIsSeenByTheCameraOfTheNetwork) {
+    const auto made = views_of(network(), input_of(picture()));
+    ASSERT_OK(made.status());
+    const PictureViews& given = made.value();
+    ASSERT_EQ(given.views.inputs.size(), 3U * 32 * 32);
+    EXPECT_EQ(given.views.inputs, given.views.images);
+    EXPECT_EQ(given.facts[0].found, data::MaskFrom::kBorder);
+    EXPECT_EQ(given.facts[0].side, 31) << "20 / 0.65";
+    EXPECT_EQ(given.facts[0].width, 80U);
+    EXPECT_EQ(given.facts[0].fov_degrees, 0) << "no focal length";
+    const std::vector<float> identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    EXPECT_EQ(given.views.view_to_world, identity);
+    EXPECT_EQ(given.views.quaternions, (std::vector<float>{1, 0, 0, 0}));
+    const auto camera = scene::camera_from_fov(
+        32, 32, static_cast<double>(network().fov_degrees) * std::numbers::pi / 180);
+    ASSERT_OK(camera.status());
+    EXPECT_EQ(given.views.cameras[0].fx, camera.value().fx);
+    EXPECT_EQ(given.views.cameras[0].world_to_camera, camera.value().world_to_camera);
+}
+
+TEST(Pictures, MapsFollowTheColours) {
+    config::PredictorConfig config = network();
+    config.depth = config.normal = config.mask = config.origin_distance = true;
+    PictureInput input = input_of(picture());
+    input.picture.depth = picture(1, 100);
+    input.picture.normal = picture(3, 150);
+    input.origin_distance = 2.5;
+    const auto made = views_of(config, input);
+    ASSERT_OK(made.status());
+    const std::size_t area = std::size_t{32} * 32, middle = 16 * 32 + 16;
+    const std::vector<float>& planes = made.value().views.inputs;
+    ASSERT_EQ(planes.size(), 9 * area);
+    EXPECT_NEAR(planes[middle], 30 / 255.0, 1e-6);
+    EXPECT_NEAR(planes[3 * area + middle], 100 / 255.0, 1e-6) << "depth";
+    EXPECT_NEAR(planes[5 * area + middle], 160 / 255.0, 1e-6) << "normal y";
+    EXPECT_EQ(planes[7 * area + middle], 1) << "mask";
+    EXPECT_EQ(planes[7 * area], 0);
+    EXPECT_EQ(planes[8 * area], 2.5F) << "distance of the origin";
+}
+
+TEST(Pictures, FocalLengthsScaleWithTheSquare) {
+    config::PredictorConfig config = network();
+    config.fov_degrees = 0;
+    PictureInput input = input_of(picture());
+    input.focal = 62;
+    const auto made = views_of(config, input);
+    ASSERT_OK(made.status());
+    EXPECT_EQ(made.value().views.focals, (std::vector<float>{64, 64})) << "62 / 31 * 32";
+    EXPECT_EQ(made.value().views.cameras[0].fx, 64);
+    EXPECT_NEAR(made.value().facts[0].fov_degrees, 2 * std::atan(0.25) * 180 / std::numbers::pi,
+                1e-9);
+}
+
+TEST(Pictures, TellsAFieldOfViewThatDiffers) {
+    PictureFacts facts;
+    EXPECT_FALSE(field_of_view_differs(network(), facts)) << "not known";
+    facts.fov_degrees = 60;
+    EXPECT_FALSE(field_of_view_differs(network(), facts)) << "51.99 is near enough";
+    facts.fov_degrees = 80;
+    EXPECT_TRUE(field_of_view_differs(network(), facts));
+    facts.fov_degrees = 20;
+    EXPECT_TRUE(field_of_view_differs(network(), facts));
+}
+
+TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
+    config::PredictorConfig config = network();
+    config.views = 2;
+    std::vector<PictureInput> inputs = {input_of(picture()), input_of(picture())};
+    for (PictureInput& input : inputs) input.crop = false;
+    const auto first = scene::look_at({0, 0, -2}, {0, 0, 0}, scene::kUp);
+    const auto second = scene::look_at({1, -0.5, -1.5}, {0, 0, 0}, scene::kUp);
+    ASSERT_OK(second.status());
+    inputs[0].world_to_camera = first.value();
+    inputs[1].world_to_camera = second.value();
+    const auto made = views_of_pictures(config, kWhite, inputs);
+    ASSERT_OK(made.status());
+    const Views& views = made.value().views;
+    EXPECT_EQ(views.inputs.size(), 2U * 3 * 32 * 32);
+    EXPECT_EQ(views.view_to_world[0], 1);
+    EXPECT_NEAR(views.view_to_world[16 + 12], 1, 1e-6) << "x of the second, seen by the first";
+    EXPECT_NEAR(views.view_to_world[16 + 14], 0.5, 1e-6);
+    EXPECT_NEAR(scene::camera_center(views.cameras[1])[1], -0.5, 1e-6);
+    EXPECT_EQ(made.value().facts[1].side, 60) << "whole pictures";
+
+    inputs[1].crop = true;
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+                 "pictures[1]: one of 2 views is to be cut out");
+    inputs[1].world_to_camera.reset();
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+                 "pictures[1]: no pose");
+    inputs.pop_back();
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+                 "1 pictures, expected 2");
+}
+
+TEST(Pictures, RefusesWhatTheNetworkDoesNotTake) {
+    PictureInput input = input_of(picture());
+    config::PredictorConfig config = network();
+    config.depth = true;
+    expect_refused(config, input, "pictures[0]: a depth map is missing");
+    input.picture.normal = picture();
+    expect_refused(network(), input, "a normal map is given, but the network takes none");
+    input = input_of(picture());
+    input.origin_distance = 1;
+    expect_refused(network(), input, "an origin distance is given");
+    config = network();
+    config.origin_distance = true;
+    input.origin_distance = -1;
+    expect_refused(config, input, "the origin distance is -1");
+    config = network();
+    config.fov_degrees = 0;
+    input = input_of(picture());
+    expect_refused(config, input, "a focal length is missing");
+    input.focal = NAN;
+    expect_refused(config, input, "the focal length is nan");
+    input = input_of(picture());
+    input.tokens = {1};
+    expect_refused(network(), input, "the array of tokens has 1 numbers, expected 0");
+    input = input_of(picture());
+    input.embedding = {1};
+    expect_refused(network(), input, "the embedding has 1 numbers, expected 0");
+    input = input_of(picture());
+    input.world_to_camera = scene::Mat4{};
+    expect_refused(network(), input, "pictures[0]");
+}
+
+}  // namespace
+}  // namespace splat::predict

@@ -1,0 +1,150 @@
+#include "predict/view_source.h"
+
+#include <gtest/gtest.h>
+
+#include "scene/camera_pose.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::predict {
+namespace {
+
+class ViewSourceTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        desc_ = test::sample_cars(folder_.path() / "cars");
+        test::write_all(desc_);
+        settings_.network.resolution = desc_.resolution;
+        settings_.training.root = desc_.path;
+    }
+    std::unique_ptr<ViewSource> open(const std::string& split = "train") {
+        auto made = ViewSource::open(settings_, "", split);
+        EXPECT_OK(made.status());
+        return made.ok() ? std::move(made.value()) : nullptr;
+    }
+    std::shared_ptr<data::Dataset> dataset(std::array<float, 3> background,
+                                           std::uint32_t resolution = 0) {
+        auto made = data::Dataset::open({.path = desc_.path,
+                                         .format = {},
+                                         .split = "train",
+                                         .resolution = resolution,
+                                         .background = background});
+        EXPECT_OK(made.status());
+        return made.ok() ? std::shared_ptr(std::move(made.value())) : nullptr;
+    }
+
+    test::SampleFolder folder_;
+    synthetic::WriterDesc desc_;
+    config::Settings settings_;
+};
+
+/// Vectors of the training cars whose numbers say object and view.
+TEST_F(ViewSourceTest, ReadsTheVectorsOfItsViews) {
+    settings_.network.token_dim = 3;
+    settings_.network.tokens = 2;
+    EXPECT_ERROR(ViewSource::open(settings_, "", "train").status(), Code::kInvalidArgument,
+                 "'data.tokens_file' is empty");
+    config::Settings without = settings_;
+    without.network.token_dim = without.network.tokens = 0;
+    const auto opened = ViewSource::open(without, "", "train");
+    ASSERT_OK(opened.status());
+    const auto& plain = opened.value();
+    io::WeightsFile file;
+    for (std::uint32_t object = 0; object < plain->objects(); ++object) {
+        io::NamedTensor tensor;
+        tensor.name = plain->name(object);
+        tensor.dims = {plain->views_of(object), 3, 2};
+        std::vector<float> values;
+        for (std::uint32_t view = 0; view < plain->views_of(object); ++view)
+            values.insert(values.end(), 6, static_cast<float>(100 * object + view));
+        tensor.values = values;
+        ASSERT_OK(file.tensors.add(std::move(tensor)));
+    }
+    ASSERT_OK(io::save_weights(file, desc_.path + "/tokens.npz"));
+    settings_.training.tokens_file = "tokens.npz";  // in the folder of the data
+    const auto source = open();
+    ASSERT_NE(source, nullptr);
+    const std::uint32_t numbers[] = {1, 0};
+    const auto views = source->read(source->objects() - 1, numbers, 1);
+    ASSERT_OK(views.status());
+    const auto expected = static_cast<float>(100 * (source->objects() - 1) + 1);
+    EXPECT_EQ(views.value().tokens, std::vector<float>(6, expected));
+    EXPECT_TRUE(views.value().embedding.empty());
+}
+
+TEST_F(ViewSourceTest, ReadsImagesInputsAndCamerasOfTheViews) {
+    settings_.network.depth = settings_.network.mask = true;
+    settings_.network.origin_distance = true;
+    const auto source = open("test");
+    ASSERT_NE(source, nullptr);
+    EXPECT_EQ(source->objects(), 1U);
+    EXPECT_EQ(source->views_of(0), 4U);
+    const std::uint32_t side = source->resolution();
+    const std::size_t area = std::size_t{side} * side;
+    const std::uint32_t numbers[] = {2, 0, 3};
+    const auto views = source->read(0, numbers, 2);
+    ASSERT_OK(views.status());
+    const Views& v = views.value();
+    ASSERT_EQ(v.images.size(), 3 * 3 * area);
+    ASSERT_EQ(v.inputs.size(), 2 * 6 * area);
+    std::vector<float> depths(3 * area), masks(3 * area);
+    ASSERT_OK(source->dataset().read(
+        0, numbers, {nullptr, depths.data(), nullptr, masks.data(), nullptr, nullptr, nullptr}));
+    for (std::size_t view = 0; view < 2; ++view) {
+        const float* const input = v.inputs.data() + view * 6 * area;
+        EXPECT_TRUE(std::equal(input, input + 3 * area, v.images.data() + view * 3 * area));
+        EXPECT_TRUE(std::equal(input + 3 * area, input + 4 * area, depths.data() + view * area));
+        EXPECT_TRUE(std::equal(input + 4 * area, input + 5 * area, masks.data() + view * area));
+        EXPECT_EQ(input[5 * area], 0) << "not CO3D's: no distance of the origin";
+    }
+    ASSERT_EQ(v.cameras.size(), 3U);
+    for (std::size_t view = 0; view < 3; ++view) {
+        const scene::Camera& camera = v.cameras[view];
+        EXPECT_OK(scene::check_camera(camera));
+        EXPECT_EQ(camera.fx, static_cast<double>(v.focals[2 * view]));
+        EXPECT_EQ(camera.cx, side / 2.0);
+        const scene::Vec3 center = scene::camera_center(camera);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            EXPECT_NEAR(center[axis], static_cast<double>(v.view_to_world[16 * view + 12 + axis]),
+                        1e-6);
+    }
+}
+
+TEST_F(ViewSourceTest, AnOpenDataSetGivesTheSameViews) {
+    const auto source = open();
+    auto given = ViewSource::open(settings_, dataset({1, 1, 1}));
+    ASSERT_OK(given.status());
+    const std::uint32_t numbers[] = {0, 1};
+    const auto a = source->read(1, numbers, 1), b = given.value()->read(1, numbers, 1);
+    ASSERT_OK(a.status());
+    ASSERT_OK(b.status());
+    EXPECT_EQ(a.value().images, b.value().images);
+    EXPECT_EQ(a.value().inputs, b.value().inputs);
+}
+
+TEST_F(ViewSourceTest, RefusesADataSetThatIsNotOfTheConfiguration) {
+    const auto refused = [&](std::shared_ptr<data::Dataset> given, const char* part) {
+        EXPECT_ERROR(ViewSource::open(settings_, std::move(given)).status(), Code::kInvalidArgument,
+                     part);
+    };
+    refused(dataset({0, 0, 0}), "expected white of 'data.white_background'");
+    refused(dataset({1, 1, 1}, 8), "8 x 8 pixels");
+    settings_.training.root.clear();
+    EXPECT_ERROR(ViewSource::open(settings_, "", "train").status(), Code::kInvalidArgument,
+                 "'data.root' is empty");
+}
+
+TEST_F(ViewSourceTest, RefusesADataSetWithoutTheMapsOfTheNetwork) {
+    std::vector<std::filesystem::path> depths;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(desc_.path))
+        if (entry.path().filename() == "depth") depths.push_back(entry.path());
+    for (const auto& path : depths) std::filesystem::remove_all(path);
+    settings_.network.depth = true;
+    EXPECT_ERROR(ViewSource::open(settings_, dataset({1, 1, 1})).status(), Code::kInvalidArgument,
+                 "no depth maps");
+    EXPECT_ERROR(ViewSource::open(settings_, "", "train").status(), Code::kNotFound,
+                 "maps requested: depth");
+}
+
+}  // namespace
+}  // namespace splat::predict

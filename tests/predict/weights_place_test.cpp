@@ -1,0 +1,87 @@
+#include "predict/weights_place.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::predict {
+namespace {
+
+TEST(WeightsPlace, FindsBuiltInWeightsOfTheSources) {
+    const auto path = builtin_weights(kDefaultWeights);
+    ASSERT_OK(path.status());
+    EXPECT_TRUE(path.value().ends_with("tools/weights/cars64/weights.safetensors"));
+    const auto config = config_beside(path.value());
+    ASSERT_OK(config.status());
+    EXPECT_TRUE(config.value().ends_with("cars64/config.json"));
+}
+
+TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {
+    const test::SampleFolder folder;
+    const auto prefix = folder.path() / "prefix";
+    test::put_text(prefix / "share/libsplat/weights/small/weights.safetensors", "1");
+    test::put_text(prefix / "share/libsplat/weights/other/weights.safetensors", "1");
+    test::put_text(prefix / "share/libsplat/weights/empty/README.md", "1");
+    test::put_text(prefix / "tools/weights/small/weights.safetensors", "1");
+    for (const char* library : {"lib", "lib/x86_64-linux-gnu"}) {
+        const auto path = builtin_weights_near(prefix / library, "small");
+        ASSERT_OK(path.status());
+        EXPECT_EQ(path.value(), prefix / "share/libsplat/weights/small/weights.safetensors");
+    }
+    for (const char* name : {"large", "", "..", "small/../small", "empty"})
+        EXPECT_ERROR(builtin_weights_near(prefix / "lib", name).status(), Code::kNotFound,
+                     "expected other, small");
+    EXPECT_ERROR(builtin_weights_near("/nonexistent/lib", "small").status(), Code::kNotFound,
+                 "no others");
+}
+
+TEST(WeightsPlace, FindsTheConfigurationBesideWeights) {
+    const test::SampleFolder folder;
+    const std::string weights = folder.path() / "weights.npz";
+    EXPECT_ERROR(config_beside(weights).status(), Code::kNotFound, "no config.json or config.yaml");
+    test::put_text(folder.path() / "config.yaml", "{}");
+    EXPECT_EQ(config_beside(weights).value(), folder.path() / "config.yaml");
+    test::put_text(folder.path() / "config.json", "{}");
+    EXPECT_EQ(config_beside(weights).value(), folder.path() / "config.json");
+    const std::filesystem::path named = std::filesystem::path(weights).replace_extension(".json");
+    test::put_text(named, "{}");
+    EXPECT_EQ(config_beside(weights).value(), named) << "that of these weights comes first";
+}
+
+TEST(WeightsPlace, ReadsNetworkAndTraining) {
+    const auto settings = settings_of(
+        "data:\n  training_resolution: 32\n  category: chairs\nopt:\n  base_lr: 1.0e-3\n", "file");
+    ASSERT_OK(settings.status());
+    EXPECT_EQ(settings.value().network.resolution, 32U);
+    EXPECT_EQ(settings.value().training.category, "chairs");
+    EXPECT_EQ(settings.value().training.learning_rate, 1e-3);
+    EXPECT_ERROR(settings_of("data: [", "file").status(), Code::kInvalidArgument, "file");
+}
+
+TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
+    config::PredictorConfig network;
+    io::WeightsFile adapters;
+    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "neither");
+    network.lora.rank = 2;
+    network.lora.alpha = 3;
+    EXPECT_EQ(adapters_alpha(adapters, network).value(), 3);
+    adapters.metadata = {{"lora_alpha", "0.5"}};
+    EXPECT_EQ(adapters_alpha(adapters, network).value(), 0.5);
+    adapters.metadata = {{"lora_alpha", "half"}};
+    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "'half'");
+}
+
+TEST(WeightsPlace, TellsTheFieldOfViewOfARayGrid) {
+    io::NamedTensors tensors;
+    EXPECT_FALSE(field_of_view(tensors));
+    // A pixel's middle lies half a pixel from the edge: 0.5 = 1 / 2 of x / f at the edge.
+    ASSERT_OK(
+        tensors.add({"ray_dirs", {1, 3, 1, 2}, io::NumberType::kF32, {-0.5F, 0.5F, 0, 0, 1, 1}}));
+    const auto fov = field_of_view(tensors);
+    ASSERT_TRUE(fov);
+    EXPECT_NEAR(*fov, 90, 1e-9);
+}
+
+}  // namespace
+}  // namespace splat::predict

@@ -1,0 +1,125 @@
+#include "train/batches.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::train {
+namespace {
+
+constexpr std::uint64_t kSeed = 5;
+
+class BatchesTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        desc_ = test::sample_cars(folder_.path() / "cars");
+        test::write_all(desc_);
+        settings_.network.resolution = desc_.resolution;
+        settings_.training.root = desc_.path;
+        settings_.training.batch_size = 1;
+        settings_.training.targets = 2;
+    }
+    std::shared_ptr<const predict::ViewSource> data() {
+        auto made = predict::ViewSource::open(settings_, "", "train");
+        EXPECT_OK(made.status());
+        return made.ok() ? std::shared_ptr(std::move(made.value())) : nullptr;
+    }
+    PrefetchPointer prefetch() {
+        auto made = Prefetch::create(BatchSource(data(), settings_, kSeed), 2);
+        EXPECT_OK(made.status());
+        return made.ok() ? std::move(made.value()) : nullptr;
+    }
+
+    test::SampleFolder folder_;
+    synthetic::WriterDesc desc_;
+    config::Settings settings_;
+};
+
+void expect_equal(const Batch& a, const Batch& b) {
+    EXPECT_EQ(a.images, b.images);
+    EXPECT_EQ(a.targets, b.targets);
+    EXPECT_EQ(a.view_to_world, b.view_to_world);
+    EXPECT_EQ(a.quaternions, b.quaternions);
+    EXPECT_EQ(a.cameras.size(), b.cameras.size());
+}
+
+/// The order of objects and views of version 0.1, computed by hand; resumed runs depend on it.
+TEST_F(BatchesTest, OrderIsThatOfEarlierRuns) {
+    const auto source = data();
+    ASSERT_NE(source, nullptr);
+    const BatchSource batches(source, settings_, kSeed);
+    struct Visit {
+        std::uint32_t object;
+        std::uint32_t views[2];
+    };
+    constexpr Visit kVisits[] = {{0, {2, 0}}, {1, {2, 1}}, {1, {1, 2}},
+                                 {0, {0, 2}}, {1, {0, 1}}, {0, {1, 2}}};
+    for (std::size_t n = 0; n < std::size(kVisits); ++n) {
+        const Visit& visit = kVisits[n];
+        const auto batch = batches.make(n);
+        ASSERT_OK(batch.status());
+        const std::uint32_t numbers[] = {visit.views[0], visit.views[0], visit.views[1]};
+        const auto views = source->read(visit.object, numbers, 1);
+        ASSERT_OK(views.status());
+        EXPECT_EQ(batch.value().images, views.value().inputs) << n;
+        const std::size_t plane = views.value().images.size() / 3;
+        EXPECT_TRUE(std::equal(batch.value().targets.begin(), batch.value().targets.end(),
+                               views.value().images.begin() + static_cast<std::ptrdiff_t>(plane)))
+            << n;
+        EXPECT_EQ(batch.value().targets.size(), 2 * plane);
+        EXPECT_EQ(batch.value().cameras.size(), 2U);
+        EXPECT_TRUE(batch.value().focals.empty());
+    }
+}
+
+TEST_F(BatchesTest, AnyNumberCanBeReadAtAnyTime) {
+    const auto batches = prefetch();
+    ASSERT_NE(batches, nullptr);
+    const BatchSource source(data(), settings_, kSeed);
+    for (const std::uint64_t n : {0, 1, 2, 7, 8, 3, 3, 4, 0}) {
+        const auto got = batches->get(n);
+        const auto expected = source.make(n);
+        ASSERT_OK(got.status());
+        ASSERT_OK(expected.status());
+        expect_equal(got.value(), expected.value());
+    }
+}
+
+TEST_F(BatchesTest, AnErrorComesOutOfItsBatchAndIsTriedAgain) {
+    const auto batches = prefetch();
+    ASSERT_NE(batches, nullptr);
+    const auto object = folder_.path() / "cars/srn_cars/cars_train";
+    const auto away = folder_.path() / "away";
+    std::filesystem::rename(object, away);
+    EXPECT_FALSE(batches->get(0).ok());
+    EXPECT_FALSE(batches->get(0).ok());
+    std::filesystem::rename(away, object);
+    EXPECT_OK(batches->get(0).status());
+    EXPECT_OK(batches->get(1).status());
+}
+
+TEST_F(BatchesTest, TooFewViewsAreRefused) {
+    settings_.network.views = 3;
+    EXPECT_ERROR(BatchSource(data(), settings_, 0).check(), Code::kFormat,
+                 "has 3 views, expected at least 4");
+}
+
+TEST_F(BatchesTest, ALargerBatchHoldsTheObjectsInTurn) {
+    settings_.training.batch_size = 2;
+    const BatchSource pairs(data(), settings_, kSeed);
+    settings_.training.batch_size = 1;
+    const BatchSource single(data(), settings_, kSeed);
+    const auto pair = pairs.make(1);
+    const auto first = single.make(2), second = single.make(3);
+    ASSERT_OK(pair.status());
+    ASSERT_OK(first.status());
+    ASSERT_OK(second.status());
+    std::vector<float> both = first.value().images;
+    both.insert(both.end(), second.value().images.begin(), second.value().images.end());
+    EXPECT_EQ(pair.value().images, both);
+    EXPECT_EQ(pair.value().view().cameras.size(), 4U);
+}
+
+}  // namespace
+}  // namespace splat::train

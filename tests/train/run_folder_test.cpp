@@ -1,0 +1,149 @@
+#include "train/run_folder.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::train {
+namespace {
+
+namespace fs = std::filesystem;
+using Mode = RunFolder::Mode;
+using test::put_text;
+
+class RunFolderTest : public testing::Test {
+  protected:
+    std::unique_ptr<RunFolder> open(Mode mode) {
+        auto made = RunFolder::open(path(), mode);
+        EXPECT_OK(made.status());
+        return made.ok() ? std::move(made.value()) : nullptr;
+    }
+    [[nodiscard]] std::string path() const { return (folder_.path() / "run").string(); }
+    Status refusal(Mode mode) { return RunFolder::open(path(), mode).status(); }
+    /// A run that has ended.
+    void make_run() {
+        const auto folder = open(Mode::kNew);
+        ASSERT_NE(folder, nullptr);
+        ASSERT_OK(folder->begin("{}").status());
+    }
+
+    test::SampleFolder folder_;
+};
+
+TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
+    const auto first = open(Mode::kNew);
+    ASSERT_NE(first, nullptr);
+    EXPECT_FALSE(fs::exists(path())) << "nothing is made before everything is known to be right";
+    const auto second = open(Mode::kNew);
+    ASSERT_OK(first->begin("{}").status());
+    const std::string process = "training of process " + std::to_string(getpid());
+    EXPECT_ERROR(second->begin("{}").status(), Code::kInvalidState, process);
+    for (const Mode mode : {Mode::kResume, Mode::kReplace})
+        EXPECT_ERROR(refusal(mode), Code::kInvalidState, process);
+}
+
+/// A lock file without its lock does not matter.
+TEST_F(RunFolderTest, LockEndsWithItsProcess) {
+    const pid_t child = fork();
+    if (child == 0) {
+        auto folder = RunFolder::open(path(), Mode::kNew);
+        _exit(folder.ok() && folder.value()->begin("{}").ok() ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_EQ(status, 0);
+    EXPECT_TRUE(fs::exists(path() + "/lock"));
+    EXPECT_NE(open(Mode::kResume), nullptr);
+}
+
+TEST_F(RunFolderTest, RefusesWhatItDoesNotExpect) {
+    EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "holds no run to resume");
+    put_text(path() + "/mine.txt", "mine");
+    for (const Mode mode : {Mode::kNew, Mode::kReplace})
+        EXPECT_ERROR(refusal(mode), Code::kInvalidState, "is not a run");
+    fs::remove_all(path());
+    make_run();
+    EXPECT_ERROR(refusal(Mode::kNew), Code::kInvalidState, "holds a run");
+    put_text(folder_.path() / "file", "");
+    EXPECT_ERROR(RunFolder::open((folder_.path() / "file").string(), Mode::kNew).status(),
+                 Code::kInvalidState, "is not a run");
+}
+
+TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
+    make_run();
+    put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "old");
+    put_text(path() + "/renders/picture.png", "old");
+    const auto folder = open(Mode::kReplace);
+    ASSERT_NE(folder, nullptr);
+    EXPECT_TRUE(fs::exists(path() + "/renders/picture.png"));
+    ASSERT_OK(folder->begin("{\"a\": 1}").status());
+    EXPECT_FALSE(fs::exists(path() + "/renders"));
+    EXPECT_TRUE(folder->states().empty());
+    EXPECT_EQ(test::file_text(path() + "/config.json"), "{\"a\": 1}");
+}
+
+TEST_F(RunFolderTest, SweepsWhatACrashLeft) {
+    make_run();
+    put_text(path() + "/run.json.12-1.tmp", "half");
+    put_text(path() + "/checkpoints/step_0000000002.state.safetensors.12-2.tmp", "half");
+    put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "whole");
+    const auto folder = open(Mode::kResume);
+    ASSERT_NE(folder, nullptr);
+    const auto swept = folder->begin("{}");
+    ASSERT_OK(swept.status());
+    EXPECT_EQ(swept.value(), 2U);
+    EXPECT_EQ(folder->states().size(), 1U);
+    EXPECT_FALSE(fs::exists(path() + "/run.json.12-1.tmp"));
+}
+
+/// A process that was killed while it made the folder.
+TEST_F(RunFolderTest, BeginsInAFolderThatWasOnlyBegun) {
+    put_text(path() + "/lock", "12\n");
+    put_text(path() + "/config.json.12-1.tmp", "{");
+    const auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    EXPECT_OK(folder->begin("{}").status());
+}
+
+TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
+    make_run();
+    put_text(
+        path() + "/metrics.jsonl",
+        "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":4}\n{\"st");
+    const auto folder = open(Mode::kResume);
+    ASSERT_NE(folder, nullptr);
+    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_EQ(folder->metrics().size(), 3U);
+    EXPECT_EQ(folder->metrics()[0].validation_psnr, 12.25);
+    EXPECT_EQ(folder->metrics()[1].validation_psnr, 0) << "a validation without a score was done";
+    EXPECT_EQ(folder->metrics()[2].validation_psnr, std::nullopt);
+    ASSERT_OK(folder->cut_metrics(3));
+    ASSERT_OK(folder->metric("{\"step\":4}"));
+    EXPECT_EQ(test::file_text(path() + "/metrics.jsonl"),
+              "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":4}\n");
+}
+
+TEST_F(RunFolderTest, KeepsTheLatestStates) {
+    const auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    ASSERT_OK(folder->begin("{}").status());
+    for (const std::uint64_t step : {1U, 10U, 9U}) put_text(folder->state_path(step), "state");
+    folder->keep_latest_states(2);
+    const auto left = folder->states();
+    ASSERT_EQ(left.size(), 2U);
+    EXPECT_EQ(left[0].string(), folder->state_path(10));
+    EXPECT_EQ(left[1].string(), folder->state_path(9));
+}
+
+TEST_F(RunFolderTest, SaysWhyItCannotWrite) {
+    put_text(folder_.path() / "file", "");
+    const auto folder = RunFolder::open((folder_.path() / "file/run").string(), Mode::kNew);
+    ASSERT_OK(folder.status());
+    EXPECT_ERROR(folder.value()->begin("{}").status(), Code::kIo, "cannot make the folder");
+}
+
+}  // namespace
+}  // namespace splat::train

@@ -1,0 +1,302 @@
+#include "train/training.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "support/expect_status.h"
+#include "support/gpu_env.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::train {
+namespace {
+
+namespace fs = std::filesystem;
+using Mode = RunFolder::Mode;
+
+/// A small network that learns two small cars.
+class TrainingTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        context_ = std::shared_ptr<vk::Context>(test::shared_context(), [](vk::Context*) {});
+        ASSERT_NE(context_, nullptr);
+        cars_ = test::sample_cars(folder_.path() / "cars");
+        test::write_all(cars_);
+    }
+    TrainingDesc desc(const std::string& run, std::vector<std::string> changes = {}) {
+        TrainingDesc made;
+        made.folder = (folder_.path() / run).string();
+        made.changes = {"data.root='" + cars_.path + "'",
+                        "data.training_resolution=16",
+                        "model.base_dim=8",
+                        "model.num_blocks=1",
+                        "model.channel_mult=[1, 2]",
+                        "model.attention_resolutions=[8]",
+                        "model.opacity_bias=0",
+                        "opt.batch_size=1",
+                        "opt.imgs_per_obj=2",
+                        "opt.base_lr=1e-3",
+                        "opt.iterations=4",
+                        "logging.ckpt_iterations=2",
+                        "logging.val_log=2",
+                        "logging.loss_log=1"};
+        made.changes.insert(made.changes.end(), changes.begin(), changes.end());
+        return made;
+    }
+    TrainingDesc resumed(const std::string& run, std::vector<std::string> changes = {}) {
+        TrainingDesc made;
+        made.folder = (folder_.path() / run).string();
+        made.mode = Mode::kResume;
+        made.changes = std::move(changes);
+        return made;
+    }
+    std::unique_ptr<Training> open(const TrainingDesc& given) {
+        auto made = Training::open(context_, given, interrupt_);
+        EXPECT_OK(made.status());
+        return made.ok() ? std::move(made.value()) : nullptr;
+    }
+    Status refusal(const TrainingDesc& given) {
+        return Training::open(context_, given, interrupt_).status();
+    }
+    /// Every event until one ends the run.
+    static std::vector<Event> run(Training& training) {
+        std::vector<Event> events;
+        do {
+            events.emplace_back();
+            EXPECT_OK(training.next(events.back()));
+        } while (events.back().kind < EventKind::kDone && events.size() < 1000);
+        return events;
+    }
+    [[nodiscard]] std::string file(const std::string& run, const std::string& name) const {
+        return test::file_text(folder_.path() / run / name);
+    }
+    void expect_equal_weights(const std::string& a, const std::string& b) {
+        for (const char* name : {"weights_last.safetensors", "weights_best.safetensors",
+                                 "checkpoints/step_0000000004.state.safetensors"})
+            EXPECT_TRUE(file(a, name) == file(b, name)) << name;
+    }
+
+    std::shared_ptr<vk::Context> context_;
+    test::SampleFolder folder_;
+    synthetic::WriterDesc cars_;
+    Interrupt interrupt_;
+};
+
+std::string kinds_of(const std::vector<Event>& events) {
+    constexpr const char* kLetters = ".sovcdinb";
+    std::string letters;
+    for (const Event& event : events) letters += kLetters[static_cast<int>(event.kind)];
+    return letters;
+}
+
+const Event* first_of(const std::vector<Event>& events, EventKind kind) {
+    for (const Event& event : events)
+        if (event.kind == kind) return &event;
+    return nullptr;
+}
+
+TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
+    const auto training = open(desc("run"));
+    ASSERT_NE(training, nullptr);
+    EXPECT_TRUE(fs::exists(folder_.path() / "run/config.json"));
+    const std::vector<Event> events = run(*training);
+    EXPECT_EQ(kinds_of(events), ".covsscovsscovd") << "a state and a validation before step 1";
+    EXPECT_NE(events[0].text.find("training "), std::string::npos);
+    const Event* const step = first_of(events, EventKind::kStep);
+    EXPECT_EQ(step->step, 1U);
+    EXPECT_GT(step->result.loss.total, 0);
+    EXPECT_GT(step->psnr, 1);
+    EXPECT_TRUE(step->logged);
+    EXPECT_GT(step->peak_bytes, 0U);
+    const Event* const object = first_of(events, EventKind::kValidatedObject);
+    EXPECT_EQ(object->images.size(), std::size_t{4} * 3 * 16 * 16);
+    EXPECT_EQ(object->truths.size(), object->images.size());
+    EXPECT_EQ(object->inputs, 1U);
+    EXPECT_EQ(first_of(events, EventKind::kValidation)->novel.psnr, object->scores.novel.psnr);
+    EXPECT_EQ(events.back().text.substr(0, 14), "done: 4 steps,");
+    EXPECT_EQ(training->figures().step, 4U);
+    Event again;
+    ASSERT_OK(training->next(again));
+    EXPECT_EQ(again.kind, EventKind::kDone);
+    EXPECT_NE(file("run", "run.json").find("\"state\": \"done\""), std::string::npos);
+    EXPECT_NE(file("run", "log.txt").find("validation PSNR"), std::string::npos);
+    EXPECT_NE(file("run", "metrics.jsonl").find("\"visible\":"), std::string::npos);
+}
+
+TEST_F(TrainingTest, GoesOnBitByBitFromAnyPlace) {
+    run(*open(desc("whole")));
+    // Left alone after so many calls, as by a process that is killed there.
+    for (const int calls : {2, 5, 6, 8, 11, 14}) {
+        fs::remove_all(folder_.path() / "parts");
+        {
+            const auto training = open(desc("parts"));
+            ASSERT_NE(training, nullptr);
+            Event event;
+            for (int i = 0; i < calls; ++i) ASSERT_OK(training->next(event));
+        }
+        const auto training = open(resumed("parts"));
+        ASSERT_NE(training, nullptr) << calls;
+        run(*training);
+        expect_equal_weights("whole", "parts");
+    }
+}
+
+TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
+    run(*open(desc("whole")));
+    {
+        const auto training = open(desc("parts", {"opt.iterations=100000"}));
+        ASSERT_NE(training, nullptr);
+        std::thread other;
+        Event event;
+        while (event.kind < EventKind::kDone) {
+            ASSERT_OK(training->next(event));
+            if (event.step == 1 && !other.joinable())
+                other = std::thread([&] { interrupt_.raise(); });
+        }
+        other.join();
+        EXPECT_EQ(event.kind, EventKind::kInterrupted);
+        EXPECT_NE(event.text.find("interrupted after step"), std::string::npos);
+        EXPECT_LT(event.step, 4U) << "the calls after it do nothing else";
+        EXPECT_NE(file("parts", "run.json").find("\"interrupted\""), std::string::npos);
+    }
+    run(*open(resumed("parts", {"opt.iterations=4"})));
+    expect_equal_weights("whole", "parts");
+    EXPECT_NE(file("parts", "log.txt").find("opt.iterations 100000 -> 4"), std::string::npos);
+}
+
+TEST_F(TrainingTest, HasItsFolderForItself) {
+    const auto training = open(desc("run"));
+    ASSERT_NE(training, nullptr);
+    EXPECT_ERROR(refusal(resumed("run")), Code::kInvalidState, "a training of process ");
+    TrainingDesc over = desc("run");
+    over.mode = Mode::kReplace;
+    EXPECT_ERROR(refusal(over), Code::kInvalidState, "a training of process ");
+    EXPECT_EQ(run(*training).back().kind, EventKind::kDone);
+}
+
+TEST_F(TrainingTest, TakesOnResumingWhatMayChange) {
+    run(*open(desc("run")));
+    const std::string before = file("run", "config.json");
+    EXPECT_ERROR(refusal(resumed("run", {"opt.base_lr=1e-4"})), Code::kInvalidArgument,
+                 "'opt.base_lr' is 0.0001, but 0.001 in the run that is resumed");
+    EXPECT_ERROR(refusal(resumed("run", {"model.base_dim=16"})), Code::kInvalidArgument,
+                 "'model.base_dim' is 16, but 8 in the run");
+    TrainingDesc given = resumed("run");
+    given.config = "opt: {iterations: 5}";
+    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "in the run that is resumed")
+        << "a configuration that is given stands for all of its values";
+    given = resumed("run");
+    given.init = "weights.safetensors";
+    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "starts from its own state");
+    EXPECT_EQ(file("run", "config.json"), before);
+
+    const auto training = open(resumed("run", {"opt.iterations=5", "logging.val_log=0"}));
+    ASSERT_NE(training, nullptr);
+    const std::vector<Event> events = run(*training);
+    EXPECT_EQ(events[0].text, "opt.iterations 4 -> 5");
+    EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
+    EXPECT_EQ(events.back().step, 5U);
+    EXPECT_NE(file("run", "config.json").find("\"iterations\": 5"), std::string::npos);
+}
+
+/// Gaussians that are too transparent to be drawn.
+TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
+    const auto training = open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1000",
+                                            "logging.val_log=0", "logging.ckpt_iterations=0"}));
+    ASSERT_NE(training, nullptr);
+    const std::vector<Event> events = run(*training);
+    EXPECT_EQ(events.back().kind, EventKind::kNothingDrawn);
+    EXPECT_EQ(events.back().step, 200U);
+    const auto warned = std::find_if(events.begin(), events.end(), [](const Event& event) {
+        return event.kind == EventKind::kStep && event.warning;
+    });
+    ASSERT_NE(warned, events.end());
+    EXPECT_EQ(warned->step, 20U);
+    EXPECT_NE(warned->text.find("drew nothing"), std::string::npos);
+    EXPECT_NE(file("run", "run.json").find("\"nothing drawn\""), std::string::npos);
+}
+
+TEST_F(TrainingTest, EndsWhereNothingIsFinite) {
+    const auto training = open(desc("run", {"opt.base_lr=1000", "opt.iterations=1000",
+                                            "logging.val_log=0", "logging.ckpt_iterations=0"}));
+    ASSERT_NE(training, nullptr);
+    const std::vector<Event> events = run(*training);
+    EXPECT_EQ(events.back().kind, EventKind::kNotFinite);
+    EXPECT_GE(events.back().skipped, 10U);
+}
+
+TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
+    const auto refused = [&](const TrainingDesc& given, Code code, const char* sentence) {
+        EXPECT_ERROR(refusal(given), code, sentence);
+        EXPECT_FALSE(fs::exists(given.folder)) << sentence;
+    };
+    refused(desc("run", {"data.root=''"}), Code::kInvalidArgument, "'data.root' is empty");
+    refused(desc("run", {"model.base_dim=9"}), Code::kInvalidArgument, "base_dim");
+    refused(desc("run", {"opt."
+                         "base_rl=1"}),
+            Code::kInvalidArgument, "opt.base_lr");
+    refused(desc("run", {"data.input_images=3"}), Code::kFormat, "3 views, expected at least 4");
+    TrainingDesc given = desc("run");
+    given.init = cars_.path + "/nothing.safetensors";
+    EXPECT_FALSE(refusal(given).ok());
+    given.init = "";
+    const fs::path images = fs::path(cars_.path) / "srn_cars/cars_train";
+    for (const auto& entry : fs::recursive_directory_iterator(images))
+        if (entry.path().extension() == ".png") test::put_text(entry.path(), "damaged");
+    EXPECT_FALSE(refusal(given).ok());
+    EXPECT_FALSE(fs::exists(given.folder));
+}
+
+TEST_F(TrainingTest, StartsFromWeights) {
+    run(*open(desc("first")));
+    const std::string weights = (folder_.path() / "first/weights_last.safetensors").string();
+    TrainingDesc given = desc("second", {"opt.iterations=0"});
+    given.init = weights;
+    const auto events = run(*open(given));
+    EXPECT_EQ(events[0].text.substr(0, 12), "started from");
+    EXPECT_TRUE(file("second", "weights_last.safetensors") ==
+                file("first", "weights_last.safetensors"));
+    run(*open(desc("third", {"opt.iterations=0", "opt.pretrained_ckpt='" +
+                                                     (folder_.path() / "first").string() + "'"})));
+    EXPECT_TRUE(file("third", "weights_last.safetensors") ==
+                file("first", "weights_last.safetensors"));
+    EXPECT_ERROR(refusal(desc("fourth", {"opt.pretrained_ckpt='" + cars_.path + "'"})),
+                 Code::kNotFound, "holds neither model_latest.pth nor");
+}
+
+/// Weights of the same channels are copied, those of RGB alone are widened.
+TEST_F(TrainingTest, StartsFromPretrainedWeightsOfItsChannels) {
+    run(*open(desc("rgb", {"opt.iterations=0"})));
+    const auto from = [&](const char* run) {
+        return "opt.pretrained_ckpt='" + (folder_.path() / run).string() + "'";
+    };
+    const auto first_event = [&](const char* run_name, const char* start) {
+        return run(*open(
+            desc(run_name, {"opt.iterations=0", "data.use_pred_depth=true", from(start)})))[0]
+            .text;
+    };
+    EXPECT_NE(first_event("depth", "rgb").find(", 1 widened,"), std::string::npos);
+    EXPECT_NE(first_event("again", "depth").find(", 0 widened,"), std::string::npos);
+    EXPECT_ERROR(refusal(desc("none", {"opt.pretrained_ckpt=none.pth"})), Code::kNotFound,
+                 "opt.pretrained_ckpt: cannot open 'none.pth'");
+}
+
+/// A data set that the caller has opened, and none for validation.
+TEST_F(TrainingTest, TakesAnOpenDataSet) {
+    auto opened = data::Dataset::open({.path = cars_.path,
+                                       .format = {},
+                                       .split = "train",
+                                       .resolution = 16,
+                                       .background = {1, 1, 1}});
+    ASSERT_OK(opened.status());
+    TrainingDesc given = desc("open", {"data.root=''"});
+    given.dataset = std::move(opened.value());
+    const auto events = run(*open(given));
+    EXPECT_EQ(kinds_of(events), ".csscsscd");
+    run(*open(desc("root")));
+    EXPECT_TRUE(file("open", "weights_last.safetensors") ==
+                file("root", "weights_last.safetensors"));
+}
+
+}  // namespace
+}  // namespace splat::train

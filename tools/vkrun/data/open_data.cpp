@@ -1,0 +1,32 @@
+#include "vkrun/data/open_data.h"
+
+#include <algorithm>
+
+#include "vkrun/config/image_channels.h"
+
+namespace vkrun {
+
+Dataset open_data(const Json& config, const std::string& root, const std::string& split) {
+    const Json& data = config.at("data");
+    const std::string folder = root.empty() ? data.at("root").get<std::string>() : root;
+    if (folder.empty())
+        throw Failure(kUsageError, "no data: name its folder with --data, or as data.root");
+    const auto format = data.at("format").get<std::string>();
+    auto desc = sized<splat_dataset_desc>();
+    desc.flags = ImageChannels::of(config).flags();
+    desc.path = folder.c_str();
+    desc.format = format.empty() ? nullptr : format.c_str();
+    desc.split = split.c_str();
+    desc.resolution = data.at("training_resolution");
+    const auto subset = data.at("subset").get<std::int64_t>();
+    desc.limit = subset > 0 ? static_cast<std::uint32_t>(subset) : 0;
+    desc.cache_bytes = data.at("cache_mib").get<std::uint64_t>() << 20U;
+    const bool white = data.at("white_background");
+    std::fill_n(desc.background, 3, white ? 1.0F : 0.0F);
+    Dataset dataset;
+    if (splat_dataset_open(&desc, dataset.out()) != SPLAT_OK)
+        throw Failure(kBadData, splat_last_error_message());
+    return dataset;
+}
+
+}  // namespace vkrun

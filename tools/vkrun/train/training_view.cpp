@@ -1,0 +1,94 @@
+#include "vkrun/train/training_view.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/picture.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/train/run_report.h"
+
+namespace vkrun {
+namespace {
+
+/// Objects of a validation that are shown, and views of each.
+constexpr std::uint32_t kShownObjects = 4, kShownViews = 3;
+
+unsigned long long wide(std::uint64_t number) {
+    return number;
+}
+
+}  // namespace
+
+TrainingView::TrainingView(std::string folder)
+    : folder_(std::move(folder)), board_(folder_ + "/tb"), bar_(isatty(STDERR_FILENO) != 0) {}
+
+void TrainingView::show(const splat_training_event& event) {
+    if (event.kind == SPLAT_EVENT_STEP && event.info->skipped == 0) show_step(event);
+    if (event.kind == SPLAT_EVENT_VALIDATED_OBJECT) keep_object(event);
+    if (event.kind == SPLAT_EVENT_VALIDATION) show_validation(event);
+    if (event.kind == SPLAT_EVENT_DONE && event.text != nullptr) write_run_report({folder_}, "");
+    if (event.text != nullptr)
+        std::fprintf(stderr, "%s%s\n", bar_ && event.step > 0 ? "\r\033[K" : "", event.text);
+}
+
+void TrainingView::show_step(const splat_training_event& event) {
+    const splat_trainer_info& info = *event.info;
+    if (event.logged != 0)
+        board_.scalars(event.step, {{"train/loss", info.loss}, {"train/psnr", event.psnr}});
+    const std::string memory = bytes_text(event.peak_bytes);
+    if (!bar_) {
+        if (event.logged == 0) return;
+        std::fprintf(stderr,
+                     "step %llu/%llu: loss %.6f, PSNR %.2f dB, %.0f ms (network %.0f, render %.0f, "
+                     "update %.0f), device memory at most %s\n",
+                     wide(event.step), wide(event.iterations), info.loss, event.psnr,
+                     info.network_ms + info.render_ms + info.update_ms, info.network_ms,
+                     info.render_ms, info.update_ms, memory.c_str());
+        return;
+    }
+    const double left =
+        static_cast<double>(event.iterations - event.step) / std::max(event.steps_per_second, 1e-9);
+    std::fprintf(stderr,
+                 "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %.0f s left  %s\033[K",
+                 wide(event.step), wide(event.iterations), event.averaged_loss, event.psnr,
+                 event.steps_per_second, left, memory.c_str());
+    if (event.step == event.iterations) std::fputs("\n", stderr);
+    std::fflush(stderr);
+}
+
+void TrainingView::keep_object(const splat_training_event& event) {
+    if (event.object == 0) {
+        images_.clear();
+        cells_.clear();
+    }
+    if (event.object >= kShownObjects) return;
+    side_ = event.side;
+    const std::size_t plane = std::size_t{3} * side_ * side_;
+    std::vector<float> truths(event.truths, event.truths + event.image_count);
+    std::vector<float> images(event.images, event.images + event.image_count);
+    std::vector<float> errors(images.size());  // white where there is none
+    for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = 1 - std::abs(images[i] - truths[i]);
+    cells_.push_back(truths.data());
+    const std::size_t novel = event.views - event.inputs;
+    for (std::size_t i = 0; i < kShownViews; ++i) {
+        const std::size_t view = event.inputs + i * novel / kShownViews;
+        for (const std::vector<float>* shown : {&truths, &images, &errors})
+            cells_.push_back(shown->data() + view * plane);
+    }
+    for (std::vector<float>* shown : {&truths, &images, &errors})
+        images_.push_back(std::move(*shown));  // the numbers stay where they are
+}
+
+void TrainingView::show_validation(const splat_training_event& event) {
+    make_folder(folder_ + "/renders");
+    contact_sheet(cells_, side_, 1 + 3 * kShownViews)
+        .save(folder_ + format("/renders/step_%08llu.png", wide(event.step)));
+    board_.scalars(event.step,
+                   {{"val/psnr_novel", event.novel_psnr}, {"val/ssim_novel", event.novel_ssim}});
+}
+
+}  // namespace vkrun

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <splat.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vkrun/train/tensorboard.h"
+
+namespace vkrun {
+
+/// Shows a training and adds to its folder: lines or a progress bar on standard error, tb/ for TensorBoard,
+/// renders/ with input, truth, prediction and error of validation objects, and report.html at the end.
+class TrainingView {
+  public:
+    /// `folder` holds the run. Throws a Failure.
+    explicit TrainingView(std::string folder);
+
+    void show(const splat_training_event& event);
+
+  private:
+    void show_step(const splat_training_event& event);
+    void keep_object(const splat_training_event& event);
+    void show_validation(const splat_training_event& event);
+
+    std::string folder_;
+    TensorBoard board_;
+    bool bar_;                                ///< standard error is a terminal
+    std::vector<std::vector<float>> images_;  ///< of the objects that are shown
+    std::vector<const float*> cells_;         ///< of the contact sheet, in `images_`
+    std::uint32_t side_ = 0;
+};
+
+}  // namespace vkrun
