@@ -1,13 +1,12 @@
 // Training::open: configuration, data, weights to start from or the latest state, folder.
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "config/config_file.h"
 #include "config/effects.h"
 #include "core/finite.h"
 #include "io/file.h"
+#include "predict/weights_place.h"
 #include "train/training.h"
 
 namespace splat::train {
@@ -42,18 +41,6 @@ Result<Config> complete(const Config& config) {
 std::string value_of(const Config& config, const std::string& key) {
     const ConfigEntry* const entry = config.find(key);
     return entry == nullptr ? "nothing" : config_value_text(*entry);
-}
-
-/// Degrees, from the first row of a file's ray grid [1,3,R,R], which holds x / f at the middles of its
-/// pixels.
-std::optional<double> field_of_view(const io::NamedTensors& tensors) {
-    const io::NamedTensor* const rays = tensors.find("ray_dirs");
-    if (rays == nullptr || rays->dims.size() != 4 || rays->dims[3] < 2) return {};
-    const auto side = static_cast<double>(rays->dims[3]);
-    const double last =
-        std::abs(static_cast<double>(rays->values[static_cast<std::size_t>(rays->dims[3] - 1)]));
-    const double degrees = 2 * std::atan(side / (side - 1) * last) * 180 / std::numbers::pi;
-    return std::isfinite(degrees) ? std::optional(degrees) : std::nullopt;
 }
 
 /// The file in opt.pretrained_ckpt: the value itself, or what a run's folder holds.
@@ -219,7 +206,7 @@ Status Training::load_weights(const std::string& path,
         "warning: the ray grid of '" + path + "' differs from the configuration's and is " +
         (report.rays_taken ? "taken over" : "left out, so that predictions change");
     const auto configured = static_cast<double>(settings_.network.fov_degrees);
-    if (const auto found = field_of_view(tensors); found && configured > 0)
+    if (const auto found = predict::field_of_view(tensors); found && configured > 0)
         sentence +=
             format(": its field of view is %.4g degrees, data.fov %.4g", *found, configured);
     messages_.emplace_back(sentence, true);

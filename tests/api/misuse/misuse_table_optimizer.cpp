@@ -58,7 +58,7 @@ void MisuseTable::optimizer_rows() {
     handles<splat_weights>(
         "splat_optimizer_load", "state",
         [this](splat_weights w) { return splat_optimizer_load(optimizer_, w); }, kHandle);
-    add("splat_optimizer_load", "state", "that is none", kArgument,
+    add("splat_optimizer_load", "state", "weights without a state", kArgument,
         [this] { return splat_optimizer_load(optimizer_, weights_); });
     handles<splat_optimizer>("splat_optimizer_destroy", "optimizer", splat_optimizer_destroy,
                              SPLAT_OK);

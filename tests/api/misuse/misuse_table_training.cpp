@@ -72,7 +72,7 @@ void MisuseTable::training_desc_rows() {
          {&splat_training_desc::dataset, &splat_training_desc::validation}) {
         splat_training_desc desc = good;
         desc.*field = reinterpret_cast<splat_dataset>(std::uintptr_t{1});
-        add("splat_training_open", "desc", "a data set that is none", kHandle,
+        add("splat_training_open", "desc", "not a data set", kHandle,
             [open, desc] { return open(&desc); });
     }
 }
