@@ -113,8 +113,8 @@ SPLAT_API const char* splat_result_name(splat_result code);
 SPLAT_API const char* splat_result_sentence(splat_result code);
 
 /* Text of the last error on the calling thread. Empty before the first error. A success does not
- * clear it, so check the result first. Valid until the next call of this library on
- * this thread. Never NULL. */
+ * clear it, so check the result first. Valid until the next call of this library on this thread.
+ * Never NULL. */
 SPLAT_API const char* splat_last_error_message(void);
 
 /* Copy the text of the last error.
@@ -445,11 +445,9 @@ SPLAT_API splat_result splat_tensor_host_pointer(splat_tensor tensor, void** poi
 struct DLManagedTensorVersioned;
 
 /* Share the tensor's memory with other libraries, as a DLPack tensor on kDLCPU without a copy. It
- * has
- * its own reference: the memory lives until its deleter is called, even if the tensor is destroyed.
- * The deleter may be called from any thread, never waits for a call on the device, and must be
- * called
- * once. When the host may read and write: see splat_tensor_host_pointer.
+ * has its own reference: the memory lives until its deleter is called, even if the tensor is
+ * destroyed. The deleter may be called from any thread, never waits for a call on the device, and
+ * must be called once. When the host may read and write: see splat_tensor_host_pointer.
  * managed   out, owned by the caller, who calls managed->deleter(managed)
  * Returns as splat_tensor_host_pointer, or SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
 SPLAT_API splat_result splat_tensor_to_dlpack(splat_tensor tensor,

@@ -246,8 +246,8 @@ typedef struct splat_port {
  * embeddings and low-rank adapters), with its parameters on a device. M = views * R * R Gaussians
  * per object; N = objects * views images of R x R pixels. The caller synchronises calls on one
  * model.
- * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters,
- * lists of parts of parameter names, choose what gets gradients. */
+ * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of parts
+ * of parameter names, choose what gets gradients. */
 
 enum {
     SPLAT_MODEL_GRADIENTS = 1u << 0, /* enable splat_model_backward: takes memory for gradients */
@@ -382,8 +382,8 @@ SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind
  *   parameters  the names of the state dict
  *   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
  *               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
- * "means[1]" is the part of object 1 of an output or its gradient, in the shape that a
- * rasterizer takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+ * "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
+ * takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
  *
  * A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
  * the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was

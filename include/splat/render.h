@@ -24,9 +24,8 @@ extern "C" {
 /* ---- Rasterizer ------------------------------------------------------------------------------ */
 
 /* Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n <=
- * N
- * and v <= V may differ from the last one's; the results are those of a rasterizer made for exactly
- * n and v, to the bit. Calls that keep n and v are faster than calls that change them.
+ * N and v <= V may differ from the last one's; the results are those of a rasterizer made for
+ * exactly n and v, to the bit. Calls that keep n and v are faster than calls that change them.
  * The caller synchronises calls on one rasterizer and its states; splat_rasterizer_get_info may be
  * called at any time. */
 
@@ -118,8 +117,8 @@ SPLAT_API splat_result splat_raster_state_create(splat_rasterizer rasterizer,
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
 
-/* Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are
- * not finite or have no extent are left out. A scene keeps its packed copy on the device for later
+/* Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
+ * finite or have no extent are left out. A scene keeps its packed copy on the device for later
  * calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
  * and device are destroyed earlier.
  * state           of this rasterizer; NULL: its own
@@ -191,12 +190,10 @@ SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_
                                              splat_output output, float* values, size_t bytes);
 
 /* Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
- * rounded
- * and clamped, as in the files of splat_image_save.
+ * rounded and clamped, as in the files of splat_image_save.
  * first     the first view
  * images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
- * of
- *           which the last is alpha (the colours stay over the background); untouched on error
+ *           of which the last is alpha (the colours stay over the background); untouched on error
  * Returns as splat_rasterizer_output, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
  *                                     that is too short, or has two samples in one place
@@ -232,10 +229,8 @@ typedef struct splat_gradients_desc {
 } splat_gradients_desc;
 
 /* Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
- * are
- * that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
- * changed
- * since: the state has its own copy.
+ * are that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
+ * changed since: the state has its own copy.
  * Gradients of a scene are with respect to its activated attributes.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
@@ -360,12 +355,12 @@ typedef struct splat_image_scores {
     double ssim;
 } splat_image_scores;
 
-/* Compare two images [channels,height,width] in double precision: PSNR, and SSIM with a Gaussian
- * window of 11 x 11 pixels (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that are not finite),
- *   SPLAT_ERROR_SHAPE_MISMATCH (a size of 0) */
-SPLAT_API splat_result splat_image_compare(const float* a, const float* b, uint32_t channels,
-                                           uint32_t height, uint32_t width,
+/* Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
+ * (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
+ * a, b      in, of one size; alpha counts as any other channel
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (two sizes) */
+SPLAT_API splat_result splat_image_compare(const splat_image* a, const splat_image* b,
                                            splat_image_scores* scores);
 
 /* Learned perceptual image patch similarity, version 0.1 with VGG16 (Zhang et al. 2018): its
@@ -376,8 +371,8 @@ typedef struct splat_lpips_desc {
     uint32_t struct_size;
     uint32_t flags; /* 0 */
     const void* next;
-    /* of torchvision's vgg16 and of the lpips package, one file or two; read
-                                     before the call returns */
+    /* of torchvision's vgg16 and of the lpips package, one file or two; read before the call
+     * returns */
     const splat_weights* weights;
     uint32_t weight_count;
     uint32_t side; /* pixels, both ways; >= 16 */
@@ -392,12 +387,14 @@ typedef struct splat_lpips_desc {
 SPLAT_API splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                           splat_lpips* lpips);
 
-/* Measure the distance of two RGB images [3,side,side] with values nominally 0 to 1, not clamped;
- * equal images have 0. Within 1e-4 of PyTorch's.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, numbers that
- *   are not finite), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
-SPLAT_API splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b,
-                                           double* value);
+/* Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
+ * 0. Within 1e-4 of PyTorch's.
+ * a, b      in, RGB, of side x side pixels
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers
+ *   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
+SPLAT_API splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a,
+                                           const splat_image* b, double* value);
 
 /* Destroy it.
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */

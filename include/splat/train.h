@@ -47,8 +47,8 @@ SPLAT_API splat_result splat_config_merge(const char* text, const char* const* v
 
 /* ---- Data sets ------------------------------------------------------------------------------- */
 
-/* Objects seen by several cameras, stored in a folder and read into host memory; needs no
- * device. Thread-safe. */
+/* Objects seen by several cameras, stored in a folder and read into host memory; needs no device.
+ * Thread-safe. */
 
 enum {
     SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
@@ -162,8 +162,7 @@ SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, u
 /* ---- Optimizer ------------------------------------------------------------------------------- */
 
 /* Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
- * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
- * has
+ * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer has
  * one of its own. The caller synchronises calls on one optimizer and on what it updates.
  *
  * Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
@@ -485,8 +484,8 @@ typedef struct splat_training_desc {
     const char* config;
     const char* const* values; /* changes to it, as in splat_config_merge */
     uint64_t value_count;
-    splat_dataset
-        dataset; /* as splat_batches_create takes it; NULL: the split train of data.root */
+    /* as splat_batches_create takes it; NULL: the split train of data.root */
+    splat_dataset dataset;
     /* NULL: none; if `dataset` is NULL too, the split val of data.root where there is one */
     splat_dataset validation;
     const char* init;    /* file of weights to start from; NULL: opt.pretrained_ckpt, else random */

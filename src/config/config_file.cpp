@@ -212,6 +212,13 @@ Result<TrainConfig> train_config(const Config& config) {
     return c;
 }
 
+Result<Settings> settings_of(const Config& config) {
+    Settings made;
+    SPLAT_ASSIGN(made.network, predictor_config(config));
+    SPLAT_ASSIGN(made.training, train_config(config));
+    return made;
+}
+
 Result<Config> with_values(const Config& config, std::span<const std::string> texts) {
     Config changes("changes");
     for (const std::string& text : texts) {

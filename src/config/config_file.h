@@ -24,6 +24,9 @@ Result<PredictorConfig> predictor_config(const Config& config);
 /// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
+/// Both of them. Errors: as predictor_config() and train_config().
+Result<Settings> settings_of(const Config& config);
+
 /// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",
 /// "[1, 2]", "true"). With another data.category, values that are those of the old one become those of the
 /// new one. Errors: kInvalidArgument, with the text.

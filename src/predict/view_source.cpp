@@ -87,9 +87,9 @@ std::array<float, 3> background_of(const config::Settings& settings) {
     return {value, value, value};
 }
 
-Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,
-                                                     const std::string& root,
-                                                     const std::string& split) {
+Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Settings& settings,
+                                                              const std::string& root,
+                                                              const std::string& split) {
     const config::TrainConfig& training = settings.training;
     data::DatasetDesc desc;
     desc.path = root.empty() ? training.root : root;
@@ -103,7 +103,14 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
     desc.cache_bytes = training.cache_mib << 20U;
     desc.background = background_of(settings);
     SPLAT_ASSIGN(std::shared_ptr<data::Dataset> dataset, data::Dataset::open(desc));
-    return make(settings, std::move(dataset), desc.path);
+    return dataset;
+}
+
+Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,
+                                                     const std::string& root,
+                                                     const std::string& split) {
+    SPLAT_ASSIGN(std::shared_ptr<data::Dataset> dataset, open_split(settings, root, split));
+    return make(settings, std::move(dataset), root.empty() ? settings.training.root : root);
 }
 
 Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,

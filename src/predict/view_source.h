@@ -28,9 +28,14 @@ struct Views {
 /// A data set that a network of a configuration reads. Thread-safe.
 class ViewSource {
   public:
-    /// Open a split of the data set of a configuration; `root`, unless empty, replaces data.root.
-    /// Errors: kInvalidArgument if neither names a folder, or if the network takes an embedding or tokens
-    /// whose file the configuration does not name; those of Dataset::open and ViewVectors::load.
+    /// A split of the data set of a configuration; `root`, unless empty, replaces data.root. Errors:
+    /// kInvalidArgument if neither names a folder; those of Dataset::open.
+    static Result<std::shared_ptr<data::Dataset>> open_split(const config::Settings& settings,
+                                                             const std::string& root,
+                                                             const std::string& split);
+
+    /// Open such a split with its vectors. Errors: as above; kInvalidArgument if the network takes an
+    /// embedding or tokens whose file the configuration does not name; those of ViewVectors::load.
     static Result<std::unique_ptr<ViewSource>> open(const config::Settings& settings,
                                                     const std::string& root,
                                                     const std::string& split);

@@ -87,10 +87,7 @@ Result<std::string> config_beside(const std::string& weights) {
 
 Result<config::Settings> settings_of(const std::string& text, const std::string& what) {
     SPLAT_ASSIGN(const Config config, read_config(text, what));
-    config::Settings settings;
-    SPLAT_ASSIGN(settings.network, config::predictor_config(config));
-    SPLAT_ASSIGN(settings.training, config::train_config(config));
-    return settings;
+    return config::settings_of(config);
 }
 
 Result<double> adapters_alpha(const io::WeightsFile& adapters,

@@ -25,16 +25,9 @@ Status of_file(const Status& status, const std::string& what = "") {
     return {code, what + status.message()};
 }
 
-Result<config::Settings> settings_of(const Config& config) {
-    config::Settings made;
-    SPLAT_ASSIGN(made.network, config::predictor_config(config));
-    SPLAT_ASSIGN(made.training, config::train_config(config));
-    return made;
-}
-
 /// Every value of a configuration.
 Result<Config> complete(const Config& config) {
-    SPLAT_ASSIGN(const config::Settings settings, settings_of(config));
+    SPLAT_ASSIGN(const config::Settings settings, config::settings_of(config));
     return read_config(config::merged_config_text(settings), config.what());
 }
 
@@ -123,7 +116,7 @@ Status Training::configure(const TrainingDesc& desc) {
     SPLAT_ASSIGN(given, config::with_values(given, desc.changes));
     SPLAT_ASSIGN(const auto warnings, config::training_warnings(given));
     for (const std::string& warning : warnings) messages_.emplace_back("warning: " + warning, true);
-    SPLAT_ASSIGN(settings_, settings_of(given));
+    SPLAT_ASSIGN(settings_, config::settings_of(given));
     config_ = config::merged_config_text(settings_);
     if (!run) return {};
     SPLAT_ASSIGN(const Config whole, read_config(config_, "configuration"));
@@ -149,16 +142,21 @@ Status Training::open_data(const TrainingDesc& desc) {
     SPLAT_TRY(desc.dataset != nullptr ? opened.status() : of_file(opened.status()));
     data_ = std::move(opened.value());
     SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
-    if (desc.validation != nullptr) {
-        auto given = ViewSource::open(settings_, desc.validation);
-        SPLAT_TRY(given.status());
-        validation_ = std::move(given.value());
-    } else if (desc.dataset == nullptr) {
-        auto found = ViewSource::open(settings_, "", "val");
+    std::shared_ptr<data::Dataset> validation = desc.validation;
+    if (validation == nullptr && desc.dataset == nullptr) {
+        auto found = ViewSource::open_split(settings_, "", "val");
         if (found.ok())
-            validation_ = std::move(found.value());
-        else
+            validation = std::move(found.value());
+        else if (found.status().code() == Code::kNotFound)
             messages_.emplace_back("no validation: " + found.status().message(), false);
+        else
+            return of_file(found.status(), "split val: ");
+    }
+    if (validation != nullptr) {
+        auto source = ViewSource::open(settings_, std::move(validation));
+        SPLAT_TRY(desc.validation != nullptr ? source.status()
+                                             : of_file(source.status(), "split val: "));
+        validation_ = std::move(source.value());
     }
     return check_validation();
 }
@@ -176,8 +174,15 @@ Status Training::check_validation() {
 
 Status Training::start(const TrainingDesc& desc) {
     SPLAT_TRY(on_device([&] { return trainer_->predictor().init(settings_.training.seed); }));
-    if (!desc.init.empty()) return load_weights(desc.init, desc.init_options);
     const std::string& pretrained = settings_.training.pretrained;
+    if (!desc.init.empty()) {
+        if (!pretrained.empty())
+            messages_.emplace_back("warning: opt.pretrained_ckpt '" + pretrained +
+                                       "' is not read, because '" + desc.init +
+                                       "' is given to start from",
+                                   true);
+        return load_weights(desc.init, desc.init_options);
+    }
     if (pretrained.empty()) return {};
     SPLAT_ASSIGN(const std::string path, pretrained_file(pretrained));
     return of_file(load_weights(path, {}), "opt.pretrained_ckpt: ");

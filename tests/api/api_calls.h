@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstring>
 #include <initializer_list>
 #include <string>
@@ -30,6 +31,20 @@ Struct sized() {
     std::memset(&made, 0, sizeof made);
     made.struct_size = sizeof made;
     return made;
+}
+
+/// Planes [3,side,side] as a picture that is read.
+inline splat_image planes_image(const float* planes, std::uint32_t side) {
+    const std::int64_t row = std::int64_t{sizeof(float)} * side;
+    return {const_cast<float*>(planes),
+            3 * sizeof(float) * side * side,
+            SPLAT_PIXEL_F32,
+            side,
+            side,
+            3,
+            row,
+            sizeof(float),
+            row * side};
 }
 
 /// Owns a handle. A destroy that fails also fails the test.

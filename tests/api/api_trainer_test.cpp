@@ -206,8 +206,9 @@ TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
 
 TEST_F(ApiTrainer, ComparesImages) {
     auto scores = sized<splat_image_scores>();
-    ASSERT_DONE(
-        splat_image_compare(batch_.images.data(), batch_.targets.data(), 3, kSide, kSide, &scores));
+    const splat_image a = planes_image(batch_.images.data(), kSide);
+    const splat_image b = planes_image(batch_.targets.data(), kSide);
+    ASSERT_DONE(splat_image_compare(&a, &b, &scores));
     EXPECT_NEAR(scores.psnr, -10 * std::log10(0.0625), 1e-9);
     EXPECT_LT(scores.ssim, 1);
 }

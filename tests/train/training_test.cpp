@@ -262,6 +262,12 @@ TEST_F(TrainingTest, StartsFromWeights) {
                 file("first", "weights_last.safetensors"));
     EXPECT_ERROR(refusal(desc("fourth", {"opt.pretrained_ckpt='" + cars_.path + "'"})),
                  Code::kNotFound, "holds neither model_latest.pth nor");
+    given = desc("fifth", {"opt.iterations=0", "opt.pretrained_ckpt=none.pth"});
+    given.init = weights;
+    const auto both = run(*open(given));
+    EXPECT_TRUE(both[0].warning);
+    EXPECT_EQ(both[0].text, "warning: opt.pretrained_ckpt 'none.pth' is not read, because '" +
+                                weights + "' is given to start from");
 }
 
 /// Weights of the same channels are copied, those of RGB alone are widened.

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -8,7 +6,7 @@
 #include "config/config_file.h"
 #include "core/json_writer.h"
 #include "model/adapters.h"
-#include "scene/activate.h"
+#include "predict/network.h"
 
 using namespace splat;
 
@@ -74,44 +72,13 @@ splat_result locked(splat_model model, Body&& body) {
     return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
-Status read_view(api::ModelObject& object, const vk::BufferView& view, std::vector<float>& values) {
-    values.resize(view.shape.elements());
-    return object.context->read(view, values.data(), values.size() * sizeof(float));
-}
-
-/// The values of object `i`.
-std::vector<float> part(const std::vector<float>& all, std::uint32_t objects, std::uint32_t i) {
-    const auto count = static_cast<std::ptrdiff_t>(all.size() / objects);
-    return {all.begin() + i * count, all.begin() + (i + 1) * count};
-}
-
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
     SPLAT_TRY(api::expect_ran(object));
     if (index >= object.objects)
         return error(Code::kInvalidArgument,
                      "object is %u, expected less than %u, the objects of the model", index,
                      object.objects);
-    const auto outputs = object.predictor->outputs();
-    std::vector<float> means, opacities, scales, rotations, sh;
-    SPLAT_TRY(read_view(object, outputs.means, means));
-    SPLAT_TRY(read_view(object, outputs.opacities, opacities));
-    SPLAT_TRY(read_view(object, outputs.scales, scales));
-    SPLAT_TRY(read_view(object, outputs.rotations, rotations));
-    SPLAT_TRY(read_view(object, outputs.sh, sh));
-    scene::Gaussians made;
-    made.sh_degree = object.predictor->config().sh_degree;
-    made.means = part(means, object.objects, index);
-    made.rotations = part(rotations, object.objects, index);
-    made.sh = part(sh, object.objects, index);
-    // Scenes hold logarithms and logits, as files of Gaussians do.
-    made.log_scales = part(scales, object.objects, index);
-    // exp() of the network's output may be 0 in float32. Such a flat Gaussian is still drawn.
-    constexpr float kLeastScale = std::numeric_limits<float>::min();
-    for (float& scale : made.log_scales) scale = std::log(std::max(scale, kLeastScale));
-    made.opacity_logits = part(opacities, object.objects, index);
-    for (float& opacity : made.opacity_logits)
-        opacity = static_cast<float>(scene::logit_of(static_cast<double>(opacity)));
-    return made;
+    return predict::gaussians_of(*object.context, *object.predictor, object.objects, index);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "api/api_guard.h"
 #include "api/core/image_view.h"
+#include "eval/image_scores.h"
 #include "io/apng.h"
 #include "io/file.h"
 #include "io/gif.h"
@@ -204,5 +205,24 @@ splat_result splat_image_save_animation_memory(const splat_image* frames, uint32
             return bad_format(format, "SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF");
         SPLAT_ASSIGN(const io::Buffer file, animation_of(frames, count, milliseconds, format));
         return give(file);
+    });
+}
+
+splat_result splat_image_compare(const splat_image* a, const splat_image* b,
+                                 splat_image_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const api::ImageView first, api::image_to_read(a, "a"));
+        SPLAT_ASSIGN(const api::ImageView second, api::image_to_read(b, "b"));
+        SPLAT_TRY(api::check_info(scores, "splat_image_scores", sizeof(splat_image_scores)));
+        SPLAT_TRY(api::check_image_size(second, "b", first.width, first.height, first.channels));
+        SPLAT_ASSIGN(const eval::ImageScores made,
+                     eval::compare_images(api::planes_of(first), api::planes_of(second),
+                                          first.channels, first.height, first.width));
+        splat_image_scores filled{};
+        filled.squared_error = made.squared_error;
+        filled.psnr = made.psnr;
+        filled.ssim = made.ssim;
+        api::give(filled, scores);
+        return {};
     });
 }

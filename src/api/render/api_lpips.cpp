@@ -1,4 +1,5 @@
 #include "api/api_guard.h"
+#include "api/core/image_view.h"
 #include "api/handles.h"
 #include "core/finite.h"
 
@@ -49,20 +50,24 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
     });
 }
 
-splat_result splat_lpips_compare(splat_lpips lpips, const float* a, const float* b, double* value) {
+splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const splat_image* b,
+                                 double* value) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(a, "a"));
-        SPLAT_TRY(api::require(b, "b"));
+        SPLAT_ASSIGN(const api::ImageView first, api::image_to_read(a, "a"));
+        SPLAT_ASSIGN(const api::ImageView second, api::image_to_read(b, "b"));
         SPLAT_TRY(api::require(value, "value"));
         SPLAT_ASSIGN(const auto object, api::Lpipses::find(lpips, "lpips"));
-        const std::size_t count = std::size_t{3} * object->side * object->side;
-        const std::size_t bytes = count * sizeof(float);
-        SPLAT_TRY(check_finite("a", {a, count}));
-        SPLAT_TRY(check_finite("b", {b, count}));
+        SPLAT_TRY(api::check_image_size(first, "a", object->side, object->side, 3));
+        SPLAT_TRY(api::check_image_size(second, "b", object->side, object->side, 3));
+        const std::vector<float> render = api::planes_of(first);
+        const std::vector<float> target = api::planes_of(second);
+        SPLAT_TRY(check_finite("a", render));
+        SPLAT_TRY(check_finite("b", target));
         vk::Context& context = *object->context;
+        const std::size_t bytes = render.size() * sizeof(float);
         const std::lock_guard lock(context.mutex);
-        SPLAT_TRY(context.write(object->net->render(), a, bytes));
-        SPLAT_TRY(context.write(object->net->target(), b, bytes));
+        SPLAT_TRY(context.write(object->net->render(), render.data(), bytes));
+        SPLAT_TRY(context.write(object->net->target(), target.data(), bytes));
         SPLAT_TRY(object->net->forward());
         float distance = 0;
         SPLAT_TRY(context.read(object->net->values(), &distance, sizeof distance));

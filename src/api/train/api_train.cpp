@@ -6,7 +6,6 @@
 #include "api/train/trainer_info.h"
 #include "config/config_file.h"
 #include "core/json_writer.h"
-#include "eval/image_scores.h"
 
 using namespace splat;
 
@@ -229,22 +228,4 @@ splat_result splat_trainer_resume(splat_trainer trainer, const char* path) {
 
 splat_result splat_trainer_destroy(splat_trainer trainer) {
     return api::destroy<api::Trainers>(trainer, "trainer");
-}
-
-splat_result splat_image_compare(const float* a, const float* b, uint32_t channels, uint32_t height,
-                                 uint32_t width, splat_image_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(a, "a"));
-        SPLAT_TRY(api::require(b, "b"));
-        SPLAT_TRY(api::check_info(scores, "splat_image_scores", sizeof(splat_image_scores)));
-        const std::size_t count = std::size_t{channels} * height * width;
-        SPLAT_ASSIGN(const eval::ImageScores made,
-                     eval::compare_images({a, count}, {b, count}, channels, height, width));
-        splat_image_scores filled{};
-        filled.squared_error = made.squared_error;
-        filled.psnr = made.psnr;
-        filled.ssim = made.ssim;
-        api::give(filled, scores);
-        return {};
-    });
 }

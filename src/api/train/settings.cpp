@@ -11,10 +11,7 @@ Result<config::Settings> settings_of(const char* text, std::span<const std::stri
         SPLAT_ASSIGN(config, read_config(text, "configuration"));
     }
     SPLAT_ASSIGN(config, config::with_values(config, changes));
-    config::Settings made;
-    SPLAT_ASSIGN(made.network, config::predictor_config(config));
-    SPLAT_ASSIGN(made.training, config::train_config(config));
-    return made;
+    return config::settings_of(config);
 }
 
 Result<std::vector<std::string>> texts_of(const char* const* values, std::size_t count) {

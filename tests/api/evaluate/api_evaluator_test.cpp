@@ -137,9 +137,9 @@ TEST_F(ApiEvaluator, GivesTheViewsThatItScores) {
     double psnr = 0;
     for (std::size_t i = 1; i < 3; ++i) {
         auto one = sized<splat_image_scores>();
-        ASSERT_DONE(splat_image_compare(drawn.data() + i * kScoredPlane,
-                                        images.data() + i * kScoredPlane, 3, kScoredSide,
-                                        kScoredSide, &one));
+        const splat_image a = planes_image(drawn.data() + i * kScoredPlane, kScoredSide);
+        const splat_image b = planes_image(images.data() + i * kScoredPlane, kScoredSide);
+        ASSERT_DONE(splat_image_compare(&a, &b, &one));
         psnr += one.psnr / 2;
     }
     EXPECT_NEAR(scores.novel.psnr, psnr, 1e-9);

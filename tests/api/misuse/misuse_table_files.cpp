@@ -89,6 +89,32 @@ void MisuseTable::image_rows() {
     }
 }
 
+void MisuseTable::image_score_rows() {
+    const splat_image good = float_image(2, 1, 3);
+    static float broken[6] = {__builtin_nanf("")};
+    splat_image not_finite = good;
+    not_finite.pixels = broken;
+    const auto compare = [this](const splat_image* a, const splat_image* b) {
+        return splat_image_compare(a, b, outputs.image_scores.out());
+    };
+    auto wrong = wrong_images();
+    wrong.emplace_back("not finite", not_finite);
+    for (const auto& [what, image] : wrong) {
+        add("splat_image_compare", "a", what, kArgument,
+            [=, image = image] { return compare(&image, &good); });
+        add("splat_image_compare", "b", what, kArgument,
+            [=, image = image] { return compare(&good, &image); });
+    }
+    add("splat_image_compare", "a", "NULL", kArgument, [=] { return compare(nullptr, &good); });
+    add("splat_image_compare", "b", "NULL", kArgument, [=] { return compare(&good, nullptr); });
+    for (const splat_image other : {float_image(1, 1, 3), float_image(2, 1, 1)})
+        add("splat_image_compare", "b", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
+            [=] { return compare(&good, &other); });
+    infos<splat_image_scores>("splat_image_compare", "scores", [good](splat_image_scores* scores) {
+        return splat_image_compare(&good, &good, scores);
+    });
+}
+
 void MisuseTable::image_memory_rows() {
     const splat_image good = float_image(2, 1, 3);
     const auto load = [](const void* data, std::size_t bytes, splat_image image) {

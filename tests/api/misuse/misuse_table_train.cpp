@@ -124,32 +124,10 @@ void MisuseTable::trainer_step_rows() {
                               });
 }
 
-void MisuseTable::image_score_rows() {
-    static const float kImage[12] = {};
-    static const float kBroken[12] = {__builtin_nanf("")};
-    const auto compare = [this](const float* a, const float* b, std::uint32_t channels,
-                                std::uint32_t height, std::uint32_t width) {
-        return splat_image_compare(a, b, channels, height, width, outputs.image_scores.out());
-    };
-    for (const float* wrong : {static_cast<const float*>(nullptr), kBroken}) {
-        add("splat_image_compare", "a", "NULL, not finite", kArgument,
-            [=] { return compare(wrong, kImage, 3, 2, 2); });
-        add("splat_image_compare", "b", "NULL, not finite", kArgument,
-            [=] { return compare(kImage, wrong, 3, 2, 2); });
-    }
-    add("splat_image_compare", "channels", "0", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return compare(kImage, kImage, 0, 2, 2); });
-    add("splat_image_compare", "height", "0", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return compare(kImage, kImage, 3, 0, 2); });
-    add("splat_image_compare", "width", "0", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return compare(kImage, kImage, 3, 2, 0); });
-    infos<splat_image_scores>("splat_image_compare", "scores", [](splat_image_scores* scores) {
-        return splat_image_compare(kImage, kImage, 3, 2, 2, scores);
-    });
-}
-
 void MisuseTable::lpips_rows() {
-    static const float kImage[3 * 16 * 16] = {};
+    static float kBlack[3 * 16 * 16] = {};
+    static const splat_image kImage = {kBlack, sizeof kBlack, SPLAT_PIXEL_F32, 16, 16, 3, 0, 0, 0};
+    static const splat_image kUnknown = {kBlack, 0, 0, 16, 16, 3, 0, 0, 0};
     static const splat_weights kNone = nullptr;
     auto good = sized<splat_lpips_desc>();
     good.weights = &weights_handle_;
@@ -187,15 +165,19 @@ void MisuseTable::lpips_rows() {
     handles<splat_lpips>(
         "splat_lpips_compare", "lpips",
         [this](splat_lpips lpips) {
-            return splat_lpips_compare(lpips, kImage, kImage, outputs.distance.out());
+            return splat_lpips_compare(lpips, &kImage, &kImage, outputs.distance.out());
         },
         kHandle);
-    add("splat_lpips_compare", "a", "NULL", kArgument,
-        [this] { return splat_lpips_compare(nullptr, nullptr, kImage, outputs.distance.out()); });
-    add("splat_lpips_compare", "b", "NULL", kArgument,
-        [this] { return splat_lpips_compare(nullptr, kImage, nullptr, outputs.distance.out()); });
+    for (const splat_image* wrong : {static_cast<const splat_image*>(nullptr), &kUnknown}) {
+        add("splat_lpips_compare", "a", "NULL, a type", kArgument, [this, wrong] {
+            return splat_lpips_compare(nullptr, wrong, &kImage, outputs.distance.out());
+        });
+        add("splat_lpips_compare", "b", "NULL, a type", kArgument, [this, wrong] {
+            return splat_lpips_compare(nullptr, &kImage, wrong, outputs.distance.out());
+        });
+    }
     add("splat_lpips_compare", "value", "NULL", kArgument,
-        [] { return splat_lpips_compare(nullptr, kImage, kImage, nullptr); });
+        [] { return splat_lpips_compare(nullptr, &kImage, &kImage, nullptr); });
     handles<splat_lpips>("splat_lpips_destroy", "lpips", splat_lpips_destroy, SPLAT_OK);
 }
 

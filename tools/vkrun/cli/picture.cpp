@@ -16,6 +16,18 @@ splat_image interleaved_image(const float* values, std::uint32_t width, std::uin
     return image;
 }
 
+splat_image bytes_image(std::uint8_t* bytes, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t channels) {
+    splat_image image{};
+    image.pixels = bytes;
+    image.bytes = std::size_t{width} * height * channels;
+    image.type = SPLAT_PIXEL_U8;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    return image;
+}
+
 splat_image planar_image(const float* planes, std::uint32_t side, std::uint32_t channels) {
     splat_image image = interleaved_image(planes, side, side, channels);
     image.pixel_stride = sizeof(float);

@@ -12,6 +12,10 @@ namespace vkrun {
 splat_image interleaved_image(const float* values, std::uint32_t width, std::uint32_t height,
                               std::uint32_t channels);
 
+/// The same of bytes, which a call may also fill.
+splat_image bytes_image(std::uint8_t* bytes, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t channels);
+
 /// The same of planes [channels,side,side].
 splat_image planar_image(const float* planes, std::uint32_t side, std::uint32_t channels);
 

@@ -8,6 +8,7 @@
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/cli/picture.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/predict/drawing.h"
 
@@ -64,8 +65,9 @@ double novel_psnr(const std::vector<float>& images, const ObjectViews& views) {
         const float* const target = views.images.data() + i * plane;
         if (all_black(target, plane)) continue;
         auto view = sized<splat_image_scores>();
-        check(splat_image_compare(images.data() + i * plane, target, 3, views.side, views.side,
-                                  &view));
+        const splat_image drawn = planar_image(images.data() + i * plane, views.side, 3);
+        const splat_image truth = planar_image(target, views.side, 3);
+        check(splat_image_compare(&drawn, &truth, &view));
         if (!std::isfinite(view.psnr)) continue;
         sum += view.psnr;
         ++differing;

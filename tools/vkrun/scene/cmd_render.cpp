@@ -144,6 +144,14 @@ class Renderer {
         return info;
     }
 
+    /// Converted as splat_image_save does.
+    std::vector<std::uint8_t> read_bytes(const OutputKind& kind) {
+        std::vector<std::uint8_t> bytes(std::size_t{width_} * height_ * kind.channels);
+        const splat_image image = bytes_image(bytes.data(), width_, height_, kind.channels);
+        check(splat_rasterizer_read_images(rasterizer_.get(), nullptr, kind.output, 0, &image, 1));
+        return bytes;
+    }
+
     std::vector<float> read(const OutputKind& kind) {
         std::vector<float> values(std::size_t{width_} * height_ * kind.channels);
         check(splat_rasterizer_read(rasterizer_.get(), nullptr, kind.output, values.data(),
@@ -183,7 +191,12 @@ class Renderer {
     std::uint32_t height_ = 0;
 };
 
-/// Map values to the range from 0 to 1, which a PNG can hold.
+/// Whether values of 0 to 1 are what a PNG holds; others are mapped first.
+bool is_picture(const OutputKind& kind) {
+    return kind.output == SPLAT_OUTPUT_RGB || kind.output == SPLAT_OUTPUT_ALPHA;
+}
+
+/// Map values to the range from 0 to 1.
 void to_picture(const OutputKind& kind, std::vector<float>& values) {
     if (kind.output == SPLAT_OUTPUT_NORMALS)
         for (float& value : values) value = 0.5F + 0.5F * value;
@@ -197,20 +210,29 @@ std::string path_of(const RenderOptions& options, const std::string& name) {
 }
 
 Json render_view(const RenderOptions& options, Renderer& renderer, const View& view,
-                 std::vector<float>& frames) {
+                 std::vector<std::uint8_t>& frames) {
     const Stopwatch watch;
     const splat_rasterizer_info info = renderer.draw(view.camera);
     const double ms = watch.ms();
     Json files = Json::array();
     for (const OutputKind& kind : renderer.kinds()) {
-        std::vector<float> values = renderer.read(kind);
-        if (options.animate && kind.output == SPLAT_OUTPUT_RGB)
-            frames.insert(frames.end(), values.begin(), values.end());
-        if (options.format == "png") to_picture(kind, values);
         const std::string path = path_of(options, view.name + kind.suffix);
-        const splat_image image =
-            interleaved_image(values.data(), view.camera.width, view.camera.height, kind.channels);
-        check(splat_image_save(path.c_str(), &image));
+        const bool framed = options.animate && kind.output == SPLAT_OUTPUT_RGB;
+        const bool direct = options.format == "png" && is_picture(kind);
+        const auto [width, height] = std::pair(view.camera.width, view.camera.height);
+        std::vector<std::uint8_t> bytes;
+        if (framed || direct) bytes = renderer.read_bytes(kind);
+        if (framed) frames.insert(frames.end(), bytes.begin(), bytes.end());
+        if (direct) {
+            const splat_image image = bytes_image(bytes.data(), width, height, kind.channels);
+            check(splat_image_save(path.c_str(), &image));
+        } else {
+            std::vector<float> values = renderer.read(kind);
+            if (options.format == "png") to_picture(kind, values);
+            const splat_image image =
+                interleaved_image(values.data(), width, height, kind.channels);
+            check(splat_image_save(path.c_str(), &image));
+        }
         files.push_back(path);
     }
     return {{"name", view.name},
@@ -285,7 +307,7 @@ int run_render(const RenderOptions& options) {
     make_folder(options.out);
     const Stopwatch watch;
     Json list = Json::array();
-    std::vector<float> frames;
+    std::vector<std::uint8_t> frames;
     {
         Progress progress("render", views.size());
         for (const View& view : views) {
@@ -298,8 +320,8 @@ int run_render(const RenderOptions& options) {
         const splat_camera& camera = views.front().camera;
         std::vector<splat_image> images;
         for (std::size_t i = 0; i < views.size(); ++i)
-            images.push_back(interleaved_image(frames.data() + i * frames.size() / views.size(),
-                                               camera.width, camera.height, 3));
+            images.push_back(bytes_image(frames.data() + i * frames.size() / views.size(),
+                                         camera.width, camera.height, 3));
         check(splat_image_save_animation(animation.c_str(), images.data(),
                                          static_cast<std::uint32_t>(images.size()), 50));
     }
