@@ -3,6 +3,7 @@
 #
 #   packages_build, packages_test   packages of Debian 12 for a build, and for the tests
 #   packages_interop                and for the tests against other programs
+#   packages_bindings               and for the tests of the bindings
 #   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
 #   select_test_driver              let Vulkan see the software driver only
 #   cpu_count                       how many jobs to start
@@ -14,13 +15,19 @@ packages_build="build-essential cmake ninja-build pkg-config
     nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
-# Also needed by the tests; clang is the second compiler that checks include/splat.h.
-packages_test="libgtest-dev vulkan-validationlayers clang"
+# Also needed by the tests; clang is the second compiler that checks include/splat.h, and with Python it reads the
+# headers for the bindings.
+packages_test="libgtest-dev vulkan-validationlayers clang python3"
 
 # Needed by the tests against PyTorch and splat-transform, which are not among the quick ones. A node that does not
 # come from Debian has its own npm, which conflicts with Debian's.
 packages_interop="python3-torch libopenblas0-pthread"
 command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
+
+# Needed by the tests of bindings/: Python (also with PyTorch, see above), Rust, C#, and the comparison of ABIs.
+# mono-mcs brings the assemblies of the compiler's default references (mscorlib, with Span; System, System.Core).
+packages_bindings="python3-numpy mypy python3-mypy python3-build python3-wheel python3-setuptools python3-venv
+    python3-pip rustc cargo mono-mcs mono-runtime abigail-tools"
 
 install=yes
 missing=""

@@ -138,8 +138,7 @@ typedef void (*splat_log_callback)(void* user, splat_log_level level, const char
  * callback  may be NULL: silence
  * user      passed back. When this function returns, no other thread runs the callback before, so
  *           its `user` may be freed. It waits for those that run; from inside a callback it does
- *           not.
- *           Call it without holding a lock that the callback before takes
+ *           not. Call it without holding a lock that the callback before takes
  * min_level 0 = SPLAT_LOG_WARNING
  * Returns SPLAT_OK, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed */
@@ -188,8 +187,8 @@ typedef struct splat_image {
     uint32_t channels; /* 1 to 4: gray, gray and alpha, RGB, RGB and alpha */
     /* Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved
      * channels; only row_stride: such rows that far apart. Planes [channels,height,width] of
-     * float32 are {4 width, 4, 4 width height}. Pictures that are read may repeat samples (a
-     * stride of 0). Negative strides need bytes = 0 */
+     * float32 are {4 width, 4, 4 width height}. Pictures that are read may repeat samples (a stride
+     * of 0). Negative strides need bytes = 0 */
     int64_t row_stride;
     int64_t pixel_stride;
     int64_t channel_stride;

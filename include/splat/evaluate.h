@@ -126,8 +126,8 @@ SPLAT_API splat_result splat_evaluator_score(splat_evaluator evaluator, uint32_t
 /* Score images that the caller made, by the same protocol.
  * images    [n,3,R,R] of the views that splat_evaluator_read gives, in their order
  * count     numbers of `images`
- * Returns as splat_evaluator_score, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
- *   SPLAT_ERROR_SHAPE_MISMATCH (count) */
+ * Returns as splat_evaluator_score, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_SHAPE_MISMATCH
+ *   (count) */
 SPLAT_API splat_result splat_evaluator_score_images(splat_evaluator evaluator, uint32_t object,
                                                     const float* images, uint64_t count,
                                                     splat_object_scores* scores);
@@ -191,8 +191,8 @@ SPLAT_API splat_result splat_evaluator_report(splat_evaluator evaluator, char* b
  * ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it), each whole or not at
  * all.
  * folder    made where it is missing
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
- *   SPLAT_ERROR_IO (the folder or a file cannot be written). */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
+ *   (the folder or a file cannot be written). */
 SPLAT_API splat_result splat_evaluator_save(splat_evaluator evaluator, const char* folder);
 
 /* Destroy an evaluator. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
@@ -311,8 +311,8 @@ SPLAT_API splat_result splat_comparison_samples(splat_comparison comparison, uin
 
 /* JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
  * "permutations", "note" (on objects that only one has; may be empty), "metrics": [{"metric",
- * "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci":
- * [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}]}.
+ * "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci": [low,
+ * high], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}]}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_comparison_report(splat_comparison comparison, char* buffer,
                                                size_t capacity, size_t* needed);

@@ -138,9 +138,10 @@ enum { SPLAT_FOLD_OUT = 1u << 0 }; /* undo: take folded adapters out of weights 
  * SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
  * lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
  * as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
- * again restores a weight up to two roundings. adapters  "<layer>.lora_A" [rank,in * k * k] and
- *           ".lora_B" [out,rank], or PEFT's names and shapes, see splat_model_export; other tensors
- * are ignored; NULL: those among `weights` alpha     finite; opt.lora_alpha of the training
+ * again restores a weight up to two roundings.
+ * adapters  "<layer>.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and
+ *           shapes, see splat_model_export; other tensors are ignored; NULL: those among `weights`
+ * alpha     finite; opt.lora_alpha of the training
  * flags     SPLAT_FOLD_OUT
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
@@ -245,9 +246,8 @@ typedef struct splat_port {
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
  * embeddings and low-rank adapters), with its parameters on a device. M = views * R * R Gaussians
  * per object; N = objects * views images of R x R pixels. The caller synchronises calls on one
- * model.
- * Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of parts
- * of parameter names, choose what gets gradients. */
+ * model. Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists
+ * of parts of parameter names, choose what gets gradients. */
 
 enum {
     SPLAT_MODEL_GRADIENTS = 1u << 0, /* enable splat_model_backward: takes memory for gradients */
@@ -276,15 +276,15 @@ typedef struct splat_model_desc {
 } splat_model_desc;
 
 /* Create a model; its parameters are zero.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an
- *   unknown key of the configuration or a value outside its range; a model.base_dim whose multiples
- *   do not divide into a layer's groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED,
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key
+ *   of the configuration or a value outside its range; a model.base_dim whose multiples do not
+ *   divide into a layer's groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED,
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
 SPLAT_API splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
                                           splat_model* model);
 
-/* Initialise the parameters at random, as the published code does. Returns SPLAT_OK and errors of
- * the device. */
+/* Initialise the parameters at random, as the published code does.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device. */
 SPLAT_API splat_result splat_model_init(splat_model model, uint64_t seed);
 
 enum {
@@ -300,7 +300,8 @@ enum {
  * that the file lacks keep their values. With GRAFT each channel goes to the one of the same
  * meaning, and the outputs stay those of the file's network until the new channels are trained.
  * Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier
- * versions. flags: SPLAT_LOAD_*
+ * versions.
+ * flags     SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
  *   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
  *   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
@@ -338,13 +339,12 @@ SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_
 /* What a model was made for, and what its latest pass gave. */
 typedef struct splat_model_info {
     uint32_t struct_size;
-    uint32_t flags;      /* SPLAT_MODEL_ bits of its creation */
-    uint32_t objects;    /* of a batch */
-    uint32_t views;      /* input images of an object */
-    uint32_t resolution; /* R */
-    uint32_t channels;   /* of splat_model_input.images */
-    /* of the tensor "images": without the plane of origin distances */
-    uint32_t image_channels;
+    uint32_t flags;            /* SPLAT_MODEL_ bits of its creation */
+    uint32_t objects;          /* of a batch */
+    uint32_t views;            /* input images of an object */
+    uint32_t resolution;       /* R */
+    uint32_t channels;         /* of splat_model_input.images */
+    uint32_t image_channels;   /* of the tensor "images": without the plane of origin distances */
     uint32_t output_channels;  /* of "raw" */
     uint32_t gaussians;        /* M, of an object */
     uint32_t sh_degree;        /* K = (sh_degree + 1)^2 */
@@ -444,21 +444,24 @@ SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_
  * [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
  * channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
  * "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
- * "grad:tokens", shaped as in splat_model_input. bytes: at least those of the values.
+ * "grad:tokens", shaped as in splat_model_input.
+ * values    out, `bytes` bytes, at least those of the values
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
  *   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, or no
  *   gradient) */
 SPLAT_API splat_result splat_model_read(splat_model model, const char* name, float* values,
                                         size_t bytes);
 
-/* Set a parameter, by the name of the state dict; bytes: exactly those of its values.
+/* Set a parameter, by the name of the state dict.
+ * values    in, row-major, exactly `bytes` bytes of the parameter
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
  *   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                          size_t bytes);
 
-/* Copy the Gaussians of one object into a new scene. Returns as splat_model_read. */
+/* Copy the Gaussians of one object into a new scene.
+ * Returns as splat_model_read. */
 SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
 
 /* Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers;
@@ -513,8 +516,7 @@ SPLAT_API splat_result splat_model_destroy(splat_model model);
 enum {
     SPLAT_MODULE_GRADIENTS = 1u << 0,       /* enable splat_module_backward */
     SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also of inputs */
-    SPLAT_MODULE_TRAINING =
-        1u << 2 /* apply dropout in a residual_block; an operator always applies it */
+    SPLAT_MODULE_TRAINING = 1u << 2 /* dropout in a residual_block; an operator always applies it */
 };
 
 typedef struct splat_module_desc {
@@ -531,14 +533,14 @@ typedef struct splat_module_desc {
 /* Create a module; its parameters, inputs and gradients of outputs are zero.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or
  *   attribute that the type does not have, GRADIENTS for a type without any),
- *   SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit),
- *   SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
+ *   SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit), SPLAT_ERROR_UNSUPPORTED,
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY */
 SPLAT_API splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
                                            splat_module* module);
 
 /* Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
- * other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK and errors
- * of the device. */
+ * other vectors are 0, and the rest has Glorot's uniform distribution.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device. */
 SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
 
 /* JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],

@@ -19,7 +19,9 @@ extern "C" {
 
 /* ---- Pictures -------------------------------------------------------------------------------- */
 
-/* A picture or a map: a file or pixels. A zeroed one is none. Frozen. */
+/* A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are
+ * finite and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's
+ * least becomes 0, its greatest 1 (all 0 if they are equal). U8 and files are taken as they are. */
 typedef struct splat_picture_source {
     const char* path;   /* PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */
     splat_image pixels; /* reduced to 8 bits, as files of 16 bits are */
@@ -30,8 +32,8 @@ enum { SPLAT_PICTURE_WHOLE = 1u << 0 }; /* use the largest centred square, not t
 /* One view of an object. Frozen. */
 typedef struct splat_picture {
     splat_picture_source image;
-    splat_picture_source mask;   /* of the object; none: the image's alpha, else what differs from
-                                  * the colour of its border, else the whole image */
+    splat_picture_source mask;   /* of the object, 1 (U8: 255) inside; none: the image's alpha, else
+                                  * what differs from its border's colour, else the whole image */
     splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
     splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
     uint32_t flags;              /* SPLAT_PICTURE_* */
@@ -154,9 +156,9 @@ typedef struct splat_predictor_info {
 SPLAT_API splat_result splat_predictor_get_info(splat_predictor predictor,
                                                 splat_predictor_info* info);
 
-/* Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences],
- * "ignored": [sentences on parts of the file that are not read], "category", "metadata" (of the
- * file), "load" (as splat_model_report), "config"}.
+/* Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
+ * [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load"
+ * (as splat_model_report), "config"}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_predictor_report(splat_predictor predictor, char* buffer,
                                               size_t capacity, size_t* needed);
@@ -173,11 +175,11 @@ typedef struct splat_prediction {
     uint32_t reserved;
     float* inputs;           /* receives what the network sees, [views,channels,R,R] */
     uint64_t input_capacity; /* numbers */
-    uint64_t gaussians;  /* out, as what follows: of the scene */
-    uint64_t not_finite; /* left out: numbers of theirs are not finite */
-    uint64_t faint;      /* left out: opacity below 1 / 255, which no image of 8 bits shows */
-    double read_ms;      /* to read and cut out the pictures */
-    double network_ms;   /* to run the network and read its Gaussians */
+    uint64_t gaussians;      /* out, as what follows: of the scene */
+    uint64_t not_finite;     /* left out: numbers of theirs are not finite */
+    uint64_t faint;          /* left out: opacity below 1 / 255, which no image of 8 bits shows */
+    double read_ms;          /* to read and cut out the pictures */
+    double network_ms;       /* to run the network and read its Gaussians */
 } splat_prediction;
 
 /* Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
@@ -187,7 +189,8 @@ typedef struct splat_prediction {
  *   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
  *   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
  *                                  network needs and a picture lacks, or the other way round; maps
- *                                  of another size; an empty mask; pixels that do not fit
+ *                                  of another size; an empty mask; pixels that do not fit,
+ *                                  are not finite or not from 0 to 1 (splat_picture_source)
  *   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_predictor_predict(splat_predictor predictor,

@@ -41,11 +41,10 @@ enum {
     SPLAT_RASTERIZER_ANTIALIASED = 1u << 1,   /* opacity compensates for the dilation */
     SPLAT_RASTERIZER_DEPTH = 1u << 2,         /* outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */
     SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
-    /* gradients from the depth; of the pose (SPLAT_CONVENTION_GSPLAT); of means2d; imply
-     * BACKWARD */
-    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,
-    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,
-    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6,
+    /* these three imply BACKWARD */
+    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,   /* gradients from the depth */
+    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,    /* of the pose (SPLAT_CONVENTION_GSPLAT) */
+    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* of means2d */
     /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
     SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
     SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
@@ -86,8 +85,7 @@ typedef struct splat_rasterizer_desc {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
  *                                     other
- *   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes at
- *                                     once
+ *   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_rasterizer_create(splat_device device,
                                                const splat_rasterizer_desc* desc,
@@ -135,8 +133,7 @@ SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
  *   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST
- * After an error before the device starts, the last images stay; after a later one there are
- * none. */
+ * After an error before the device starts, the last images stay; later ones leave none. */
 SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer,
                                                       splat_raster_state state, splat_scene scene,
                                                       const splat_camera* cameras, uint32_t count,
@@ -382,8 +379,7 @@ typedef struct splat_lpips_desc {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor
  *   missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network),
  *   SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
- *   SPLAT_ERROR_DEVICE_LOST */
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                           splat_lpips* lpips);
 

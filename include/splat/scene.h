@@ -18,10 +18,9 @@ extern "C" {
 /* ---- Scene ----------------------------------------------------------------------------------- */
 
 /* A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device.
- * Thread-safe.
- * A rasterizer that draws it leaves a packed copy on its device, which keeps that device open until
- * the scene changes or is destroyed. Axes are those of 3DGS .ply files: x right, y down, z forward
- * (SPLAT_FRAME_RDF).
+ * Thread-safe. A rasterizer that draws it leaves a packed copy on its device, which keeps that
+ * device open until the scene changes or is destroyed. Axes are those of 3DGS .ply files: x right,
+ * y down, z forward (SPLAT_FRAME_RDF).
  *
  * Attributes, float32, row-major, n Gaussians, K = (sh_degree + 1)^2:
  *   "means" [n,3] scene units             "log_scales" [n,3] or activated "scales" [n,3], > 0
@@ -91,8 +90,7 @@ typedef struct splat_scene_file_desc {
     const void* next;          /* NULL */
     splat_scene_format format; /* 0 = by the first bytes, else by the extension of the path */
     splat_frame frame;         /* of the file; 0 = the format's usual one */
-    /* drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0 = keep
-     * all */
+    /* drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all */
     int32_t sh_degree;
     uint32_t spz_version; /* to write: 3 or 4; 0 = 3 */
     uint64_t max_count;   /* refuse files with more Gaussians; 0 = 2^27 */
@@ -177,7 +175,7 @@ typedef struct splat_similarity {
 SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity);
 
 /* Keep the Gaussians whose mean lies in a box.
- * low, high  3 doubles each, scene units; the faces belong to the box
+ * low, high  in, exactly 3 doubles each, scene units; the faces belong to the box
  * Returns as splat_scene_transform. */
 SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
 
@@ -252,7 +250,7 @@ SPLAT_API splat_result splat_camera_from_fov(uint32_t width, uint32_t height, do
 /* Set the pose: at `eye`, looking at `target`, with `up` (a direction of the world) upwards in the
  * image.
  * camera    in/out, the intrinsics stay
- * eye, target, up  3 doubles each, scene units
+ * eye, target, up  in, exactly 3 doubles each, scene units
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: eye and target coincide, `up` is parallel to
  * the view, or a value is not finite. */
 SPLAT_API splat_result splat_camera_look_at(splat_camera* camera, const double* eye,
@@ -261,14 +259,14 @@ SPLAT_API splat_result splat_camera_look_at(splat_camera* camera, const double* 
 /* Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards; NeRF's
  * transform_matrix).
  * camera    in/out, the intrinsics stay
- * camera_to_world  16 doubles, row-major
+ * camera_to_world  in, exactly 16 doubles, row-major
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is not a rotation with a
  * translation. */
 SPLAT_API splat_result splat_camera_from_opengl(splat_camera* camera,
                                                 const double* camera_to_world);
 
 /* Give the pose as such a matrix.
- * camera_to_world  out, 16 doubles, row-major
+ * camera_to_world  out, exactly 16 doubles, row-major
  * Returns as splat_camera_from_opengl, for the camera's own matrix. */
 SPLAT_API splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_to_world);
 

@@ -18,10 +18,10 @@ extern "C" {
 
 /* JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
  * ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
- * of texts", or "any" of these), "range" (as text; the words of a choice; empty:
- * any value of the type), "default" (null: none), "origin" ("published": of Splatter Image or its
- * fork with priors; "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a
- * run may go on with another value), "about" (one sentence)}.
+ * of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
+ * type), "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors;
+ * "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a run may go on with
+ * another value), "about" (one sentence)}.
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
 SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed);
 
@@ -29,8 +29,9 @@ SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* 
  * that have no effect here, adapters that cannot use new input channels. splat_training_open gives
  * the same sentences as messages.
  * text, values, count   as splat_config_merge, which takes all keys that are known
- * Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open refuses
- *   to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of vectors) */
+ * Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
+ *   refuses to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of
+ *   vectors) */
 SPLAT_API splat_result splat_config_check(const char* text, const char* const* values, size_t count,
                                           char* buffer, size_t capacity, size_t* needed);
 
@@ -62,9 +63,9 @@ typedef struct splat_dataset_desc {
     uint32_t flags; /* SPLAT_DATA_* */
     const void* next;
     const char* path;
-    const char*
-        format;        /* "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
-    const char* split; /* "train", "val", "test"; NULL: train */
+    /* "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
+    const char* format;
+    const char* split;    /* "train", "val", "test"; NULL: train */
     uint32_t resolution;  /* of the returned images, which are square; 0: as stored */
     uint32_t limit;       /* use only this many objects, the first in order; 0: all */
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
@@ -150,8 +151,7 @@ typedef struct splat_synthetic_desc {
 
 /* Write one object, counted over all splits, train first. Its folder appears whole or not at all;
  * an existing one is left alone. The bytes depend only on the seed, the split and the number within
- * it.
- * Several threads may write different objects at once.
+ * it. Several threads may write different objects at once.
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
  * 2048), or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
@@ -162,8 +162,8 @@ SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, u
 /* ---- Optimizer ------------------------------------------------------------------------------- */
 
 /* Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
- * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer has
- * one of its own. The caller synchronises calls on one optimizer and on what it updates.
+ * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
+ * has one of its own. The caller synchronises calls on one optimizer and on what it updates.
  *
  * Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
  *
@@ -261,8 +261,7 @@ typedef struct splat_optimizer_info {
  * info      out, may be NULL
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info),
  *   SPLAT_ERROR_INVALID_STATE (a mapped tensor), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST;
- *   after
- *   the last two the parameters are undefined */
+ *   after the last two the parameters are undefined */
 SPLAT_API splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info);
 
 /* Set all gradients to zero.
@@ -576,7 +575,8 @@ SPLAT_API splat_result splat_training_interrupt(splat_training training);
 SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
                                              size_t* needed);
 
-/* Return the network in training, as splat_trainer_model does. */
+/* Return the network in training.
+ * Returns as splat_trainer_model. */
 SPLAT_API splat_result splat_training_model(splat_training training, splat_model* model);
 
 /* Close a session. Steps since the latest state are lost; resuming repeats them with the same bits.

@@ -106,8 +106,12 @@ Result<std::vector<std::uint8_t>> object_mask(const std::optional<NamedImage>& g
         std::fill(mask.begin(), mask.end(), std::uint8_t{255});
         from = MaskFrom::kNothing;
     } else if (count == 0) {
-        return error(Code::kInvalidArgument, "%s: the mask has no pixel above one half",
-                     given->name.c_str());
+        const bool of_ones = *std::max_element(mask.begin(), mask.end()) == 1;
+        return error(Code::kInvalidArgument, "%s: the mask has no pixel above one half%s",
+                     given->name.c_str(),
+                     of_ones ? "; its largest value is 1 of 255, and 255 means inside: multiply a "
+                               "mask of 0 and 1 by 255"
+                             : "");
     }
     return mask;
 }

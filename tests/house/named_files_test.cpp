@@ -14,7 +14,8 @@ namespace {
 std::vector<std::string> comments_of(const TextFile& file) {
     static const std::set<std::string> hashed = {"awk", "cmake", "in", "py", "sh", "txt"};
     std::vector<std::string> comments;
-    if (is_source(file.path)) {
+    if (is_source(file.path) || extension_of(file.path) == "rs" ||
+        extension_of(file.path) == "cs") {
         bool block = false;
         for (const std::string& line : lines_of(file.text)) {
             std::string comment;
@@ -51,10 +52,10 @@ std::vector<std::string> comments_of(const TextFile& file) {
 /// Words that look like a path of this repository (`src/...` and its like) or like the name of one of
 /// its text files. Those with a placeholder in them (`<stem>`, `*`, `foo`, `a.h`) are left out.
 std::vector<std::string> names_in(const std::string& text) {
-    static const std::set<std::string> roots = {"cmake", "include", "shaders",
-                                                "src",   "tests",   "tools"};
-    static const std::set<std::string> extensions = {"awk",  "c", "cmake", "comp", "cpp",
-                                                     "glsl", "h", "md",    "py",   "sh"};
+    static const std::set<std::string> roots = {"bindings", "cmake", "include", "shaders",
+                                                "src",      "tests", "tools"};
+    static const std::set<std::string> extensions = {"awk",  "c", "cmake", "comp", "cpp", "cs",
+                                                     "glsl", "h", "md",    "py",   "rs",  "sh"};
     std::vector<std::string> names;
     std::string word;
     for (std::size_t i = 0; i <= text.size(); ++i) {
@@ -180,6 +181,9 @@ TEST(NamedFiles, RuleFindsFilesThatAreGone) {
     expect_found(check("tests/CMakeLists.txt", "add() # of tests/gone\n"), 1, "tests/gone");
     expect_found(check("tools/run", "#!/bin/sh\n# sources gone.sh\n"), 1, "gone.sh");
     expect_found(check("tools/a.py", "# of gone.py\n"), 1, "gone.py");
+    expect_found(check("bindings/a.rs", "//! Of gone.rs\n"), 1, "gone.rs");
+    expect_found(check("bindings/a.cs", "int x; // Gone.cs\n"), 1, "Gone.cs");
+    expect_found(check("src/a.h", "// bindings/gone\n"), 1, "bindings/gone");
 }
 
 TEST(NamedFiles, RuleFindsWhatIsNotInstalled) {

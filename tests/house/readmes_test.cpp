@@ -35,6 +35,12 @@ Findings check_presence(const std::vector<TextFile>& files) {
         while (!above.empty() && paths.count(above + "/README.md") == 0) above = folder_of(above);
         if (above.empty() || starts_with(folder, "src/")) missing.insert(folder);
     }
+    // A language is a folder below bindings/.
+    for (const TextFile& file : files) {
+        if (!is_binding(file.path)) continue;
+        const std::string language = file.path.substr(0, file.path.find('/', sizeof "bindings/"));
+        if (paths.count(language + "/README.md") == 0) missing.insert(language);
+    }
     Findings findings;
     for (const std::string& folder : missing)
         findings.push_back("there is no " + folder + "/README.md");
@@ -104,6 +110,9 @@ TEST(Readmes, RuleFindsMissingOnes) {
     expect_found(check_presence({{"tests/ops/a.cpp", ""}}), 1, "tests/ops/README");
     expect_none(check_presence({{"tests/README.md", ""}, {"tests/ops/a.cpp", ""}}));
     expect_none(check_presence({{"src/core/README.md", ""}, {"src/core/a.cpp", ""}}));
+    expect_found(check_presence({{"bindings/README.md", ""}, {"bindings/x/src/a.py", ""}}), 1,
+                 "no bindings/x/README.md");
+    expect_none(check_presence({{"bindings/x/README.md", ""}, {"bindings/x/src/a.py", ""}}));
 }
 
 TEST(Readmes, RuleFindsLongOnes) {

@@ -21,13 +21,15 @@ std::size_t max_lines(const std::string& path) {
     if (extension == "cpp" || extension == "c") return 500;
     if (extension == "h") return starts_with(path, "tests/") ? 500 : 250;
     if (extension == "comp" || extension == "glsl") return 250;
+    if (is_binding(path)) return 500;
     return 0;
 }
 
 bool has_line_limit(const std::string& path) {
     const std::string extension = extension_of(path);
-    return is_source(path) || extension == "cmake" || extension == "sh" || extension == "in" ||
-           name_of(path) == "CMakeLists.txt" || path == "tools/test" || path == "tools/demo";
+    return is_source(path) || is_binding(path) || extension == "cmake" || extension == "sh" ||
+           extension == "in" || name_of(path) == "CMakeLists.txt" || path == "tools/test" ||
+           path == "tools/demo";
 }
 
 /// Characters, not bytes, of UTF-8 text.
@@ -40,6 +42,7 @@ std::size_t columns(const std::string& line) {
 
 Findings check_lines(const TextFile& file) {
     Findings findings;
+    if (is_generated(file)) return findings;
     const std::vector<std::string> lines = lines_of(file.text);
     if (max_lines(file.path) != 0 && lines.size() > max_lines(file.path))
         findings.push_back(file.path + ": " + std::to_string(lines.size()) + " lines, limit " +
@@ -84,12 +87,43 @@ Findings check_functions(const TextFile& file) {
     return findings;
 }
 
+/// Python's functions end where a line is indented no deeper than `def`, Rust's with a brace below `fn`.
+Findings check_binding_functions(const TextFile& file) {
+    const bool python = extension_of(file.path) == "py";
+    Findings findings;
+    if (!is_binding(file.path) || is_generated(file)) return findings;
+    const std::vector<std::string> lines = lines_of(file.text);
+    const auto indent = [&](std::size_t i) { return lines[i].find_first_not_of(' '); };
+    for (std::size_t start = 0; start < lines.size(); ++start) {
+        const std::string code = lines[start].substr(std::min(indent(start), lines[start].size()));
+        const bool begins = python ? starts_with(code, "def ") || starts_with(code, "async def ")
+                                   : extension_of(file.path) == "rs" &&
+                                         (" " + code).find(" fn ") != std::string::npos &&
+                                         !starts_with(code, "//") && !ends_with(code, ";");
+        if (!begins) continue;
+        std::size_t last = start;
+        for (std::size_t i = start + 1; i < lines.size(); ++i) {
+            if (indent(i) == std::string::npos) continue;
+            const bool closing = lines[i][indent(i)] == ')' || lines[i][indent(i)] == '}';
+            if (indent(i) <= indent(start) && !closing) break;
+            last = i;
+            if (!python && indent(i) == indent(start) && lines[i][indent(i)] == '}') break;
+        }
+        if (last - start + 1 > kMaxFunctionLines)
+            findings.push_back(at(file, start,
+                                  "a function of " + std::to_string(last - start + 1) +
+                                      " lines, limit " + std::to_string(kMaxFunctionLines)));
+    }
+    return findings;
+}
+
 Findings check_name(const TextFile& file) {
     static const std::set<std::string> vague = {"util", "utils", "helper",    "helpers",
                                                 "misc", "tools", "functions", "stuff"};
     const std::string stem = stem_of(file.path);
     const std::string last = stem.substr(stem.rfind('_') + 1);
-    if (is_source(file.path) && (vague.count(last) != 0 || name_of(file.path) == "common.cpp"))
+    if ((is_source(file.path) || is_binding(file.path)) &&
+        (vague.count(last) != 0 || name_of(file.path) == "common.cpp"))
         return {file.path + ": a name that says nothing; name the file after its contents"};
     return {};
 }
@@ -101,7 +135,7 @@ Findings check_folders(const std::vector<TextFile>& files) {
         std::string stem = stem_of(file.path);
         for (const char* direction : {"_forward", "_backward"})
             stem = stem.substr(0, stem.find(direction));
-        if (is_source(file.path)) stems[folder_of(file.path)].insert(stem);
+        if (is_source(file.path) || is_binding(file.path)) stems[folder_of(file.path)].insert(stem);
     }
     Findings findings;
     for (const auto& [folder, names] : stems)
@@ -114,7 +148,7 @@ Findings check_folders(const std::vector<TextFile>& files) {
 Findings check_sizes(const std::vector<TextFile>& files) {
     Findings findings = check_folders(files);
     for (const TextFile& file : files)
-        for (const auto& rule : {check_lines, check_functions, check_name})
+        for (const auto& rule : {check_lines, check_functions, check_binding_functions, check_name})
             for (const std::string& finding : rule(file)) findings.push_back(finding);
     return findings;
 }
@@ -146,12 +180,18 @@ TEST(Sizes, RuleFindsLongFiles) {
     expect_found(check_sizes({{"src/core/a.h", repeated("x\n", 251)}}), 1, "limit 250");
     expect_found(check_sizes({{"shaders/ops/a.comp", repeated("x\n", 251)}}), 1, "limit 250");
     expect_found(check_sizes({{"include/splat/core.h", repeated("x\n", 601)}}), 1, "limit 600");
+    const std::string long_text = repeated("x\n", 501);
+    for (const char* path : {"bindings/python/src/splat/scene.py", "bindings/rust/splat/src/lib.rs",
+                             "bindings/csharp/Scene.cs", "bindings/c/fit.c"})
+        expect_found(check_sizes({{path, long_text}}), 1, "limit 500");
+    expect_none(check_sizes({{"bindings/csharp/Native.cs", "// Generated by x\n" + long_text}}));
 }
 
 TEST(Sizes, RuleFindsLongLines) {
     expect_found(check_sizes({{"src/core/a.h", "\n// " + repeated("x", 118)}}), 1,
                  "a.h:2: 121 columns");
     expect_found(check_sizes({{"src/CMakeLists.txt", repeated("x", 121)}}), 1, "121 columns");
+    expect_found(check_sizes({{"bindings/api/a.py", repeated("x", 121)}}), 1, "121 columns");
 }
 
 TEST(Sizes, RuleFindsLongFunctions) {
@@ -161,6 +201,16 @@ TEST(Sizes, RuleFindsLongFunctions) {
     expect_found(check_sizes({{"src/core/a.cpp", "\nint f(int a,\n      int b) {\n" + body}}), 1,
                  "a.cpp:2: a function of 82");
     expect_found(check_sizes({{"shaders/ops/a.comp", "void main() {\n" + body}}), 1, "81 lines");
+    const std::string in_class = "class A:\n    def f(\n        a\n    ):\n";
+    const std::string deeper = repeated("        x\n\n", 39);
+    expect_none(check_sizes({{"bindings/a.py", in_class + deeper + "\n    y = 1\n"}}));
+    expect_found(check_sizes({{"bindings/a.py", in_class + deeper + "        x\n"}}), 1,
+                 "a.py:2: a function of 82");
+    const std::string method = "impl A {\n    pub fn f(\n        a: u32,\n    ) {\n";
+    const std::string end = "    }\n}\n";
+    expect_none(check_sizes({{"bindings/a.rs", method + repeated("        x\n", 76) + end}}));
+    expect_found(check_sizes({{"bindings/a.rs", method + repeated("        x\n", 77) + end}}), 1,
+                 "a.rs:2: a function of 81");
 }
 
 TEST(Sizes, RuleFindsVagueNames) {

@@ -1,6 +1,7 @@
 #include "api/predict/picture_arguments.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "api/api_guard.h"
 #include "api/core/image_view.h"
@@ -9,8 +10,64 @@
 namespace splat::api {
 namespace {
 
+enum class Content { kImage, kMask, kDepth, kNormal };
+
+/// The first channels, which are read of such a picture.
+std::uint32_t channels_read(Content content, std::uint32_t channels) {
+    if (content == Content::kImage) return channels;
+    return content == Content::kNormal && channels >= 3 ? 3 : 1;
+}
+
+const char* advice(Content content, float most) {
+    if (content == Content::kNormal)
+        return ": (normal + 1) / 2; bring normals of -1 to 1 into this range";
+    if (most > 2) return "; divide values of 0 to 255 by 255, or pass 8-bit pixels";
+    return "; scale or clamp the values";
+}
+
+/// Brings floats of any scale to 0 to 1; equal ones to 0.
+void scale_range(std::vector<float>& values, float least, float most) {
+    const double low = static_cast<double>(least);
+    const double range = static_cast<double>(most) - low;
+    for (float& value : values)
+        value = range > 0 ? static_cast<float>((static_cast<double>(value) - low) / range) : 0;
+}
+
+/// The caller's pixels in 8 bits. Floats outside of 0 to 1, but for roundings, are refused, and
+/// those of depths are scaled.
+Result<io::Image> eight_bits_of(const ImageView& view, const char* name, Content content) {
+    if (view.type == SPLAT_PIXEL_U8) return image_of(view);
+    constexpr float kRounding = 1e-3F;
+    std::vector<float> values = interleaved_of(view);
+    const std::uint32_t read = channels_read(content, view.channels);
+    std::size_t least = 0, most = 0;
+    const auto place_of = [&](std::size_t i) {
+        return format("%s at row %zu, column %zu, channel %zu is %g", name,
+                      i / view.channels / view.width, i / view.channels % view.width,
+                      i % view.channels, static_cast<double>(values[i]));
+    };
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (i % view.channels >= read) continue;
+        if (!std::isfinite(values[i]))
+            return error(Code::kInvalidArgument,
+                         "%s, expected a finite number; give pixels without a value a finite one, "
+                         "in a depth map the farthest",
+                         place_of(i).c_str());
+        if (values[i] < values[least]) least = i;
+        if (values[i] > values[most]) most = i;
+    }
+    const float low = values[least], high = values[most];
+    if (content == Content::kDepth)
+        scale_range(values, low, high);
+    else if (low < -kRounding || high > 1 + kRounding)
+        return error(Code::kInvalidArgument, "%s, expected 0 to 1 (it has %g to %g)%s",
+                     place_of(low < -kRounding ? least : most).c_str(), static_cast<double>(low),
+                     static_cast<double>(high), advice(content, high));
+    return io::image_from_floats(values, view.width, view.height, view.channels);
+}
+
 /// The decoded image of a source, if there is one.
-Status read_source(const splat_picture_source& source, const std::string& name,
+Status read_source(const splat_picture_source& source, const std::string& name, Content content,
                    std::optional<data::NamedImage>& to) {
     if (source.path != nullptr && source.pixels.pixels != nullptr)
         return error(Code::kInvalidArgument, "%s has a path and pixels, expected one of them",
@@ -18,9 +75,10 @@ Status read_source(const splat_picture_source& source, const std::string& name,
     if (source.path != nullptr) {
         SPLAT_ASSIGN(to, data::load_picture(source.path));
     } else if (source.pixels.pixels != nullptr) {
-        SPLAT_ASSIGN(const ImageView view,
-                     image_to_read(&source.pixels, (name + ".pixels").c_str()));
-        to = data::NamedImage{image_of(view), name};
+        const std::string pixels = name + ".pixels";
+        SPLAT_ASSIGN(const ImageView view, image_to_read(&source.pixels, pixels.c_str()));
+        SPLAT_ASSIGN(io::Image image, eight_bits_of(view, pixels.c_str(), content));
+        to = data::NamedImage{std::move(image), name};
     }
     return {};
 }
@@ -41,14 +99,14 @@ Result<predict::PictureInput> picture_input(const splat_picture& from, const std
                      from.flags & ~std::uint32_t{SPLAT_PICTURE_WHOLE});
     predict::PictureInput input;
     std::optional<data::NamedImage> image;
-    SPLAT_TRY(read_source(from.image, name + ".image", image));
+    SPLAT_TRY(read_source(from.image, name + ".image", Content::kImage, image));
     if (!image)
         return error(Code::kInvalidArgument, "%s.image has neither a path nor pixels",
                      name.c_str());
     input.picture.image = std::move(*image);
-    SPLAT_TRY(read_source(from.mask, name + ".mask", input.picture.mask));
-    SPLAT_TRY(read_source(from.depth, name + ".depth", input.picture.depth));
-    SPLAT_TRY(read_source(from.normal, name + ".normal", input.picture.normal));
+    SPLAT_TRY(read_source(from.mask, name + ".mask", Content::kMask, input.picture.mask));
+    SPLAT_TRY(read_source(from.depth, name + ".depth", Content::kDepth, input.picture.depth));
+    SPLAT_TRY(read_source(from.normal, name + ".normal", Content::kNormal, input.picture.normal));
     input.crop = (from.flags & SPLAT_PICTURE_WHOLE) == 0;
     if (from.foreground != 0) input.foreground = static_cast<double>(from.foreground);
     input.focal = from.focal;

@@ -1,4 +1,6 @@
 // Pictures cut out through the C API: from files and from pixels of every layout. Needs no device.
+#include <cmath>
+
 #include "api/predict/picture_calls.h"
 
 namespace splat::test {
@@ -176,6 +178,142 @@ TEST(ApiPicture, MapsAreCutWithThePicture) {
     EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
                    "desc.normal has pixels, but the picture has no such map");
     EXPECT_EQ(normal, std::vector<float>(3 * 256, -1));
+}
+
+/// Floats of 32 x 24 pixels as a picture.
+splat_image floats_image(std::vector<float>& values, std::uint32_t channels) {
+    std::vector<std::uint8_t> none;
+    splat_image image = image_of(none, channels);
+    image.pixels = values.data();
+    image.bytes = values.size() * sizeof(float);
+    image.type = SPLAT_PIXEL_F32;
+    return image;
+}
+
+std::vector<float> depth_of(const splat_picture& picture) {
+    auto desc = sized<splat_picture_cut_desc>();
+    desc.resolution = 16;
+    std::vector<float> cut(256, -1);
+    desc.depth = Squares::planes(cut, 1);
+    EXPECT_DONE(splat_picture_cut(&picture, &desc, nullptr));
+    return cut;
+}
+
+TEST(ApiPicture, FloatDepthsHaveAnyScale) {
+    std::vector<std::uint8_t> bytes = picture_bytes(3), expected;
+    std::vector<float> metres, inverse, equal(std::size_t{24} * 32, 2.5F);
+    std::vector<std::uint16_t> halves;
+    for (std::size_t i = 0; i < equal.size(); ++i) {
+        const auto step = static_cast<float>(i % 32 / 2) / 15;  // 255 / 15 = 17
+        expected.push_back(static_cast<std::uint8_t>(17 * (i % 32 / 2)));
+        metres.push_back(2 + step);
+        inverse.push_back(-1e30F + 2e30F * step);
+    }
+    splat_picture picture = picture_of(image_of(bytes, 3));
+    picture.depth.pixels = image_of(expected, 1);
+    const std::vector<float> bytes_cut = depth_of(picture);
+    EXPECT_GT(bytes_cut[8 * 16 + 11], bytes_cut[8 * 16 + 4] + 0.2F);
+    picture.depth.pixels = floats_image(metres, 1);
+    EXPECT_EQ(depth_of(picture), bytes_cut) << "2 to 3";
+    picture.depth.pixels = floats_image(inverse, 1);
+    EXPECT_EQ(depth_of(picture), bytes_cut) << "-1e30 to 1e30";
+    for (std::size_t i = 0; i < equal.size(); ++i) {
+        halves.push_back(i % 2 == 0 ? 0x4000 : 0x4400);  // 2 and 4
+        expected[i] = i % 2 == 0 ? 0 : 255;
+    }
+    picture.depth.pixels = image_of(expected, 1);
+    const std::vector<float> stripes = depth_of(picture);
+    picture.depth.pixels.pixels = halves.data();
+    picture.depth.pixels.bytes = halves.size() * 2;
+    picture.depth.pixels.type = SPLAT_PIXEL_F16;
+    EXPECT_EQ(depth_of(picture), stripes) << "halves";
+    picture.depth.pixels = floats_image(equal, 1);
+    EXPECT_EQ(depth_of(picture), std::vector<float>(256, 0)) << "equal depths";
+}
+
+/// A picture and all of its maps as floats, with one of them changed before each cut.
+class FloatPicture {
+  public:
+    FloatPicture() {
+        for (const std::uint8_t byte : bytes_) image.push_back(static_cast<float>(byte) / 255);
+        picture.image.pixels = floats_image(image, 3);
+        picture.mask.pixels = floats_image(mask, 1);
+        picture.depth.pixels = floats_image(depth, 1);
+        picture.normal.pixels = floats_image(normal, 3);
+    }
+    void expect_refused(const char* sentence) const {
+        auto desc = sized<splat_picture_cut_desc>();
+        desc.resolution = 16;
+        std::vector<float> cut(3 * 256, -1);
+        desc.image = Squares::planes(cut, 3);
+        EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
+                       sentence);
+        EXPECT_EQ(cut, std::vector<float>(3 * 256, -1));
+    }
+
+  private:
+    std::vector<std::uint8_t> bytes_ = picture_bytes(3);
+
+  public:
+    std::vector<float> image, mask = std::vector<float>(768, 1), depth = std::vector<float>(768, 1),
+                              normal = std::vector<float>(3 * 768, 0.5F);
+    splat_picture picture{};
+};
+
+TEST(ApiPicture, FloatsOutsideOfZeroToOneAreRefused) {
+    FloatPicture normals;
+    normals.normal[3 * (2 * 32 + 5) + 1] = -1;
+    normals.expect_refused(
+        "picture.normal.pixels at row 2, column 5, channel 1 is -1, expected 0 to 1 (it has -1 to "
+        "0.5): (normal + 1) / 2; bring normals of -1 to 1 into this range");
+    FloatPicture bytes;
+    for (float& value : bytes.image) value *= 255;
+    bytes.expect_refused("; divide values of 0 to 255 by 255, or pass 8-bit pixels");
+    FloatPicture masks;
+    masks.mask[33] = 255;
+    masks.expect_refused(
+        "picture.mask.pixels at row 1, column 1, channel 0 is 255, expected 0 to 1 (it has 1 to "
+        "255); divide values of 0 to 255 by 255, or pass 8-bit pixels");
+    FloatPicture negative;
+    negative.image[0] = -0.5F;
+    negative.expect_refused("is -0.5, expected 0 to 1 (it has -0.5 to ");
+    FloatPicture rounded;
+    rounded.image[0] = 1.0005F;
+    rounded.normal[0] = -0.0005F;
+    EXPECT_EQ(Squares(rounded.picture).info.found, SPLAT_FOUND_BY_MASK);
+}
+
+TEST(ApiPicture, NumbersThatAreNotFiniteAreRefused) {
+    const struct {
+        const char* sentence;
+        std::vector<float> FloatPicture::*values;
+        float value;
+    } cases[] = {
+        {"picture.image.pixels at row 0, column 0, channel 2 is nan, expected a finite "
+         "number",
+         &FloatPicture::image, NAN},
+        {"picture.mask.pixels at row 0, column 2, channel 0 is inf", &FloatPicture::mask, INFINITY},
+        {"picture.depth.pixels at row 0, column 2, channel 0 is -inf, expected a finite "
+         "number; give pixels without a value a finite one, in a depth map the farthest",
+         &FloatPicture::depth, -INFINITY},
+        {"picture.normal.pixels at row 0, column 0, channel 2 is nan", &FloatPicture::normal, NAN}};
+    for (const auto& each : cases) {
+        FloatPicture wrong;
+        (wrong.*each.values)[2] = each.value;
+        wrong.expect_refused(each.sentence);
+    }
+}
+
+TEST(ApiPicture, AMaskOfZerosAndOnesIsRefusedWithAHint) {
+    std::vector<std::uint8_t> bytes = picture_bytes(3), mask(768, 0);
+    mask[400] = 1;
+    splat_picture picture = picture_of(image_of(bytes, 3));
+    picture.mask.pixels = image_of(mask, 1);
+    auto desc = sized<splat_picture_cut_desc>();
+    desc.resolution = 16;
+    EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "picture.mask: the mask has no pixel above one half; its largest value is 1 of "
+                   "255, and 255 means inside: multiply a mask of 0 and 1 by 255");
 }
 
 }  // namespace

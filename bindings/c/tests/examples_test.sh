@@ -1,0 +1,85 @@
+#!/bin/sh
+# Build the examples and the program of README.md, run them in an empty folder, and check what they write.
+#
+#   examples_test.sh <source folder> <cc> build                        with the headers and library of this build
+#   examples_test.sh <source folder> <cc> installed <cmake> <folder>   after `cmake --install` of a build folder
+#
+# The library of `build` is in SPLAT_LIB_DIR. CFLAGS and LDFLAGS apply to the programs.
+set -eu
+source_dir=$1
+cc=$2
+mode=$3
+
+die() {
+    echo "examples_test: $*" >&2
+    exit 1
+}
+
+temp=$(mktemp -d)
+trap 'rm -rf "$temp"' EXIT
+
+case $mode in
+build)
+    flags="-I$source_dir/include -L$SPLAT_LIB_DIR -lsplat"
+    lib_dir=$SPLAT_LIB_DIR
+    ;;
+installed)
+    "$4" --install "$5" --prefix "$temp/prefix" >"$temp/install.log" || die "cmake --install"
+    PKG_CONFIG_PATH=$(dirname "$(find "$temp/prefix" -name splat.pc)")
+    export PKG_CONFIG_PATH
+    flags=$(pkg-config --cflags --libs splat)
+    lib_dir=$(pkg-config --variable=libdir splat)
+    ;;
+*) die "unknown mode $mode" ;;
+esac
+
+# build <name> <file>
+build() {
+    # shellcheck disable=SC2086  # lists of words
+    "$cc" -std=c11 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror ${CFLAGS:-} "$2" $flags -lm \
+        ${LDFLAGS:-} -o "$temp/$1" || die "$1 does not compile"
+}
+for name in render predict fit; do build "$name" "$source_dir/bindings/c/$name.c"; done
+# shellcheck disable=SC2016  # the backquotes are those of Markdown
+sed -n '/^```c$/,/^```$/{/^```/d;p;}' "$source_dir/bindings/c/README.md" >"$temp/readme.c"
+build readme "$temp/readme.c"
+
+export LD_LIBRARY_PATH="$lib_dir"
+mkdir "$temp/work"
+cd "$temp/work"
+
+"$temp/predict" "$source_dir/docs/knot.png" scene.ply || die "predict"
+[ "$(head -c 3 scene.ply)" = ply ] || die "predict wrote no .ply file"
+"$temp/render" scene.ply view_ || die "render"
+for i in 0 1 2 3 4 5 6 7; do
+    [ "$(head -c 4 view_$i.png | tail -c 3)" = PNG ] || die "view_$i.png is no PNG"
+done
+! cmp -s view_0.png view_2.png || die "two views are the same picture"
+"$temp/readme" || die "the program of README.md"
+[ "$(head -c 4 first.png | tail -c 3)" = PNG ] || die "first.png is no PNG"
+
+# fit_at_least <dB> <arguments>...
+fit_at_least() {
+    least=$1
+    shift
+    printed=$("$temp/fit" "$@") || die "fit $*"
+    echo "fit: $printed"
+    echo "$printed" | awk -v least="$least" '{ exit !($1 >= least && $1 < 100) }' || die "expected $least dB or more"
+}
+fit_at_least 30 - fit.png
+fit_at_least 30 fit.png again.png # of its own result, read from a file
+
+# refuse <text> <program> <arguments>...: exit status 1 and a sentence with the text.
+refuse() {
+    text=$1
+    shift
+    status=0
+    "$@" 2>message || status=$?
+    [ "$status" = 1 ] || die "$* exits with $status, expected 1"
+    grep -q "$text" message || die "$*: the message has no '$text': $(cat message)"
+}
+echo "not a picture" >broken.png
+refuse none.ply "$temp/render" none.ply view_
+refuse broken.png "$temp/predict" broken.png other.ply
+refuse view_0.png "$temp/fit" view_0.png other.png
+[ ! -e other.ply ] || die "a failed prediction wrote a file"

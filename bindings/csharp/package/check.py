@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Check the listing and the manifest of a package of pack.py, and unpack it.
+
+    check.py Splat.0.1.0.nupkg FOLDER
+"""
+
+from __future__ import annotations
+
+import sys
+import xml.etree.ElementTree as xml
+import zipfile
+
+EXPECTED = {
+    "Splat.nuspec", "LICENSE", "README.md", "[Content_Types].xml", "_rels/.rels",
+    "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
+    "runtimes/linux-x64/native/libsplat.so",
+    "runtimes/linux-x64/share/libsplat/weights/cars64/weights.safetensors",
+    "runtimes/linux-x64/share/libsplat/weights/cars64/config.json",
+    "runtimes/linux-x64/share/libsplat/weights/cars64/cars64.yaml",
+    "runtimes/linux-x64/share/libsplat/weights/cars64/README.md",
+}
+NUSPEC = "{http://schemas.microsoft.com/packaging/2013/05/nuspec.xsd}"
+TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
+
+
+def problems(package: zipfile.ZipFile, name: str) -> list[str]:
+    """Sentences on what is wrong with a package of that file name."""
+    found = []
+    names = set(package.namelist())
+    found += [f"{path} is missing" for path in sorted(EXPECTED - names)]
+    found += [f"{path} is not expected" for path in sorted(names - EXPECTED)]
+    if found:
+        return found
+    metadata = xml.fromstring(package.read("Splat.nuspec")).find(f"{NUSPEC}metadata")
+    version = "" if metadata is None else metadata.findtext(f"{NUSPEC}version")
+    if not name.endswith(f"Splat.{version}.nupkg"):
+        found.append(f"the manifest has version {version}, the file is {name}")
+    known = {entry.get("Extension") for entry in xml.fromstring(
+        package.read("[Content_Types].xml")).iter(f"{TYPES}Default")}
+    for path in sorted(names - {"LICENSE", "[Content_Types].xml"}):
+        if path.rsplit(".", 1)[1] not in known:
+            found.append(f"[Content_Types].xml has no type for {path}")
+    if package.read("lib/netstandard2.0/Splat.dll")[:2] != b"MZ":
+        found.append("Splat.dll is no assembly")
+    if package.read("runtimes/linux-x64/native/libsplat.so")[:4] != b"\x7fELF":
+        found.append("libsplat.so is no library")
+    return found
+
+
+def main() -> int:
+    name, folder = sys.argv[1:]
+    with zipfile.ZipFile(name) as package:
+        found = problems(package, name)
+        for sentence in found:
+            print(f"check.py: {sentence}", file=sys.stderr)
+        for path in sorted(package.namelist()):
+            print(path)
+        package.extractall(folder)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

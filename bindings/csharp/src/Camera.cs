@@ -1,0 +1,349 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>A circle of cameras around a scene; the defaults fill the image.</summary>
+    public sealed class OrbitOptions
+    {
+        /// <summary>Pixels; 0: 512.</summary>
+        public int Width { get; set; }
+        /// <summary>Pixels; 0: 512.</summary>
+        public int Height { get; set; }
+        /// <summary>Horizontal field of view, radians; 0: 0.7.</summary>
+        public double FovX { get; set; }
+        /// <summary>Radians above the horizon.</summary>
+        public double Elevation { get; set; }
+        /// <summary>Angle of the first camera, radians.</summary>
+        public double Start { get; set; }
+        /// <summary>From the centre, scene units; 0: the scene fills the image.</summary>
+        public double Distance { get; set; }
+        /// <summary>A direction of the world; null: 0, -1, 0.</summary>
+        public double[] Up { get; set; }
+    }
+
+    /// <summary>How to read a file of cameras.</summary>
+    public sealed class CameraFileOptions
+    {
+        /// <summary>What to do about lens distortion.</summary>
+        public CameraFlags Flags { get; set; }
+        /// <summary>Pixels, for a transforms.json without size; else 0.</summary>
+        public int Width { get; set; }
+        /// <summary>Pixels, as Width.</summary>
+        public int Height { get; set; }
+
+        internal unsafe splat_camera_file_desc ToNative()
+        {
+            return new splat_camera_file_desc
+            {
+                struct_size = (uint)sizeof(splat_camera_file_desc),
+                flags = Flags,
+                width = Check.Unsigned(Width, nameof(Width)),
+                height = Check.Unsigned(Height, nameof(Height)),
+            };
+        }
+    }
+
+    /// <summary>A pinhole camera. Never changes.</summary>
+    public sealed unsafe class Camera
+    {
+        private readonly splat_camera native;
+
+        internal Camera(splat_camera native)
+        {
+            this.native = native;
+        }
+
+        /// <summary>Make a camera of its numbers.</summary>
+        /// <param name="width">pixels</param>
+        /// <param name="height">pixels</param>
+        /// <param name="fx">focal length, pixels</param>
+        /// <param name="fy">focal length, pixels</param>
+        /// <param name="cx">principal point, pixels</param>
+        /// <param name="cy">principal point, pixels</param>
+        /// <param name="worldToCamera">
+        /// 16 numbers, row-major; axes of the camera: x right, y down, z forward; null: identity
+        /// </param>
+        public Camera(int width, int height, double fx, double fy, double cx, double cy,
+                      double[] worldToCamera = null)
+        {
+            native.width = Check.Unsigned(width, nameof(width));
+            native.height = Check.Unsigned(height, nameof(height));
+            native.fx = fx;
+            native.fy = fy;
+            native.cx = cx;
+            native.cy = cy;
+            double[] matrix = worldToCamera ?? new double[]
+                { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+            Scene.Numbers(matrix, 16, nameof(worldToCamera));
+            fixed (double* to = native.world_to_camera)
+                for (int i = 0; i < 16; ++i) to[i] = matrix[i];
+        }
+
+        /// <summary>Pixels.</summary>
+        public int Width { get { return (int)native.width; } }
+        /// <summary>Pixels.</summary>
+        public int Height { get { return (int)native.height; } }
+        /// <summary>Focal length, pixels.</summary>
+        public double Fx { get { return native.fx; } }
+        /// <summary>Focal length, pixels.</summary>
+        public double Fy { get { return native.fy; } }
+        /// <summary>Principal point, pixels.</summary>
+        public double Cx { get { return native.cx; } }
+        /// <summary>Principal point, pixels.</summary>
+        public double Cy { get { return native.cy; } }
+
+        /// <summary>A copy of the pose: 16 numbers, row-major.</summary>
+        public double[] WorldToCamera
+        {
+            get
+            {
+                splat_camera copy = native;
+                return Values.Copy(copy.world_to_camera, 16);
+            }
+        }
+
+        internal splat_camera ToNative()
+        {
+            return native;
+        }
+
+        /// <summary>Cameras as the library takes them; null for null.</summary>
+        internal static splat_camera[] ToNative(IReadOnlyList<Camera> cameras)
+        {
+            if (cameras == null) return null;
+            var natives = new splat_camera[cameras.Count];
+            for (int i = 0; i < natives.Length; ++i)
+                natives[i] = Check.NotNull(cameras[i], "cameras[" + i + "]").native;
+            return natives;
+        }
+
+        internal static Camera[] FromNative(splat_camera[] natives)
+        {
+            return Array.ConvertAll(natives, native => new Camera(native));
+        }
+
+        /// <summary>
+        /// A camera with a horizontal field of view in radians, square pixels, the principal point
+        /// in the middle, and the identity as its pose.
+        /// </summary>
+        public static Camera FromFov(int width, int height, double fovX)
+        {
+            Library.Ensure();
+            splat_camera camera;
+            Check.Ok(Native.splat_camera_from_fov(Check.Unsigned(width, nameof(width)),
+                                                  Check.Unsigned(height, nameof(height)), fovX,
+                                                  &camera));
+            return new Camera(camera);
+        }
+
+        /// <summary>This camera at `eye`, looking at `target`, with `up` upwards in the
+        /// image.</summary>
+        public Camera LookAt(double[] eye, double[] target, double[] up)
+        {
+            Library.Ensure();
+            splat_camera camera = native;
+            fixed (double* e = Scene.Numbers(eye, 3, nameof(eye)))
+            fixed (double* t = Scene.Numbers(target, 3, nameof(target)))
+            fixed (double* u = Scene.Numbers(up, 3, nameof(up)))
+                Check.Ok(Native.splat_camera_look_at(&camera, e, t, u));
+            return new Camera(camera);
+        }
+
+        /// <summary>
+        /// This camera with the pose of an OpenGL camera-to-world matrix (NeRF's transform_matrix),
+        /// 16 numbers, row-major.
+        /// </summary>
+        public Camera WithOpenGl(double[] cameraToWorld)
+        {
+            Library.Ensure();
+            splat_camera camera = native;
+            fixed (double* matrix = Scene.Numbers(cameraToWorld, 16, nameof(cameraToWorld)))
+                Check.Ok(Native.splat_camera_from_opengl(&camera, matrix));
+            return new Camera(camera);
+        }
+
+        /// <summary>The pose as such a matrix.</summary>
+        public double[] ToOpenGl()
+        {
+            Library.Ensure();
+            splat_camera camera = native;
+            var matrix = new double[16];
+            fixed (double* to = matrix)
+                Check.Ok(Native.splat_camera_to_opengl(&camera, to));
+            return matrix;
+        }
+
+        /// <summary>Cameras at equal angles on a circle around the centre of a scene.</summary>
+        public static Camera[] Orbit(Scene scene, int count, OrbitOptions options = null)
+        {
+            Check.NotNull(scene, nameof(scene));
+            options = options ?? new OrbitOptions();
+            var desc = new splat_orbit_desc
+            {
+                struct_size = (uint)sizeof(splat_orbit_desc),
+                width = Check.Unsigned(options.Width, nameof(options.Width)),
+                height = Check.Unsigned(options.Height, nameof(options.Height)),
+                fov_x = options.FovX,
+                elevation = options.Elevation,
+                start = options.Start,
+                distance = options.Distance,
+            };
+            if (options.Up != null)
+                for (int i = 0; i < 3; ++i)
+                    desc.up[i] = Scene.Numbers(options.Up, 3, nameof(options.Up))[i];
+            var cameras = new splat_camera[Check.Unsigned(count, nameof(count))];
+            fixed (splat_camera* to = cameras)
+            {
+                splat_camera none;  // for a count of 0, which the library refuses by name
+                Check.Ok(Native.splat_camera_orbit(scene.Handle, &desc, (uint)count,
+                                                   to == null ? &none : to));
+            }
+            return FromNative(cameras);
+        }
+
+        /// <summary>Read a NeRF transforms.json, or a COLMAP model's folder.</summary>
+        public static Camera[] Load(string path, CameraFileOptions options = null)
+        {
+            Check.NotNull(path, nameof(path));
+            using (var arena = new Arena())
+            {
+                splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
+                byte* name = arena.Text(path);
+                return Read((cameras, capacity, count) =>
+                {
+                    splat_camera_file_desc copy = desc;
+                    return Native.splat_camera_load(name, &copy, cameras, capacity, count);
+                });
+            }
+        }
+
+        /// <summary>JSON: names of the images in the order of the cameras, and warnings.</summary>
+        public static string LoadReportJson(string path, CameraFileOptions options = null)
+        {
+            Check.NotNull(path, nameof(path));
+            using (var arena = new Arena())
+            {
+                splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
+                byte* name = arena.Text(path);
+                return Text.Get((buffer, capacity, needed) =>
+                {
+                    splat_camera_file_desc copy = desc;
+                    return Native.splat_camera_load_report(name, &copy, buffer, capacity, needed);
+                });
+            }
+        }
+
+        /// <summary>
+        /// Read cameras from the bytes of a transforms.json, or of COLMAP's cameras file with that
+        /// of its images.
+        /// </summary>
+        public static Camera[] FromBytes(byte[] cameraFile, byte[] imageFile = null,
+                                         CameraFileOptions options = null)
+        {
+            Check.NotNull(cameraFile, nameof(cameraFile));
+            using (var arena = new Arena())
+            {
+                splat_camera_bytes files = Files(arena, cameraFile, imageFile);
+                splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
+                return Read((cameras, capacity, count) =>
+                {
+                    splat_camera_bytes from = files;
+                    splat_camera_file_desc copy = desc;
+                    return Native.splat_camera_load_memory(&from, &copy, cameras, capacity, count);
+                });
+            }
+        }
+
+        /// <summary>The report on such bytes, see LoadReportJson.</summary>
+        public static string BytesReportJson(byte[] cameraFile, byte[] imageFile = null,
+                                             CameraFileOptions options = null)
+        {
+            Check.NotNull(cameraFile, nameof(cameraFile));
+            using (var arena = new Arena())
+            {
+                splat_camera_bytes files = Files(arena, cameraFile, imageFile);
+                splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
+                return Text.Get((buffer, capacity, needed) =>
+                {
+                    splat_camera_bytes from = files;
+                    splat_camera_file_desc copy = desc;
+                    return Native.splat_camera_load_memory_report(&from, &copy, buffer, capacity,
+                                                                  needed);
+                });
+            }
+        }
+
+        /// <summary>Write a NeRF transforms.json, whole or not at all.</summary>
+        /// <param name="path">of the file</param>
+        /// <param name="cameras">one frame each</param>
+        /// <param name="names">paths of the images, as many as cameras; null: empty ones</param>
+        public static void Save(string path, IReadOnlyList<Camera> cameras,
+                                IReadOnlyList<string> names = null)
+        {
+            splat_camera[] natives = ToSave(cameras, names);
+            using (var arena = new Arena())
+                Check.Ok(Native.splat_camera_save(arena.Text(Check.NotNull(path, nameof(path))),
+                                                  (splat_camera*)arena.Pin(natives),
+                                                  arena.Texts(names), (uint)natives.Length));
+        }
+
+        /// <summary>The bytes of such a file.</summary>
+        public static byte[] ToBytes(IReadOnlyList<Camera> cameras,
+            IReadOnlyList<string> names = null)
+        {
+            splat_camera[] natives = ToSave(cameras, names);
+            using (var arena = new Arena())
+            {
+                var from = (splat_camera*)arena.Pin(natives);
+                byte** texts = arena.Texts(names);
+                return Text.GetBytes((buffer, capacity, needed) => Native.splat_camera_save_memory(
+                    from, texts, (uint)natives.Length, buffer, capacity, needed));
+            }
+        }
+
+        private static splat_camera[] ToSave(IReadOnlyList<Camera> cameras,
+            IReadOnlyList<string> names)
+        {
+            Check.NotNull(cameras, nameof(cameras));
+            if (names != null && names.Count != cameras.Count)
+                throw new ArgumentException(names.Count + " names for " + cameras.Count + " cameras",
+                                            nameof(names));
+            return ToNative(cameras);
+        }
+
+        private static splat_camera_bytes Files(Arena arena, byte[] cameras, byte[] images)
+        {
+            return new splat_camera_bytes
+            {
+                struct_size = (uint)sizeof(splat_camera_bytes),
+                cameras = arena.Pin(cameras),
+                camera_bytes = (UIntPtr)cameras.Length,
+                images = arena.Pin(images),
+                image_bytes = (UIntPtr)(images == null ? 0 : images.Length),
+            };
+        }
+
+        private delegate ResultCode ReadCall(splat_camera* cameras, uint capacity, uint* count);
+
+        private static Camera[] Read(ReadCall call)
+        {
+            uint count;
+            Check.Ok(call(null, 0, &count));
+            while (true)
+            {
+                var cameras = new splat_camera[count];
+                ResultCode code;
+                fixed (splat_camera* to = cameras) code = call(to, (uint)cameras.Length, &count);
+                Check.Ok(code);
+                if (code != ResultCode.Incomplete)
+                {
+                    Array.Resize(ref cameras, (int)count);
+                    return FromNative(cameras);
+                }
+            }
+        }
+    }
+}

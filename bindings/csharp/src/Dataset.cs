@@ -1,0 +1,252 @@
+using System;
+using System.Collections.Generic;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>How to open a data set.</summary>
+    public sealed class DatasetOptions
+    {
+        /// <summary>"srn", "co3d", "nmr", "objaverse", "gso", "images"; null: by the
+        /// folder.</summary>
+        public string Format { get; set; }
+        /// <summary>"train", "val", "test"; null: train.</summary>
+        public string Split { get; set; }
+        /// <summary>Pixels of the images, which are square; 0: as stored.</summary>
+        public int Resolution { get; set; }
+        /// <summary>Only the first objects; 0: all.</summary>
+        public int Limit { get; set; }
+        /// <summary>For decoded images; 0: 1 GiB.</summary>
+        public long CacheBytes { get; set; }
+        /// <summary>Behind transparent pixels, 3 numbers 0 to 1; null: black.</summary>
+        public float[] Background { get; set; }
+        /// <summary>Maps that are required, leniency.</summary>
+        public DataFlags Flags { get; set; }
+    }
+
+    /// <summary>Which arrays of views to read.</summary>
+    [Flags]
+    public enum ViewParts
+    {
+        /// <summary>Images and cameras.</summary>
+        ImagesAndCameras = 0,
+        /// <summary>Also depth maps.</summary>
+        Depths = 1,
+        /// <summary>Also normal maps.</summary>
+        Normals = 2,
+        /// <summary>Also masks.</summary>
+        Masks = 4,
+    }
+
+    /// <summary>n views of R x R pixels.</summary>
+    public sealed class DatasetViews
+    {
+        /// <summary>[n,3,R,R] 0 to 1.</summary>
+        public float[] Images { get; internal set; }
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next
+        /// two.</summary>
+        public float[] Depths { get; internal set; }
+        /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
+        public float[] Normals { get; internal set; }
+        /// <summary>[n,1,R,R] 0 to 1.</summary>
+        public float[] Masks { get; internal set; }
+        /// <summary>[n,16] row vectors; the world is the frame of the first view.</summary>
+        public float[] ViewToWorld { get; internal set; }
+        /// <summary>[n,4] w x y z of that rotation.</summary>
+        public float[] Quaternions { get; internal set; }
+        /// <summary>[n,2] pixels.</summary>
+        public float[] Focals { get; internal set; }
+        /// <summary>[n] of the origin along the camera's axis (CO3D), else 0.</summary>
+        public float[] OriginDistances { get; internal set; }
+    }
+
+    /// <summary>Numbers of a set of procedural objects, see Dataset.WriteSynthetic.</summary>
+    public sealed class SyntheticOptions
+    {
+        /// <summary>Folder to write to.</summary>
+        public string Path { get; set; }
+        /// <summary>"cars", "chairs", "mixed"; null: cars.</summary>
+        public string Category { get; set; }
+        /// <summary>Of all random choices.</summary>
+        public long Seed { get; set; }
+        /// <summary>Pixels, 8 to 2048; 0: 128.</summary>
+        public int Resolution { get; set; }
+        /// <summary>Views of an object of the split train; 0: 50.</summary>
+        public int TrainViews { get; set; }
+        /// <summary>Views of an object of val and test; 0: 251.</summary>
+        public int TestViews { get; set; }
+        /// <summary>Objects of the split train.</summary>
+        public int TrainObjects { get; set; }
+        /// <summary>Objects of the split val.</summary>
+        public int ValObjects { get; set; }
+        /// <summary>Objects of the split test.</summary>
+        public int TestObjects { get; set; }
+    }
+
+    /// <summary>Objects seen by several cameras, stored in a folder. Thread-safe.</summary>
+    public sealed unsafe class Dataset : NativeObject<SafeDatasetHandle>
+    {
+        private readonly int resolution;
+
+        /// <summary>Open the data set in a folder.</summary>
+        public Dataset(string path, DatasetOptions options = null)
+            : base(Create(path, options ?? new DatasetOptions()))
+        {
+            resolution = Number("resolution");
+            Count = Number("objects");
+        }
+
+        private static SafeDatasetHandle Create(string path, DatasetOptions options)
+        {
+            Check.NotNull(path, nameof(path));
+            if (options.CacheBytes < 0)
+                throw new ArgumentOutOfRangeException(nameof(options), options.CacheBytes,
+                                                      "CacheBytes is negative");
+            if (options.Background != null && options.Background.Length != 3)
+                throw new ArgumentException("Background has " + options.Background.Length +
+                                            " numbers instead of 3");
+            using (var arena = new Arena())
+            {
+                var desc = new splat_dataset_desc
+                {
+                    struct_size = (uint)sizeof(splat_dataset_desc),
+                    flags = options.Flags,
+                    path = arena.Text(path),
+                    format = arena.Text(options.Format),
+                    split = arena.Text(options.Split),
+                    resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
+                    limit = Check.Unsigned(options.Limit, nameof(options.Limit)),
+                    cache_bytes = (ulong)options.CacheBytes,
+                };
+                for (int i = 0; options.Background != null && i < 3; ++i)
+                    desc.background[i] = options.Background[i];
+                IntPtr handle;
+                Check.Ok(Native.splat_dataset_open(&desc, &handle));
+                return new SafeDatasetHandle(handle, true);
+            }
+        }
+
+        // A number of the report.
+        private int Number(string key)
+        {
+            var match = System.Text.RegularExpressions.Regex.Match(
+                ReportJson(), "\"" + key + "\"\\s*:\\s*(\\d+)");
+            return match.Success ? int.Parse(match.Groups[1].Value) : 0;
+        }
+
+        /// <summary>Number of objects.</summary>
+        public int Count { get; }
+
+        /// <summary>Pixels of the images, both ways.</summary>
+        public int Resolution
+        {
+            get { return resolution; }
+        }
+
+        /// <summary>JSON: format, objects, names, views of each.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_dataset_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>Read views of one object, in the given order.</summary>
+        public DatasetViews Read(int objectIndex, IReadOnlyList<int> views,
+                                 ViewParts parts = ViewParts.ImagesAndCameras)
+        {
+            Check.NotNull(views, nameof(views));
+            uint[] numbers = ViewNumbers(views);
+            int n = numbers.Length;
+            int area = resolution * resolution;
+            var result = new DatasetViews
+            {
+                Images = new float[checked(n * 3 * area)],
+                Depths = (parts & ViewParts.Depths) != 0 ? new float[n * area] : null,
+                Normals = (parts & ViewParts.Normals) != 0 ? new float[n * 3 * area] : null,
+                Masks = (parts & ViewParts.Masks) != 0 ? new float[n * area] : null,
+                ViewToWorld = new float[n * 16],
+                Quaternions = new float[n * 4],
+                Focals = new float[n * 2],
+                OriginDistances = new float[n],
+            };
+            using (var arena = new Arena())
+            {
+                var native = new splat_dataset_views
+                {
+                    struct_size = (uint)sizeof(splat_dataset_views),
+                    images = (float*)arena.Pin(result.Images),
+                    depths = (float*)arena.Pin(result.Depths),
+                    normals = (float*)arena.Pin(result.Normals),
+                    masks = (float*)arena.Pin(result.Masks),
+                    view_to_world = (float*)arena.Pin(result.ViewToWorld),
+                    quaternions = (float*)arena.Pin(result.Quaternions),
+                    focals = (float*)arena.Pin(result.Focals),
+                    origin_distances = (float*)arena.Pin(result.OriginDistances),
+                    image_count = (ulong)result.Images.Length,
+                    depth_count = (ulong)(result.Depths?.Length ?? 0),
+                    normal_count = (ulong)(result.Normals?.Length ?? 0),
+                    mask_count = (ulong)(result.Masks?.Length ?? 0),
+                    view_to_world_count = (ulong)result.ViewToWorld.Length,
+                    quaternion_count = (ulong)result.Quaternions.Length,
+                    focal_count = (ulong)result.Focals.Length,
+                    origin_distance_count = (ulong)result.OriginDistances.Length,
+                };
+                Check.Ok(Native.splat_dataset_read(
+                    Handle, Check.Unsigned(objectIndex, nameof(objectIndex)),
+                    (uint*)arena.Pin(numbers), (uint)n, &native));
+            }
+            return result;
+        }
+
+        internal static uint[] ViewNumbers(IReadOnlyList<int> views)
+        {
+            var numbers = new uint[views.Count];
+            for (int i = 0; i < numbers.Length; ++i)
+                numbers[i] = Check.Unsigned(views[i], "views[" + i + "]");
+            return numbers;
+        }
+
+        /// <summary>JSON: problems and warnings of all files of one object.</summary>
+        public string CheckJson(int objectIndex)
+        {
+            uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_dataset_check(Handle, number, buffer, capacity, needed));
+        }
+
+        /// <summary>
+        /// Write one procedural object, counted over all splits, train first. Several threads may
+        /// write different objects at once.
+        /// </summary>
+        public static void WriteSynthetic(SyntheticOptions options, int index)
+        {
+            Check.NotNull(options, nameof(options));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_synthetic_desc
+                {
+                    struct_size = (uint)sizeof(splat_synthetic_desc),
+                    path = arena.Text(options.Path),
+                    category = arena.Text(options.Category),
+                    seed = unchecked((ulong)options.Seed),
+                    resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
+                    train_views = Check.Unsigned(options.TrainViews, nameof(options.TrainViews)),
+                    test_views = Check.Unsigned(options.TestViews, nameof(options.TestViews)),
+                    train_objects = Check.Unsigned(options.TrainObjects,
+                        nameof(options.TrainObjects)),
+                    val_objects = Check.Unsigned(options.ValObjects, nameof(options.ValObjects)),
+                    test_objects = Check.Unsigned(options.TestObjects, nameof(options.TestObjects)),
+                };
+                Check.Ok(Native.splat_synthetic_write(&desc, Check.Unsigned(index, nameof(index))));
+            }
+        }
+
+        /// <summary>Write all objects, one after the other.</summary>
+        public static void WriteSynthetic(SyntheticOptions options)
+        {
+            Check.NotNull(options, nameof(options));
+            int count = options.TrainObjects + options.ValObjects + options.TestObjects;
+            for (int i = 0; i < count; ++i) WriteSynthetic(options, i);
+        }
+    }
+}

@@ -1,0 +1,224 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>What to score on which data.</summary>
+    public sealed class EvaluatorOptions
+    {
+        /// <summary>What is scored; null: images of the caller.</summary>
+        public Predictor Predictor { get; set; }
+        /// <summary>Opened as the predictor's configuration says; null: DataPath.</summary>
+        public Dataset Dataset { get; set; }
+        /// <summary>A folder; both null: the configuration's data.root.</summary>
+        public string DataPath { get; set; }
+        /// <summary>Of that folder; null: test.</summary>
+        public string Split { get; set; }
+        /// <summary>A name for what draws the images; needed without a predictor.</summary>
+        public string Method { get; set; }
+        /// <summary>Of the images' resolution; null: LPIPS is NaN.</summary>
+        public Lpips Lpips { get; set; }
+        /// <summary>Numbers of the conditioning views; null: by the protocol.</summary>
+        public IReadOnlyList<int> Conditioning { get; set; }
+        /// <summary>Conditioning views without a predictor; 0: 1.</summary>
+        public int Inputs { get; set; }
+        /// <summary>Of each object, evenly spread; 0: all.</summary>
+        public int NovelViews { get; set; }
+        /// <summary>Only the first objects; 0: all.</summary>
+        public int Objects { get; set; }
+    }
+
+    /// <summary>The views of an object that are scored, conditioning ones first.</summary>
+    public sealed class EvaluatedViews
+    {
+        /// <summary>Conditioning views.</summary>
+        public int Inputs { get; internal set; }
+        /// <summary>Novel views.</summary>
+        public int Novel { get; internal set; }
+        /// <summary>Numbers in the data set.</summary>
+        public uint[] Numbers { get; internal set; }
+        /// <summary>In the frame of the first view.</summary>
+        public IReadOnlyList<Camera> Cameras { get; internal set; }
+        /// <summary>[n,3,R,R] targets.</summary>
+        public float[] Images { get; internal set; }
+        /// <summary>[n,3,R,R] by the latest Score of this object; null unless asked for.</summary>
+        public float[] Drawn { get; internal set; }
+    }
+
+    /// <summary>
+    /// Scores of a predictor, or of images, on the objects of a data set by the published protocol.
+    /// The caller synchronises calls on the evaluators of one predictor.
+    /// </summary>
+    public sealed unsafe class Evaluator : NativeObject<SafeEvaluatorHandle>
+    {
+        private readonly SafeDeviceHandle device;
+
+        /// <summary>Create an evaluator.</summary>
+        public Evaluator(EvaluatorOptions options) : base(Create(options))
+        {
+            device = options.Predictor?.Device;
+        }
+
+        private static SafeEvaluatorHandle Create(EvaluatorOptions options)
+        {
+            Check.NotNull(options, nameof(options));
+            using (var arena = new Arena())
+            {
+                uint[] views = options.Conditioning == null
+                    ? null : Dataset.ViewNumbers(options.Conditioning);
+                var desc = new splat_evaluator_desc
+                {
+                    struct_size = (uint)sizeof(splat_evaluator_desc),
+                    predictor = arena.Hold(options.Predictor),
+                    dataset = arena.Hold(options.Dataset),
+                    data_path = arena.Text(options.DataPath),
+                    split = arena.Text(options.Split),
+                    method = arena.Text(options.Method),
+                    lpips = arena.Hold(options.Lpips),
+                    conditioning = (uint*)arena.Pin(views),
+                    conditioning_count = (ulong)(views?.Length ?? 0),
+                    inputs = Check.Unsigned(options.Inputs, nameof(options.Inputs)),
+                    novel_views = Check.Unsigned(options.NovelViews, nameof(options.NovelViews)),
+                    objects = Check.Unsigned(options.Objects, nameof(options.Objects)),
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_evaluator_create(&desc, &handle));
+                return new SafeEvaluatorHandle(handle, true);
+            }
+        }
+
+        /// <summary>Objects to score, scored so far, resolution.</summary>
+        public EvaluatorInfo Info
+        {
+            get
+            {
+                var info = new splat_evaluator_info
+                    { struct_size = (uint)sizeof(splat_evaluator_info) };
+                Check.Ok(Native.splat_evaluator_get_info(Handle, &info));
+                return new EvaluatorInfo(&info);
+            }
+        }
+
+        /// <summary>Predict an object, draw its views and score them.</summary>
+        public ObjectScores Score(int objectIndex,
+            CancellationToken token = default(CancellationToken))
+        {
+            uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
+            SafeEvaluatorHandle handle = Handle;
+            bool added = false;
+            try
+            {
+                handle.DangerousAddRef(ref added);  // the object's name lives as long as it
+                var scores = new splat_object_scores
+                    { struct_size = (uint)sizeof(splat_object_scores) };
+                ResultCode code;
+                using (device == null ? null : Cancellation.Of(device, token))
+                    code = Native.splat_evaluator_score(handle, number, &scores);
+                Check.Ok(code, token);
+                return new ObjectScores(&scores);
+            }
+            finally
+            {
+                if (added) handle.DangerousRelease();
+            }
+        }
+
+        /// <summary>Score images [n,3,R,R] of the views that Read gives, in their order.</summary>
+        public ObjectScores ScoreImages(int objectIndex, ReadOnlySpan<float> images)
+        {
+            uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
+            SafeEvaluatorHandle handle = Handle;
+            bool added = false;
+            try
+            {
+                handle.DangerousAddRef(ref added);
+                var scores = new splat_object_scores
+                    { struct_size = (uint)sizeof(splat_object_scores) };
+                fixed (float* from = &MemoryMarshal.GetReference(images))
+                {
+                    float none;
+                    Check.Ok(Native.splat_evaluator_score_images(
+                        handle, number, from == null ? &none : from, (ulong)images.Length,
+                            &scores));
+                }
+                return new ObjectScores(&scores);
+            }
+            finally
+            {
+                if (added) handle.DangerousRelease();
+            }
+        }
+
+        /// <summary>Read the views of an object that are scored.</summary>
+        /// <param name="objectIndex">below Info.Objects</param>
+        /// <param name="drawn">also the images of the latest Score, which was of this
+        /// object</param>
+        public EvaluatedViews Read(int objectIndex, bool drawn = false)
+        {
+            uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
+            int side = Info.Resolution;
+            var counts = new splat_evaluated_views
+                { struct_size = (uint)sizeof(splat_evaluated_views) };
+            Check.Ok(Native.splat_evaluator_read(Handle, number, &counts));
+            int n = checked((int)(counts.inputs + counts.novel));
+            int numbers = checked(n * 3 * side * side);
+            var cameras = new splat_camera[n];
+            var views = new EvaluatedViews
+            {
+                Inputs = (int)counts.inputs,
+                Novel = (int)counts.novel,
+                Numbers = new uint[n],
+                Images = new float[numbers],
+                Drawn = drawn ? new float[numbers] : null,
+            };
+            using (var arena = new Arena())
+            {
+                var native = new splat_evaluated_views
+                {
+                    struct_size = (uint)sizeof(splat_evaluated_views),
+                    numbers = (uint*)arena.Pin(views.Numbers),
+                    number_count = (ulong)n,
+                    cameras = (splat_camera*)arena.Pin(cameras),
+                    camera_count = (ulong)n,
+                    images = (float*)arena.Pin(views.Images),
+                    image_count = (ulong)numbers,
+                    drawn = (float*)arena.Pin(views.Drawn),
+                    drawn_count = (ulong)(views.Drawn?.Length ?? 0),
+                };
+                Check.Ok(Native.splat_evaluator_read(Handle, number, &native));
+            }
+            views.Cameras = Camera.FromNative(cameras);
+            return views;
+        }
+
+        /// <summary>Means and sums over the objects scored so far.</summary>
+        public EvaluationSummary Summary
+        {
+            get
+            {
+                var summary = new splat_evaluation_summary
+                    { struct_size = (uint)sizeof(splat_evaluation_summary) };
+                Check.Ok(Native.splat_evaluator_summary(Handle, &summary));
+                return new EvaluationSummary(&summary);
+            }
+        }
+
+        /// <summary>The summary as JSON, the content of results.json.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_evaluator_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>Write results.json, per_object.csv and scores.txt into a folder.</summary>
+        public void Save(string folder)
+        {
+            using (var arena = new Arena())
+                Check.Ok(Native.splat_evaluator_save(
+                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+using System;
+using System.Collections.Generic;
+using System.Globalization;
+using System.Text.RegularExpressions;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>The loaded libsplat. The first use of any class checks that it fits.</summary>
+    public static unsafe class Library
+    {
+        private static volatile bool fits;
+
+        /// <summary>Version of the loaded library, "major.minor.patch".</summary>
+        public static string Version
+        {
+            get
+            {
+                Ensure();
+                return Text.Read(Native.splat_version_string(), -1);
+            }
+        }
+
+        /// <summary>JSON: version, compiler, shaders and sizes of structs of the library.</summary>
+        public static string BuildInfo
+        {
+            get
+            {
+                Ensure();
+                return Text.Read(Native.splat_build_info(), -1);
+            }
+        }
+
+        /// <summary>One sentence: what a result code means and what to do.</summary>
+        public static string Sentence(ResultCode code)
+        {
+            Ensure();
+            return Text.Read(Native.splat_result_sentence(code), -1);
+        }
+
+        /// <summary>Name of a result code in C, such as "SPLAT_ERROR_TIMEOUT".</summary>
+        public static string NameOf(ResultCode code)
+        {
+            Ensure();
+            return Text.Read(Native.splat_result_name(code), -1);
+        }
+
+        /// <summary>
+        /// Check the library. Called by every class; a program may call it first, to fail early.
+        /// Throws DllNotFoundException without a library, and SplatException
+        /// (ResultCode.ErrorUnsupported) for one that does not fit this assembly.
+        /// </summary>
+        public static void Ensure()
+        {
+            if (fits) return;
+            string version;
+            string build;
+            try
+            {
+                version = Text.Read(Native.splat_version_string(), -1);
+                build = Text.Read(Native.splat_build_info(), -1);
+            }
+            catch (DllNotFoundException error)
+            {
+                throw new DllNotFoundException(
+                    "libsplat.so was not found, or a library that it needs is missing. Put its " +
+                    "folder into LD_LIBRARY_PATH, or name the file in Splat.dll.config " +
+                    "(<dllmap dll=\"splat\" target=\"...\"/>, mono), or install the package " +
+                    "with runtimes/<rid>/native (.NET). The loader said: " + error.Message, error);
+            }
+            catch (EntryPointNotFoundException error)
+            {
+                throw new SplatException(
+                    ResultCode.ErrorUnsupported,
+                    "The libsplat that was found is not one that this assembly can use: " +
+                    error.Message + ". Install libsplat " + Native.HeaderVersion + " or later.");
+            }
+            string problem = Problem(version, build);
+            if (problem != null)
+                throw new SplatException(ResultCode.ErrorUnsupported, problem);
+            fits = true;
+        }
+
+        /// <summary>A sentence on why a library does not fit, or null.</summary>
+        private static string Problem(string version, string build)
+        {
+            string advice =
+                " Install libsplat " + Native.HeaderVersion + " or a later version with the same " +
+                "first number (before 1.0 the first two), or the Splat.dll that comes with " +
+                "libsplat " + version + ".";
+            string both = "Splat.dll was made for libsplat " + Native.HeaderVersion +
+                          ", and the loaded library is " + version;
+            var header = new System.Version(Native.HeaderVersion);
+            if (!System.Version.TryParse(version, out System.Version loaded) ||
+                loaded.Major != header.Major ||
+                (header.Major == 0 && loaded.Minor != header.Minor) || loaded < header)
+                return both + "." + advice;
+            Dictionary<string, int> sizes = Sizes(build);
+            foreach (NativeLayout layout in NativeLayout.All)
+            {
+                string name = layout.Type.Name;
+                if (!sizes.TryGetValue(name, out int size))
+                    return both + ", which has no struct " + name + "." + advice;
+                if (layout.Frozen ? size != layout.Size : size < layout.Size)
+                    return both + ", whose struct " + name + " has " + size + " bytes instead of " +
+                           layout.Size + "." + advice;
+            }
+            return null;
+        }
+
+        /// <summary>The object "structs" of splat_build_info.</summary>
+        private static Dictionary<string, int> Sizes(string build)
+        {
+            var sizes = new Dictionary<string, int>();
+            Match structs = Regex.Match(build, "\"structs\"\\s*:\\s*\\{([^}]*)\\}");
+            foreach (Match entry in Regex.Matches(structs.Groups[1].Value,
+                "\"(\\w+)\"\\s*:\\s*(\\d+)"))
+                sizes[entry.Groups[1].Value] =
+                    int.Parse(entry.Groups[2].Value, CultureInfo.InvariantCulture);
+            return sizes;
+        }
+    }
+}

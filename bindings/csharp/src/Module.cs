@@ -1,0 +1,148 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>Type, attributes and shapes of a module.</summary>
+    public sealed class ModuleOptions
+    {
+        /// <summary>A name of Operator.ListJson, or "residual_block".</summary>
+        public string Type { get; set; }
+        /// <summary>JSON object; null: defaults.</summary>
+        public string Attributes { get; set; }
+        /// <summary>Shapes of inputs and parameters by name.</summary>
+        public IReadOnlyList<Port> Ports { get; set; }
+        /// <summary>Gradients, dropout.</summary>
+        public ModuleFlags Flags { get; set; }
+        /// <summary>Only for residual_block.</summary>
+        public Precision Precision { get; set; }
+    }
+
+    /// <summary>
+    /// One operator or one block of the network with its parameters. The caller synchronises calls
+    /// on one module.
+    /// </summary>
+    public sealed unsafe class Module : NativeObject<SafeModuleHandle>
+    {
+        private readonly SafeDeviceHandle device;
+
+        /// <summary>Create a module; its parameters, inputs and gradients of outputs are
+        /// zero.</summary>
+        public Module(Device device, ModuleOptions options)
+            : base(Create(device, Check.NotNull(options, nameof(options))))
+        {
+            this.device = device.Handle;
+        }
+
+        private static SafeModuleHandle Create(Device device, ModuleOptions options)
+        {
+            Check.NotNull(device, nameof(device));
+            using (var arena = new Arena())
+            {
+                splat_port[] ports = Port.ToNative(options.Ports ?? new Port[0], arena);
+                var desc = new splat_module_desc
+                {
+                    struct_size = (uint)sizeof(splat_module_desc),
+                    flags = options.Flags,
+                    type = arena.Text(options.Type),
+                    attributes = arena.Text(options.Attributes),
+                    ports = (splat_port*)arena.Pin(ports),
+                    port_count = (uint)ports.Length,
+                    precision = options.Precision,
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_module_create(device.Handle, &desc, &handle));
+                return new SafeModuleHandle(handle, true);
+            }
+        }
+
+        /// <summary>Set the parameters at random, as published.</summary>
+        public void Init(long seed)
+        {
+            Check.Ok(Native.splat_module_init(Handle, unchecked((ulong)seed)));
+        }
+
+        /// <summary>JSON: inputs, outputs and parameters with shapes.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_module_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>Inputs, outputs or parameters.</summary>
+        public IReadOnlyList<Port> Ports(PortKind kind)
+        {
+            SafeModuleHandle handle = Handle;
+            return Port.List(handle, (ports, capacity, count) =>
+                Native.splat_module_ports(handle, kind, ports, capacity, count));
+        }
+
+        /// <summary>Write an input, a parameter, or the gradient of an output ("grad:y").</summary>
+        public void Write(string name, ReadOnlySpan<float> values)
+        {
+            using (var arena = new Arena())
+                fixed (float* from = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(Native.splat_module_write(
+                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
+                        from == null ? &none : from,
+                        (UIntPtr)((long)values.Length * sizeof(float))));
+                }
+        }
+
+        /// <summary>Read what Write writes, an output, or a gradient, into memory of the
+        /// caller.</summary>
+        public void Read(string name, Span<float> values)
+        {
+            using (var arena = new Arena())
+                fixed (float* to = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(Native.splat_module_read(
+                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
+                        to == null ? &none : to, (UIntPtr)((long)values.Length * sizeof(float))));
+                }
+        }
+
+        /// <summary>The same in a new array.</summary>
+        public float[] Read(string name)
+        {
+            Check.NotNull(name, nameof(name));
+            string bare = name.StartsWith("grad:", StringComparison.Ordinal) ? name.Substring(5)
+                : name;
+            long count = 0;
+            foreach (PortKind kind in new[] { PortKind.Input, PortKind.Output, PortKind.Parameter })
+                foreach (Port port in Ports(kind))
+                    if (port.Name == bare) count = port.Elements;
+            var values = new float[checked((int)count)];
+            Read(name, values);
+            return values;
+        }
+
+        /// <summary>Compute the outputs.</summary>
+        public void Forward(CancellationToken token = default(CancellationToken))
+        {
+            ResultCode code;
+            using (Cancellation.Of(device, token)) code = Native.splat_module_forward(Handle);
+            Check.Ok(code, token);
+        }
+
+        /// <summary>Add to the gradients of parameters and overwrite those of inputs.</summary>
+        public void Backward(CancellationToken token = default(CancellationToken))
+        {
+            ResultCode code;
+            using (Cancellation.Of(device, token)) code = Native.splat_module_backward(Handle);
+            Check.Ok(code, token);
+        }
+
+        /// <summary>Set the gradients of parameters to zero.</summary>
+        public void ZeroGradients()
+        {
+            Check.Ok(Native.splat_module_zero_gradients(Handle));
+        }
+    }
+}

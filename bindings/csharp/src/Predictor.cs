@@ -1,0 +1,337 @@
+using System;
+using System.Collections.Generic;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>A picture or a map: a file or pixels.</summary>
+    public sealed class PictureSource
+    {
+        private readonly string path;
+        private readonly Image image;
+
+        private PictureSource(string path, Image image)
+        {
+            this.path = path;
+            this.image = image;
+        }
+
+        /// <summary>A PNG, JPEG or WebP file.</summary>
+        public static implicit operator PictureSource(string path)
+        {
+            return path == null ? null : new PictureSource(path, null);
+        }
+
+        /// <summary>Pixels, reduced to 8 bits.</summary>
+        public static implicit operator PictureSource(Image image)
+        {
+            return image == null ? null : new PictureSource(null, image);
+        }
+
+        internal static unsafe splat_picture_source ToNative(PictureSource source, Arena arena)
+        {
+            var native = new splat_picture_source();
+            if (source == null) return native;
+            native.path = arena.Text(source.path);
+            if (source.image != null) native.pixels = source.image.ToNative(arena);
+            return native;
+        }
+    }
+
+    /// <summary>One view of an object. Image takes a path or an Image.</summary>
+    public sealed class Picture
+    {
+        /// <summary>The picture.</summary>
+        public PictureSource Image { get; set; }
+        /// <summary>Of the object; null: found by alpha or by the colour of the border.</summary>
+        public PictureSource Mask { get; set; }
+        /// <summary>Where the network takes it; larger is nearer.</summary>
+        public PictureSource Depth { get; set; }
+        /// <summary>Where the network takes it; (normal + 1) / 2.</summary>
+        public PictureSource Normal { get; set; }
+        /// <summary>Whether to use the whole picture.</summary>
+        public PictureFlags Flags { get; set; }
+        /// <summary>The object's longer side, as a part of the square's; 0: 0.65.</summary>
+        public float Foreground { get; set; }
+        /// <summary>Pixels; 0: by its Exif data, else not known.</summary>
+        public double Focal { get; set; }
+        /// <summary>Along the camera's axis, where the network takes it.</summary>
+        public double OriginDistance { get; set; }
+        /// <summary>16 numbers, row-major; null: none.</summary>
+        public double[] WorldToCamera { get; set; }
+        /// <summary>Of a custom embedding, or null.</summary>
+        public float[] Embedding { get; set; }
+        /// <summary>[token_dim,tokens] where the network takes them, or null.</summary>
+        public float[] Tokens { get; set; }
+
+        internal unsafe splat_picture ToNative(Arena arena)
+        {
+            var native = new splat_picture
+            {
+                image = PictureSource.ToNative(Image, arena),
+                mask = PictureSource.ToNative(Mask, arena),
+                depth = PictureSource.ToNative(Depth, arena),
+                normal = PictureSource.ToNative(Normal, arena),
+                flags = Flags,
+                foreground = Foreground,
+                focal = Focal,
+                origin_distance = OriginDistance,
+                embedding = (float*)arena.Pin(Embedding),
+                embedding_count = (ulong)(Embedding?.Length ?? 0),
+                tokens = (float*)arena.Pin(Tokens),
+                token_count = (ulong)(Tokens?.Length ?? 0),
+            };
+            if (WorldToCamera != null)
+                for (int i = 0; i < 16; ++i)
+                    native.world_to_camera[i] =
+                        Scene.Numbers(WorldToCamera, 16, nameof(WorldToCamera))[i];
+            return native;
+        }
+
+        /// <summary>
+        /// Cut a picture out as a predictor does, without a device: squares of `resolution` pixels,
+        /// RGB and mask, of 8 bits.
+        /// </summary>
+        public unsafe PictureInfo Cut(int resolution, float[] background, out Image image,
+                                      out Image mask)
+        {
+            if (background != null && background.Length != 3)
+                throw new ArgumentException(background.Length + " numbers instead of 3",
+                                            nameof(background));
+            var square = new Image(resolution, resolution, 3);
+            var cover = new Image(resolution, resolution, 1);
+            using (var arena = new Arena())
+            {
+                splat_picture picture = ToNative(arena);
+                var info = new splat_picture_info();
+                var desc = new splat_picture_cut_desc
+                {
+                    struct_size = (uint)sizeof(splat_picture_cut_desc),
+                    resolution = Check.Unsigned(resolution, nameof(resolution)),
+                    image = square.ToNative(arena),
+                    mask = cover.ToNative(arena),
+                };
+                for (int i = 0; background != null && i < 3; ++i)
+                    desc.background[i] = background[i];
+                Check.Ok(Native.splat_picture_cut(&picture, &desc, &info));
+                image = square;
+                mask = cover;
+                return new PictureInfo(&info);
+            }
+        }
+    }
+
+    /// <summary>Weights and configuration of a predictor; the defaults are the built-in
+    /// ones.</summary>
+    public sealed class PredictorOptions
+    {
+        /// <summary>A file of weights.</summary>
+        public string WeightsPath { get; set; }
+        /// <summary>Used instead of reading the file.</summary>
+        public Weights Weights { get; set; }
+        /// <summary>JSON or YAML; null: the file beside the weights.</summary>
+        public string Config { get; set; }
+        /// <summary>A file of low-rank adapters, which are folded in.</summary>
+        public string AdaptersPath { get; set; }
+        /// <summary>Or weights of them.</summary>
+        public Weights Adapters { get; set; }
+        /// <summary>0: of their metadata, else of the configuration.</summary>
+        public double AdaptersAlpha { get; set; }
+    }
+
+    /// <summary>A scene, and what became of the pictures.</summary>
+    public sealed class Prediction : IDisposable
+    {
+        internal Prediction(Scene scene)
+        {
+            Scene = scene;
+        }
+
+        /// <summary>In the frame of the first picture's camera.</summary>
+        public Scene Scene { get; }
+        /// <summary>Cameras of the views, relative to the first.</summary>
+        public IReadOnlyList<Camera> Cameras { get; internal set; }
+        /// <summary>How the object was found in each picture; empty for objects of data
+        /// sets.</summary>
+        public IReadOnlyList<PictureInfo> Pictures { get; internal set; }
+        /// <summary>Gaussians of the scene.</summary>
+        public long Gaussians { get; internal set; }
+        /// <summary>Gaussians left out because numbers of theirs are not finite.</summary>
+        public long NotFinite { get; internal set; }
+        /// <summary>Gaussians left out because no image of 8 bits shows them.</summary>
+        public long Faint { get; internal set; }
+        /// <summary>Milliseconds to read and cut out the pictures.</summary>
+        public double ReadMs { get; internal set; }
+        /// <summary>Milliseconds to run the network and read its Gaussians.</summary>
+        public double NetworkMs { get; internal set; }
+        /// <summary>The same as JSON.</summary>
+        public string ReportJson { get; internal set; }
+
+        /// <summary>Dispose the scene.</summary>
+        public void Dispose()
+        {
+            Scene.Dispose();
+        }
+    }
+
+    /// <summary>
+    /// A network with weights that turns pictures of an object into a scene. Thread-safe.
+    /// </summary>
+    public sealed unsafe class Predictor : NativeObject<SafePredictorHandle>
+    {
+        private readonly SafeDeviceHandle device;
+
+        /// <summary>Create a predictor; null: the built-in weights.</summary>
+        public Predictor(Device device, PredictorOptions options = null)
+            : base(Create(device, options ?? new PredictorOptions()))
+        {
+            this.device = device.Handle;
+        }
+
+        private static SafePredictorHandle Create(Device device, PredictorOptions options)
+        {
+            Check.NotNull(device, nameof(device));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_predictor_desc
+                {
+                    struct_size = (uint)sizeof(splat_predictor_desc),
+                    weights_path = arena.Text(options.WeightsPath),
+                    weights = arena.Hold(options.Weights),
+                    config = arena.Text(options.Config),
+                    adapters_path = arena.Text(options.AdaptersPath),
+                    adapters = arena.Hold(options.Adapters),
+                    adapters_alpha = options.AdaptersAlpha,
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_predictor_create(device.Handle, &desc, &handle));
+                return new SafePredictorHandle(handle, true);
+            }
+        }
+
+        internal SafeDeviceHandle Device
+        {
+            get { return device; }
+        }
+
+        /// <summary>What the predictor takes and gives.</summary>
+        public PredictorInfo Info
+        {
+            get
+            {
+                SafePredictorHandle handle = Handle;
+                bool added = false;
+                try
+                {
+                    handle.DangerousAddRef(ref added);  // the category lives as long as it
+                    var info = new splat_predictor_info
+                        { struct_size = (uint)sizeof(splat_predictor_info) };
+                    Check.Ok(Native.splat_predictor_get_info(handle, &info));
+                    return new PredictorInfo(&info);
+                }
+                finally
+                {
+                    if (added) handle.DangerousRelease();
+                }
+            }
+        }
+
+        /// <summary>JSON: weights, warnings, metadata, configuration.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_predictor_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>Predict a scene from one picture.</summary>
+        public Prediction Predict(Picture picture,
+                                  CancellationToken token = default(CancellationToken))
+        {
+            return Predict(new[] { picture }, token);
+        }
+
+        /// <summary>Predict a scene from as many pictures as the network has views.</summary>
+        public Prediction Predict(IReadOnlyList<Picture> pictures,
+                                  CancellationToken token = default(CancellationToken))
+        {
+            Check.NotNull(pictures, nameof(pictures));
+            using (var arena = new Arena())
+            {
+                var natives = new splat_picture[pictures.Count];
+                for (int i = 0; i < natives.Length; ++i)
+                    natives[i] = Check.NotNull(pictures[i], "pictures[" + i + "]").ToNative(arena);
+                var first = (splat_picture*)arena.Pin(natives);
+                SafePredictorHandle handle = Handle;
+                return Predict(natives.Length, token, (scene, facts) =>
+                    Native.splat_predictor_predict(handle, first, (uint)natives.Length, scene,
+                        facts));
+            }
+        }
+
+        /// <summary>
+        /// Predict an object of a data set that was opened with the predictor's resolution and
+        /// background. The network sees the first of the views, as many as it takes.
+        /// </summary>
+        public Prediction Predict(Dataset dataset, int objectIndex, IReadOnlyList<int> views,
+                                  CancellationToken token = default(CancellationToken))
+        {
+            Check.NotNull(dataset, nameof(dataset));
+            uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
+            uint[] numbers = Dataset.ViewNumbers(Check.NotNull(views, nameof(views)));
+            using (var arena = new Arena())
+            {
+                var first = (uint*)arena.Pin(numbers);
+                SafePredictorHandle handle = Handle;
+                SafeDatasetHandle data = dataset.Handle;
+                return Predict(numbers.Length, token, (scene, facts) =>
+                    Native.splat_predictor_predict_object(handle, data, number, first,
+                                                          (uint)numbers.Length, scene, facts));
+            }
+        }
+
+        private delegate ResultCode PredictCall(IntPtr* scene, splat_prediction* facts);
+
+        private Prediction Predict(int views, CancellationToken token, PredictCall call)
+        {
+            var cameras = new splat_camera[views];
+            var pictures = new splat_picture_info[views];
+            using (var arena = new Arena())
+            {
+                var facts = new splat_prediction
+                {
+                    struct_size = (uint)sizeof(splat_prediction),
+                    camera_capacity = (uint)views,
+                    cameras = (splat_camera*)arena.Pin(cameras),
+                    pictures = (splat_picture_info*)arena.Pin(pictures),
+                    picture_capacity = (uint)views,
+                };
+                IntPtr scene;
+                ResultCode code;
+                using (Cancellation.Of(device, token)) code = call(&scene, &facts);
+                Check.Ok(code, token);
+                var result = new Prediction(new Scene(scene))
+                {
+                    Gaussians = checked((long)facts.gaussians),
+                    NotFinite = checked((long)facts.not_finite),
+                    Faint = checked((long)facts.faint),
+                    ReadMs = facts.read_ms,
+                    NetworkMs = facts.network_ms,
+                };
+                Array.Resize(ref cameras, (int)Math.Min((uint)views, facts.camera_count));
+                var found = new PictureInfo[Math.Min((uint)views, facts.picture_count)];
+                for (int i = 0; i < found.Length; ++i)
+                    found[i] = new PictureInfo(facts.pictures + i);
+                result.Cameras = Camera.FromNative(cameras);
+                result.Pictures = found;
+                splat_prediction told = facts;
+                result.ReportJson = Text.Get((buffer, capacity, needed) =>
+                {
+                    splat_prediction copy = told;
+                    return Native.splat_prediction_report(&copy, buffer, capacity, needed);
+                });
+                return result;
+            }
+        }
+    }
+}

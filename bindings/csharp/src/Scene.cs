@@ -1,0 +1,308 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>Arrays of a new scene of n Gaussians, row-major; null: zeros.</summary>
+    public sealed class SceneArrays
+    {
+        /// <summary>[n,3] scene units; x right, y down, z forward.</summary>
+        public float[] Means { get; set; }
+        /// <summary>[n,3] logarithms of the standard deviations.</summary>
+        public float[] LogScales { get; set; }
+        /// <summary>[n,4] quaternions w, x, y, z; null: no rotation.</summary>
+        public float[] Rotations { get; set; }
+        /// <summary>[n] logits of the opacities.</summary>
+        public float[] OpacityLogits { get; set; }
+        /// <summary>[n,(degree+1)^2,3] spherical harmonics, the constant term first.</summary>
+        public float[] Sh { get; set; }
+    }
+
+    /// <summary>How to read or write a file of a scene; the defaults fit most files.</summary>
+    public sealed class SceneFileOptions
+    {
+        /// <summary>Default: by the first bytes, else by the extension of the path.</summary>
+        public SceneFormat Format { get; set; }
+        /// <summary>Axes of the file; Default: the format's usual ones.</summary>
+        public Frame Frame { get; set; }
+        /// <summary>Degree to change to, 0 to 3; null: keep all bands.</summary>
+        public int? ShDegree { get; set; }
+        /// <summary>To write: 3 or 4; 0: 3.</summary>
+        public int SpzVersion { get; set; }
+        /// <summary>Refuse files with more Gaussians; 0: 2^27.</summary>
+        public long MaxCount { get; set; }
+
+        internal unsafe splat_scene_file_desc ToNative()
+        {
+            if (MaxCount < 0)
+                throw new ArgumentOutOfRangeException(nameof(MaxCount), MaxCount, "negative");
+            return new splat_scene_file_desc
+            {
+                struct_size = (uint)sizeof(splat_scene_file_desc),
+                format = Format,
+                frame = Frame,
+                sh_degree = ShDegree == 0 ? Native.SPLAT_SH_CONSTANT : ShDegree ?? 0,
+                spz_version = Check.Unsigned(SpzVersion, nameof(SpzVersion)),
+                max_count = (ulong)MaxCount,
+            };
+        }
+    }
+
+    /// <summary>x -> Scale * Rotation x + Translation.</summary>
+    public sealed class Similarity
+    {
+        /// <summary>Quaternion w, x, y, z of any length above 0.</summary>
+        public double[] Rotation { get; set; } = { 1, 0, 0, 0 };
+        /// <summary>Scene units.</summary>
+        public double[] Translation { get; set; } = { 0, 0, 0 };
+        /// <summary>Above 0.</summary>
+        public double Scale { get; set; } = 1;
+    }
+
+    /// <summary>
+    /// A set of 3D Gaussians in host memory; needs no device. Thread-safe.
+    /// Attributes, float: "means" [n,3], "log_scales" or "scales" [n,3], "rotations" [n,4],
+    /// "opacity_logits" or "opacities" [n], "sh" [n,(degree+1)^2,3].
+    /// </summary>
+    public sealed unsafe class Scene : NativeObject<SafeSceneHandle>
+    {
+        /// <summary>Create a scene of `count` Gaussians; null arrays are zeros.</summary>
+        public Scene(long count, int shDegree = 0, SceneArrays arrays = null)
+            : base(Create(count, shDegree, arrays ?? new SceneArrays()))
+        {
+        }
+
+        internal Scene(IntPtr handle) : base(new SafeSceneHandle(handle, true))
+        {
+        }
+
+        private static SafeSceneHandle Create(long count, int shDegree, SceneArrays arrays)
+        {
+            if (count < 0) throw new ArgumentOutOfRangeException(nameof(count), count, "negative");
+            using (var arena = new Arena())
+            {
+                var desc = new splat_scene_desc
+                {
+                    struct_size = (uint)sizeof(splat_scene_desc),
+                    count = (ulong)count,
+                    sh_degree = Check.Unsigned(shDegree, nameof(shDegree)),
+                    means = Take(arena, arrays.Means, count * 3, nameof(arrays.Means)),
+                    log_scales = Take(arena, arrays.LogScales, count * 3, nameof(arrays.LogScales)),
+                    rotations = Take(arena, arrays.Rotations, count * 4, nameof(arrays.Rotations)),
+                    opacity_logits = Take(arena, arrays.OpacityLogits, count,
+                                          nameof(arrays.OpacityLogits)),
+                    sh = Take(arena, arrays.Sh, count * 3 * (shDegree + 1) * (shDegree + 1),
+                              nameof(arrays.Sh)),
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_scene_create(&desc, &handle));
+                return new SafeSceneHandle(handle, true);
+            }
+        }
+
+        // The library takes longer arrays; here that is a mistake of the caller.
+        private static float* Take(Arena arena, float[] array, long count, string name)
+        {
+            if (array != null && array.LongLength != count)
+                throw new ArgumentException(name + " has " + array.LongLength + " numbers instead of " +
+                                            count);
+            return (float*)arena.Pin(array);
+        }
+
+        /// <summary>Read a file: .ply, .splat, .spz.</summary>
+        public static Scene Load(string path, SceneFileOptions options = null)
+        {
+            using (var arena = new Arena())
+            {
+                splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
+                IntPtr handle;
+                Check.Ok(Native.splat_scene_load(arena.Text(Check.NotNull(path, nameof(path))),
+                                                 &desc, &handle));
+                return new Scene(handle);
+            }
+        }
+
+        /// <summary>Read the bytes of such a file.</summary>
+        public static Scene FromBytes(ReadOnlySpan<byte> bytes, SceneFileOptions options = null)
+        {
+            Library.Ensure();
+            splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
+            IntPtr handle;
+            fixed (byte* data = &MemoryMarshal.GetReference(bytes))
+                Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc,
+                    &handle));
+            return new Scene(handle);
+        }
+
+        /// <summary>Concatenate scenes into a new one, with the highest of their degrees.</summary>
+        public static Scene Merge(params Scene[] scenes)
+        {
+            Check.NotNull(scenes, nameof(scenes));
+            using (var arena = new Arena())
+            {
+                IntPtr handle;
+                Check.Ok(Native.splat_scene_merge(arena.HoldAll(scenes), (uint)scenes.Length,
+                                                  &handle));
+                return new Scene(handle);
+            }
+        }
+
+        /// <summary>JSON array of all formats of scene files.</summary>
+        public static string FormatsJson()
+        {
+            return Text.Get(Native.splat_scene_formats);
+        }
+
+        /// <summary>JSON: what was found in the scene's file.</summary>
+        public string LoadReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_scene_load_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>Write a file, whole or not at all, by the extension of its path.</summary>
+        public void Save(string path, SceneFileOptions options = null)
+        {
+            using (var arena = new Arena())
+            {
+                splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
+                Check.Ok(Native.splat_scene_save(
+                    Handle, arena.Text(Check.NotNull(path, nameof(path))), &desc));
+            }
+        }
+
+        /// <summary>The bytes of such a file.</summary>
+        public byte[] ToBytes(SceneFormat format, SceneFileOptions options = null)
+        {
+            splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
+            desc.format = format;
+            SafeSceneHandle handle = Handle;
+            return Text.GetBytes((buffer, capacity, needed) =>
+            {
+                splat_scene_file_desc copy = desc;
+                return Native.splat_scene_save_memory(handle, &copy, buffer, capacity, needed);
+            });
+        }
+
+        /// <summary>Measures of the scene.</summary>
+        public SceneInfo Info
+        {
+            get
+            {
+                var info = new splat_scene_info { struct_size = (uint)sizeof(splat_scene_info) };
+                Check.Ok(Native.splat_scene_get_info(Handle, &info));
+                return new SceneInfo(&info);
+            }
+        }
+
+        /// <summary>Number of Gaussians.</summary>
+        public long Count
+        {
+            get { return Info.Count; }
+        }
+
+        /// <summary>Degree of the spherical harmonics.</summary>
+        public int ShDegree
+        {
+            get { return Info.ShDegree; }
+        }
+
+        /// <summary>An attribute in a new array, row-major.</summary>
+        public float[] Read(string name)
+        {
+            SceneInfo info = Info;
+            var values = new float[checked((int)(info.Count * Width(name, info.ShDegree)))];
+            Read(name, values);
+            return values;
+        }
+
+        /// <summary>Copy an attribute into memory of the caller.</summary>
+        public void Read(string name, Span<float> values)
+        {
+            using (var arena = new Arena())
+                fixed (float* data = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(Native.splat_scene_read(
+                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
+                        data == null ? &none : data, (UIntPtr)(values.Length * sizeof(float))));
+                }
+        }
+
+        /// <summary>Replace the values of an attribute.</summary>
+        public void Write(string name, ReadOnlySpan<float> values)
+        {
+            using (var arena = new Arena())
+                fixed (float* data = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(Native.splat_scene_write(
+                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
+                        data == null ? &none : data, (UIntPtr)(values.Length * sizeof(float))));
+                }
+        }
+
+        // Numbers of one Gaussian; 0 for a name that the library will refuse.
+        private static int Width(string name, int degree)
+        {
+            switch (name)
+            {
+                case "means": case "scales": case "log_scales": return 3;
+                case "rotations": return 4;
+                case "opacities": case "opacity_logits": return 1;
+                case "sh": return 3 * (degree + 1) * (degree + 1);
+                default: return 0;
+            }
+        }
+
+        /// <summary>Copy an attribute to a new tensor of its shape.</summary>
+        public Tensor ToTensor(string name, Device device)
+        {
+            Check.NotNull(device, nameof(device));
+            using (var arena = new Arena())
+            {
+                IntPtr tensor;
+                Check.Ok(Native.splat_scene_to_tensor(
+                    Handle, arena.Text(Check.NotNull(name, nameof(name))), device.Handle, &tensor));
+                return new Tensor(tensor);
+            }
+        }
+
+        /// <summary>Move, turn and scale the scene, with its spherical harmonics.</summary>
+        public void Transform(Similarity similarity)
+        {
+            Check.NotNull(similarity, nameof(similarity));
+            var native = new splat_similarity { scale = similarity.Scale };
+            double[] rotation = Numbers(similarity.Rotation, 4, nameof(similarity.Rotation));
+            double[] translation = Numbers(similarity.Translation, 3,
+                nameof(similarity.Translation));
+            for (int i = 0; i < 4; ++i) native.rotation[i] = rotation[i];
+            for (int i = 0; i < 3; ++i) native.translation[i] = translation[i];
+            Check.Ok(Native.splat_scene_transform(Handle, &native));
+        }
+
+        /// <summary>Keep the Gaussians whose mean lies in a box, faces included.</summary>
+        public void Crop(double[] low, double[] high)
+        {
+            fixed (double* from = Numbers(low, 3, nameof(low)))
+            fixed (double* to = Numbers(high, 3, nameof(high)))
+                Check.Ok(Native.splat_scene_crop(Handle, from, to));
+        }
+
+        /// <summary>Keep the Gaussians of at least that opacity, 0 to 1.</summary>
+        public void Filter(double minOpacity, FilterFlags flags = FilterFlags.None)
+        {
+            Check.Ok(Native.splat_scene_filter(Handle, flags, minOpacity));
+        }
+
+        internal static double[] Numbers(double[] values, int count, string name)
+        {
+            Check.NotNull(values, name);
+            if (values.Length != count)
+                throw new ArgumentException(values.Length + " numbers instead of " + count, name);
+            return values;
+        }
+    }
+}

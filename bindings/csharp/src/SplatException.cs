@@ -1,0 +1,54 @@
+using System;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>An error of the library: its code, and its text as the message.</summary>
+    public class SplatException : Exception
+    {
+        /// <summary>What kind of error; negative numbers.</summary>
+        public ResultCode Code { get; }
+
+        /// <summary>Make an exception of a code and a text.</summary>
+        public SplatException(ResultCode code, string message) : base(message)
+        {
+            Code = code;
+        }
+    }
+
+    /// <summary>Turns results of the library into exceptions.</summary>
+    internal static unsafe class Check
+    {
+        /// <summary>
+        /// Throw for an error; the text is that of the last error of this thread.
+        /// ResultCode.Cancelled is an OperationCanceledException, with `token` if it was that
+        /// token that cancelled.
+        /// </summary>
+        internal static void Ok(ResultCode code,
+                                CancellationToken token = default(CancellationToken))
+        {
+            if (code >= 0) return;
+            var error = new SplatException(code, Text.Read(Native.splat_last_error_message(), -1));
+            if (code != ResultCode.Cancelled) throw error;
+            throw new OperationCanceledException(
+                error.Message, error,
+                token.IsCancellationRequested ? token : CancellationToken.None);
+        }
+
+        /// <summary>Throw unless `argument` is there.</summary>
+        internal static T NotNull<T>(T argument, string name) where T : class
+        {
+            return argument ?? throw new ArgumentNullException(name);
+        }
+
+        /// <summary>A count of the caller as an unsigned number.</summary>
+        internal static uint Unsigned(int value, string name)
+        {
+            if (value < 0)
+                throw new ArgumentOutOfRangeException(name, value,
+                    "a number of 0 or more is needed");
+            return (uint)value;
+        }
+    }
+}

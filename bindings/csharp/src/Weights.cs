@@ -1,0 +1,207 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>A tensor in memory, row-major.</summary>
+    public sealed class NamedArray
+    {
+        /// <summary>Make one; the number of values is the product of dims.</summary>
+        public NamedArray(string name, float[] values, params long[] dims)
+        {
+            Name = Check.NotNull(name, nameof(name));
+            Values = Check.NotNull(values, nameof(values));
+            Dims = Check.NotNull(dims, nameof(dims));
+            if (dims.Length > Native.SPLAT_MAX_RANK)
+                throw new ArgumentException(name + " has " + dims.Length + " dimensions; the most are " +
+                                            Native.SPLAT_MAX_RANK, nameof(dims));
+        }
+
+        /// <summary>Name of the tensor.</summary>
+        public string Name { get; }
+        /// <summary>Its values.</summary>
+        public float[] Values { get; }
+        /// <summary>Its shape, outermost first.</summary>
+        public long[] Dims { get; }
+    }
+
+    /// <summary>Named tensors of network weights in host memory. Never changes;
+    /// thread-safe.</summary>
+    public sealed unsafe class Weights : NativeObject<SafeWeightsHandle>
+    {
+        internal Weights(IntPtr handle) : base(new SafeWeightsHandle(handle, true))
+        {
+        }
+
+        /// <summary>
+        /// Load a .safetensors, .pth or .npz file. Large .safetensors files stay open and mapped
+        /// unless WeightsFlags.Copy is set: they must not be written in place meanwhile.
+        /// </summary>
+        public static Weights Load(string path, WeightsFlags flags = WeightsFlags.None)
+        {
+            using (var arena = new Arena())
+            {
+                IntPtr handle;
+                Check.Ok(Native.splat_weights_load(arena.Text(Check.NotNull(path, nameof(path))),
+                                                   flags, &handle));
+                return new Weights(handle);
+            }
+        }
+
+        /// <summary>Load the bytes of such a file.</summary>
+        public static Weights FromBytes(ReadOnlySpan<byte> bytes)
+        {
+            Library.Ensure();
+            IntPtr handle;
+            fixed (byte* data = &MemoryMarshal.GetReference(bytes))
+                Check.Ok(Native.splat_weights_load_memory(data, (UIntPtr)bytes.Length, &handle));
+            return new Weights(handle);
+        }
+
+        /// <summary>Make weights of copies of arrays, in their order.</summary>
+        public static Weights FromArrays(IReadOnlyList<NamedArray> arrays)
+        {
+            Check.NotNull(arrays, nameof(arrays));
+            using (var arena = new Arena())
+            {
+                var natives = new splat_named_array[arrays.Count];
+                for (int i = 0; i < natives.Length; ++i)
+                {
+                    NamedArray array = Check.NotNull(arrays[i], "arrays[" + i + "]");
+                    natives[i].name = arena.Text(array.Name);
+                    natives[i].values = (float*)arena.Pin(array.Values);
+                    natives[i].value_count = (ulong)array.Values.Length;
+                    natives[i].rank = (uint)array.Dims.Length;
+                    fixed (long* dims = natives[i].dims)
+                        for (int k = 0; k < array.Dims.Length; ++k) dims[k] = array.Dims[k];
+                }
+                IntPtr handle;
+                Check.Ok(Native.splat_weights_from_arrays((splat_named_array*)arena.Pin(natives),
+                                                          (ulong)natives.Length, &handle));
+                return new Weights(handle);
+            }
+        }
+
+        /// <summary>Path of weights that come with the library; null: those for cars.</summary>
+        public static string BuiltinPath(string name = null)
+        {
+            using (var arena = new Arena())
+            {
+                byte* text = arena.Text(name);
+                return Text.Get((buffer, capacity, needed) =>
+                    Native.splat_builtin_weights(text, buffer, capacity, needed));
+            }
+        }
+
+        /// <summary>Number of tensors.</summary>
+        public int Count
+        {
+            get
+            {
+                uint count;
+                Check.Ok(Native.splat_weights_count(Handle, &count));
+                return checked((int)count);
+            }
+        }
+
+        /// <summary>Name, shape and type of a tensor, in the order of the file.</summary>
+        public WeightsInfo this[int index]
+        {
+            get
+            {
+                SafeWeightsHandle handle = Handle;
+                bool added = false;
+                try
+                {
+                    // The name lives as long as the weights: keep them until it is copied.
+                    handle.DangerousAddRef(ref added);
+                    var info = new splat_weights_info
+                        { struct_size = (uint)sizeof(splat_weights_info) };
+                    Check.Ok(Native.splat_weights_get_info(
+                        handle, Check.Unsigned(index, nameof(index)), &info));
+                    return new WeightsInfo(&info);
+                }
+                finally
+                {
+                    if (added) handle.DangerousRelease();
+                }
+            }
+        }
+
+        /// <summary>Number of a tensor by its name; throws ResultCode.ErrorNotFound.</summary>
+        public int IndexOf(string name)
+        {
+            using (var arena = new Arena())
+            {
+                uint index;
+                Check.Ok(Native.splat_weights_find(
+                    Handle, arena.Text(Check.NotNull(name, nameof(name))), &index));
+                return (int)index;
+            }
+        }
+
+        /// <summary>The values of a tensor in a new array.</summary>
+        public float[] Read(int index)
+        {
+            var values = new float[checked((int)this[index].Elements)];
+            Read(index, values);
+            return values;
+        }
+
+        /// <summary>The values of the tensor of that name in a new array.</summary>
+        public float[] Read(string name)
+        {
+            return Read(IndexOf(name));
+        }
+
+        /// <summary>Copy the values of a tensor into memory of the caller.</summary>
+        public void Read(int index, Span<float> values)
+        {
+            fixed (float* to = &MemoryMarshal.GetReference(values))
+            {
+                float none;
+                Check.Ok(Native.splat_weights_read(
+                    Handle, Check.Unsigned(index, nameof(index)), to == null ? &none : to,
+                    (UIntPtr)((long)values.Length * sizeof(float))));
+            }
+        }
+
+        /// <summary>Write .safetensors or .npz, whole or not at all.</summary>
+        public void Save(string path, WeightsFlags flags = WeightsFlags.None)
+        {
+            using (var arena = new Arena())
+                Check.Ok(Native.splat_weights_save(
+                    Handle, arena.Text(Check.NotNull(path, nameof(path))), flags));
+        }
+
+        /// <summary>The bytes of such a file.</summary>
+        public byte[] ToBytes(WeightsFormat format = WeightsFormat.Safetensors,
+                              WeightsFlags flags = WeightsFlags.None)
+        {
+            return Text.GetBytes((buffer, capacity, needed) =>
+                Native.splat_weights_save_memory(Handle, format, flags, buffer, capacity, needed));
+        }
+
+        /// <summary>JSON: format, metadata and warnings of the file.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_weights_report(Handle, buffer, capacity, needed));
+        }
+
+        /// <summary>
+        /// Fold low-rank adapters into new weights; null: those among these weights.
+        /// FoldFlags.Out takes folded ones out again.
+        /// </summary>
+        public Weights Fold(double alpha, Weights adapters = null, FoldFlags flags = FoldFlags.None)
+        {
+            IntPtr folded;
+            Check.Ok(Native.splat_weights_fold(
+                Handle, adapters == null ? SafeWeightsHandle.Null : adapters.Handle, alpha, flags,
+                &folded));
+            return new Weights(folded);
+        }
+    }
+}

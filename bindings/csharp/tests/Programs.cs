@@ -1,0 +1,105 @@
+using System;
+using System.Text;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat.Tests
+{
+    /// <summary>Runs that need a process of their own; csharp_test.sh judges them.</summary>
+    internal static class Programs
+    {
+        internal static bool Has(string name)
+        {
+            return name == "fake-library" || name == "load" || name == "leave-objects" ||
+                   name == "leave-computing" || name == "leave-by-exit";
+        }
+
+        internal static int Run(string name, string[] arguments)
+        {
+            switch (name)
+            {
+                case "fake-library": return FakeLibrary(arguments);
+                case "load": return Load();
+                case "leave-objects": return LeaveObjects();
+                case "leave-computing": return LeaveComputing(false);
+                default: return LeaveComputing(true);
+            }
+        }
+
+        /// <summary>
+        /// The C source of a library that only tells its version and structs. Arguments: version,
+        /// and the name of a struct that is 8 bytes shorter than the headers say, or "none".
+        /// </summary>
+        private static int FakeLibrary(string[] arguments)
+        {
+            var structs = new StringBuilder();
+            foreach (NativeLayout layout in NativeLayout.All)
+            {
+                string name = layout.Type.Name;
+                int size = name == arguments[1] ? layout.Size - 8 : layout.Size;
+                structs.Append(structs.Length == 0 ? "" : ", ");
+                structs.Append("\\\"" + name + "\\\": " + size);
+            }
+            Console.WriteLine("const char* splat_version_string(void) { return \"" + arguments[0] + "\"; }");
+            Console.WriteLine("const char* splat_build_info(void) { return \"{\\\"structs\\\": {" + structs +
+                              "}}\"; }");
+            return 0;
+        }
+
+        /// <summary>Print what the first use of the library throws.</summary>
+        private static int Load()
+        {
+            try
+            {
+                Console.WriteLine("loaded " + Library.Version);
+                return 0;
+            }
+            catch (SplatException error)
+            {
+                Console.WriteLine(error.Code + ": " + error.Message);
+            }
+            catch (DllNotFoundException error)
+            {
+                Console.WriteLine("DllNotFoundException: " + error.Message);
+            }
+            return 1;
+        }
+
+        /// <summary>Return from Main with live objects of all kinds and a log handler.</summary>
+        private static int LeaveObjects()
+        {
+            Log.SetHandler((level, message) => Console.Error.WriteLine(message), LogLevel.Debug);
+            Kept = new object[]
+            {
+                new Device(), Shared.ThreeGaussians(), Shared.SmallRasterizer(Shared.Device),
+                new Predictor(Shared.Device), new Tensor(Shared.Device, new long[] { 4 }),
+                Weights.Load(Weights.BuiltinPath()),
+            };
+            return 0;
+        }
+
+        /// <summary>Leave while a background thread computes and a token watches it.</summary>
+        private static int LeaveComputing(bool byExit)
+        {
+            Log.SetHandler((level, message) => Console.Error.WriteLine(message), LogLevel.Debug);
+            var predictor = new Predictor(Shared.Device);
+            var source = new CancellationTokenSource();
+            Kept = new object[] { predictor, source };
+            var running = new ManualResetEventSlim();
+            new Thread(() =>
+            {
+                while (true)
+                {
+                    using (Prediction result = predictor.Predict(Shared.Disc(), source.Token))
+                        running.Set();
+                }
+            }) { IsBackground = true }.Start();
+            running.Wait();
+            if (byExit) Environment.Exit(5);
+            return 0;
+        }
+
+        /// <summary>Objects that are alive when the process ends.</summary>
+        internal static object[] Kept;
+    }
+}

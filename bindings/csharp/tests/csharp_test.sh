@@ -1,0 +1,135 @@
+#!/bin/sh
+# One test of the C# binding.
+#
+#   csharp_test.sh build                compile Splat.dll, Tests.exe and Smoke.exe, warnings as errors
+#   csharp_test.sh run <class>          run the tests of <class>Tests
+#   csharp_test.sh load <cc>            libraries that do not fit are refused with both versions
+#   csharp_test.sh leave                processes end with live objects
+#   csharp_test.sh package <python>     the NuGet package: listing, and its library and weights work
+#   csharp_test.sh readme               the examples of README.md, in an empty folder
+#
+# SPLAT_BINDINGS_BUILD is the folder for what is compiled, SPLAT_LIB_DIR that of libsplat.so.
+set -eu
+here=$(cd "$(dirname "$0")/.." && pwd)
+root=$(cd "$here/../.." && pwd)
+out=$SPLAT_BINDINGS_BUILD
+export LD_LIBRARY_PATH="$SPLAT_LIB_DIR${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+
+for tool in mcs mono; do
+    if ! command -v "$tool" >/dev/null 2>&1; then
+        echo "skipped: there is no $tool; install mono-mcs and mono-runtime"
+        exit 77
+    fi
+done
+
+die() {
+    echo "csharp_test: $*" >&2
+    exit 1
+}
+
+# compile <output> <mcs arguments>...
+compile() {
+    target=$1
+    shift
+    mcs -langversion:latest -unsafe -warn:4 -warnaserror -out:"$target" "$@"
+}
+
+build() {
+    mkdir -p "$out"
+    compile "$out/Splat.dll" -target:library -doc:"$out/Splat.xml" "$here"/src/*.cs
+    compile "$out/Tests.exe" -r:"$out/Splat.dll" "$here"/tests/*.cs
+    compile "$out/Smoke.exe" -r:"$out/Splat.dll" "$here/../smoke/Smoke.cs"
+}
+
+# refuse <version> <struct> <text>: a library of that version and with that struct cut is refused with the text.
+refuse() {
+    mkdir -p "$temp/$1-$2"
+    mono "$out/Tests.exe" fake-library "$1" "$2" >"$temp/fake.c"
+    "$cc" -shared -fPIC -o "$temp/$1-$2/libsplat.so" "$temp/fake.c"
+    if LD_LIBRARY_PATH="$temp/$1-$2" mono "$out/Tests.exe" load >"$temp/message"; then
+        die "libsplat $1 with $2 cut was loaded"
+    fi
+    cat "$temp/message"
+    grep -q "$3" "$temp/message" || die "the message does not contain: $3"
+    grep -q "libsplat 0\.1\.0" "$temp/message" || die "the message does not name version 0.1.0"
+}
+
+load() {
+    cc=$1
+    temp=$(mktemp -d)
+    trap 'rm -rf "$temp"' EXIT
+    mono "$out/Tests.exe" load
+    refuse 0.0.9 none "loaded library is 0\.0\.9"
+    refuse 0.2.0 none "loaded library is 0\.2\.0"
+    refuse 1.0.0 none "loaded library is 1\.0\.0"
+    refuse 0.1.0 splat_camera "struct splat_camera has 160 bytes instead of 168"
+    refuse 0.1.1 splat_device_info "loaded library is 0\.1\.1, whose struct splat_device_info"
+    mkdir "$temp/other" "$temp/none"
+    echo "int splat_other(void) { return 0; }" >"$temp/other.c"
+    "$cc" -shared -fPIC -o "$temp/other/libsplat.so" "$temp/other.c"
+    if LD_LIBRARY_PATH="$temp/other" mono "$out/Tests.exe" load >"$temp/message"; then
+        die "a library without functions was loaded"
+    fi
+    grep -q "ErrorUnsupported.*not one that this assembly can use" "$temp/message" || die "$(cat "$temp/message")"
+    if LD_LIBRARY_PATH="$temp/none" mono "$out/Tests.exe" load >"$temp/message"; then
+        echo "an installed libsplat.so was found; the case without one is left out"
+    else
+        grep -q "DllNotFoundException: libsplat.so was not found" "$temp/message" || die "$(cat "$temp/message")"
+    fi
+}
+
+# leave <program> <status>
+leave_one() {
+    status=0
+    mono "$out/Tests.exe" "$1" || status=$?
+    [ "$status" = "$2" ] || die "$1 ended with status $status, expected $2"
+    echo "$1: status $status"
+}
+
+leave() {
+    for _ in 1 2 3; do
+        leave_one leave-objects 0
+        leave_one leave-computing 0
+        leave_one leave-by-exit 5
+    done
+}
+
+# example <folder> <assembly>: compile and run the program of README.md in an empty folder.
+example() {
+    mkdir "$1/app"
+    cp "$2" "$1/app/Splat.dll"
+    # shellcheck disable=SC2016  # the backquotes are those of Markdown
+    sed -n '/^```csharp$/,/^```$/{/^```/d;p;}' "$here/README.md" >"$1/app/Program.cs"
+    grep -q "static void Main" "$1/app/Program.cs" || die "no program between \`\`\`csharp and \`\`\` in README.md"
+    (cd "$1/app" && mcs -langversion:latest -r:Splat.dll Program.cs && mono Program.exe)
+    [ "$(head -c 4 "$1/app/object.png" | tail -c 3)" = PNG ] || die "the example made no object.png"
+    head -c 3 "$1/app/object.ply" | grep -q ply || die "the example made no object.ply"
+}
+
+readme() {
+    temp=$(mktemp -d)
+    trap 'rm -rf "$temp"' EXIT
+    example "$temp" "$out/Splat.dll"
+}
+
+package() {
+    temp=$(mktemp -d)
+    trap 'rm -rf "$temp"' EXIT
+    "$1" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$SPLAT_LIB_DIR/libsplat.so" \
+        --weights "$root/tools/weights/cars64" --output "$temp"
+    "$1" "$here/package/check.py" "$temp"/*.nupkg "$temp/content"
+    LD_LIBRARY_PATH="$temp/content/runtimes/linux-x64/native"
+    example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"
+}
+
+command=$1
+shift
+case "$command" in
+build) build ;;
+run) mono "$out/Tests.exe" "$1" ;;
+load) load "$1" ;;
+leave) leave ;;
+package) package "$1" ;;
+readme) readme ;;
+*) die "unknown command $command" ;;
+esac

@@ -1,0 +1,53 @@
+"""splat: 3D Gaussians from pictures, drawn and trained on any Vulkan device.
+
+    import splat
+    scene = splat.Predictor().predict("photo.png").scene
+    splat.render(scene, splat.Camera.orbit(scene, 1)[0]).save("view.png")
+
+Errors are subclasses of `Error` and of Python's usual classes. Objects are closed by `close`, by a
+`with` block, or when they are collected, in any order.
+"""
+from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, InvalidArgument,
+                      InvalidHandle, InvalidState, IoError, NoDevice, NotFound, OutOfDeviceMemory,
+                      OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout, Unsupported)
+from ._library import lib as _lib
+from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kernels, LogLevel, Metric,
+                      Output, Pixel, Precision, Result, SceneFormat, SkipFlags,
+                      TrainingEventKind, Verdict)
+from .camera import Camera, cameras_to_bytes, save_cameras
+from .comparison import Comparison
+from .dataset import Dataset, config_keys, config_merge, config_warnings, write_synthetic
+from .device import Device, default_device, describe, devices
+from .evaluator import EvaluatedViews, Evaluator, Lpips
+from .image import Image, animation_to_bytes, compare_images, save_animation
+from .log import set_log
+from .model import Model, Port
+from .module import Module, Op, operators
+from .optimizer import Group, Optimizer
+from .picture import Picture, cut_picture
+from .predictor import Prediction, Predictor
+from .rasterizer import RasterState, Rasterizer, render
+from .scene import Scene, scene_formats
+from .tensor import Tensor
+from .training import Batch, Batches, Event, Trainer, Training
+from .weights import Weights, builtin_weights
+
+__version__ = str(_lib.splat_version_string().decode())
+
+__all__ = [
+    "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "Dataset",
+    "Device", "DeviceKind", "DeviceLost", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
+    "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
+    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric", "Model",
+    "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
+    "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
+    "RasterState", "Rasterizer", "Result", "Scene", "SceneFormat", "ShapeMismatch", "SkipFlags",
+    "Tensor", "Timeout", "Trainer", "Training", "TrainingEventKind", "Unsupported", "Verdict",
+    "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes", "compare_images",
+    "config_keys", "config_merge", "config_warnings", "cut_picture", "default_device", "describe",
+    "devices", "operators", "render", "save_animation", "save_cameras", "scene_formats", "set_log",
+    "write_synthetic",
+]
+
+for _name in __all__:  # what tracebacks and help call them
+    globals()[_name].__module__ = "splat"

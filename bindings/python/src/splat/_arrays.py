@@ -1,0 +1,187 @@
+"""Arrays of the caller: what is taken, and how it is checked."""
+from ctypes import c_float, c_void_p
+from typing import Any, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._errors import InvalidArgument, ShapeMismatch
+
+# What functions take for arrays: NumPy's, and anything with the buffer protocol,
+# __array_interface__ or __dlpack__; nested sequences of numbers are converted.
+ArrayLike = Any
+Floats = NDArray[np.float32]
+
+DLPACK_HOST = (1, 3, 11, 13)  # kDLCPU, and host memory of CUDA, ROCm and CUDA's unified one
+
+
+def _is_plain(data: Any) -> bool:
+    """Numbers and sequences of them, which have no type of their own."""
+    return isinstance(data, (int, float, list, tuple, range))
+
+
+def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
+    """The array of an object, without a copy where that is possible. It may have any layout.
+
+    Raises InvalidArgument for memory of another device, and for what is no array of numbers.
+    """
+    if isinstance(data, np.ndarray):
+        return data
+    device = getattr(data, "__dlpack_device__", None)
+    if device is not None and int(device()[0]) not in DLPACK_HOST:
+        raise InvalidArgument(f"{what} is in the memory of a device of DLPack's type "
+                              f"{int(device()[0])}, expected host memory: copy it there first, "
+                              "as with .cpu()")
+    interfaces = ("__array_interface__", "__array__", "__array_struct__")
+    try:
+        if device is not None and not any(hasattr(data, name) for name in interfaces):
+            array: NDArray[Any] = np.from_dlpack(data)
+        else:
+            array = np.asarray(data)
+    except Exception as error:
+        raise InvalidArgument(f"{what} cannot be read as an array: {error}") from error
+    if array.dtype.kind not in "fiub":
+        raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
+    return array
+
+
+def typed_array(data: ArrayLike, dtype: Any, what: str) -> NDArray[Any]:
+    """The array of an object whose type must be `dtype`; sequences of numbers are converted."""
+    array = host_array(data, what)
+    wanted = np.dtype(dtype)
+    if array.dtype != wanted:
+        if not _is_plain(data):
+            raise InvalidArgument(f"{what} has the type {array.dtype}, expected {wanted.name}: "
+                                  f"convert it with .astype('{wanted.name}')")
+        array = array.astype(wanted)
+    return array
+
+
+def shape_text(shape: Sequence[Optional[int]]) -> str:
+    """"[3,n]"."""
+    return "[" + ",".join("n" if size is None else str(size) for size in shape) + "]"
+
+
+def check_shape(array: NDArray[Any], shape: Sequence[Optional[int]], what: str) -> None:
+    """Refuse another shape; None stands for any size."""
+    if len(array.shape) != len(shape) or any(
+            wanted is not None and size != wanted for size, wanted in zip(array.shape, shape)):
+        raise ShapeMismatch(f"{what} has the shape {shape_text(array.shape)}, "
+                            f"expected {shape_text(shape)}")
+
+
+def floats(data: ArrayLike, shape: Optional[Sequence[Optional[int]]], what: str) -> Floats:
+    """A row-major float32 array, a copy only if the given one has another layout.
+
+    shape  None: any
+    Raises InvalidArgument (type, device), ShapeMismatch.
+    """
+    array = typed_array(data, np.float32, what)
+    if shape is not None:
+        check_shape(array, shape, what)
+    return np.ascontiguousarray(array).reshape(array.shape)
+
+
+def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArray[np.float64]:
+    """A row-major float64 array of any real numbers, for cameras and placements."""
+    array = host_array(data, what)
+    check_shape(array, shape, what)
+    return np.ascontiguousarray(array, np.float64)
+
+
+def set_dims(raw: Any, shape: Sequence[int], what: str) -> None:
+    """Write a shape to the fields `dims` and `rank` of a struct."""
+    if len(shape) > _native.SPLAT_MAX_RANK:
+        raise InvalidArgument(f"{what} has {len(shape)} dimensions, expected at most "
+                              f"{_native.SPLAT_MAX_RANK}")
+    raw.dims[:len(shape)] = [int(size) for size in shape]
+    raw.rank = len(shape)
+
+
+def set_arrays(raw: Any, **given: Optional[ArrayLike]) -> "list[Floats]":
+    """Write addresses and sizes of float32 arrays to fields `name` and `name`_count of a struct.
+
+    Returns the arrays, which the struct keeps. Those that are None are left out.
+    """
+    kept: "list[Floats]" = []
+    raw.kept = kept
+    for name, data in given.items():
+        if data is not None:
+            kept.append(floats(data, None, name))
+            setattr(raw, name, address(kept[-1]))
+            setattr(raw, f"{name}_count", kept[-1].size)
+    return kept
+
+
+class Address(c_void_p):
+    """Where an array begins. As an argument of a call it keeps the array as long as the call runs."""
+
+    array: Any
+
+
+def address(array: Optional[NDArray[Any]]) -> Optional[Address]:
+    """Where an array begins; None for none and for an empty one."""
+    if array is None or array.size == 0:
+        return None
+    place = Address(array.__array_interface__["data"][0])
+    place.array = array
+    return place
+
+
+def background_of(color: Optional[ArrayLike]) -> Any:
+    """Three floats of a colour; None: the library's default."""
+    if color is None:
+        return None
+    values = doubles(color, (3,), "background")
+    return (c_float * 3)(*values)
+
+
+PIXELS = {np.dtype(np.uint8): _native.Pixel.U8, np.dtype(np.float16): _native.Pixel.F16,
+          np.dtype(np.float32): _native.Pixel.F32}
+
+
+def pixel_array(data: ArrayLike, what: str) -> NDArray[Any]:
+    """Pixels [height,width] or [height,width,channels] of uint8, float16 or float32."""
+    array = host_array(data, what)
+    if array.dtype not in PIXELS:
+        raise InvalidArgument(f"{what} has the type {array.dtype}, expected uint8 (0 to 255), "
+                              "float16 or float32 (0 to 1)")
+    if array.ndim not in (2, 3) or (array.ndim == 3 and not 1 <= array.shape[2] <= 4):
+        raise ShapeMismatch(f"{what} has the shape {shape_text(array.shape)}, expected "
+                            "[height,width] or [height,width,channels] with 1 to 4 channels")
+    if array.size == 0:
+        raise ShapeMismatch(f"{what} has the shape {shape_text(array.shape)}, which has no pixels")
+    if any(stride < 0 for stride in array.strides):
+        array = np.ascontiguousarray(array)
+    return array
+
+
+def image_struct(array: NDArray[Any]) -> _native.splat_image:
+    """Describe pixels to the library, in their own layout. The array must outlive the struct."""
+    image = _native.splat_image()
+    rows, columns = array.shape[:2]
+    channels = array.shape[2] if array.ndim == 3 else 1
+    strides: Tuple[int, ...] = array.strides if array.ndim == 3 else (*array.strides,
+                                                                      array.itemsize)
+    image.pixels, image.kept = address(array), array  # as long as a call runs
+    image.bytes = array.itemsize + sum(stride * (size - 1) for stride, size in
+                                       zip(strides, (rows, columns, channels)))
+    image.type = int(PIXELS[array.dtype])
+    image.width, image.height, image.channels = columns, rows, channels
+    image.row_stride, image.pixel_stride, image.channel_stride = strides
+    return image
+
+
+def planes_struct(planes: NDArray[Any]) -> _native.splat_image:
+    """The same for float32 [channels,height,width]."""
+    return image_struct(planes.transpose(1, 2, 0))
+
+
+def readable(data: Union[bytes, bytearray, memoryview, Any], what: str) -> NDArray[np.uint8]:
+    """The bytes of a file in memory, without a copy."""
+    try:
+        view = memoryview(data)
+        return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8)
+    except (TypeError, ValueError) as error:
+        raise InvalidArgument(f"{what} is a {type(data).__name__}, expected bytes") from error

@@ -1,0 +1,102 @@
+"""The base of all classes that own an object of the library."""
+import threading
+import weakref
+from ctypes import byref, c_void_p
+from typing import TYPE_CHECKING, Any, Callable, ClassVar, Optional, Type, TypeVar
+
+from ._calls import run
+from ._errors import InvalidHandle, check
+from ._library import lib
+
+if TYPE_CHECKING:
+    from .device import Device
+
+Own = TypeVar("Own", bound="Handle")
+
+
+class Handle:
+    """Owns an object of the library, until `close`, the end of a `with` block, or its collection.
+
+    Objects may be closed and collected in any order: the library keeps what others need.
+    """
+
+    _kind: ClassVar[str] = ""  # splat_<kind>_destroy ends it
+    _device: Optional["Device"] = None
+    _finalizer: Optional[weakref.finalize] = None
+    _value: Optional[int] = None
+    _lock: Optional[threading.RLock] = None  # of those whose calls the caller must serialise
+
+    def _own(self, value: Optional[int], device: Optional["Device"] = None) -> None:
+        """Take an object that the library made."""
+        self._value = value
+        self._device = device
+        self._finalizer = weakref.finalize(self, getattr(lib, f"splat_{self._kind}_destroy"), value)
+
+    @classmethod
+    def _of(cls: Type[Own], value: Optional[int], device: Optional["Device"] = None) -> Own:
+        """A new Python object for an object that the library made."""
+        made = cls.__new__(cls)
+        made._own(value, device)
+        made._begin()
+        return made
+
+    def _begin(self) -> None:
+        """Set the attributes that every object of the class has, however it was made."""
+
+    @property
+    def handle(self) -> int:
+        """The library's handle, for calls of `splat._native`."""
+        if self._value is None:
+            raise InvalidHandle(f"this {type(self).__name__} was closed; make a new one")
+        return self._value
+
+    @property
+    def closed(self) -> bool:
+        """Whether the object was given back to the library."""
+        return self._value is None
+
+    def close(self) -> None:
+        """Give the object back to the library. A second call does nothing."""
+        self._value = None
+        if self._finalizer is not None:
+            self._finalizer()
+
+    def _run(self, function: Callable[..., int], *arguments: Any) -> int:
+        """Call a function that may take long; see `splat._calls`."""
+        device = self._device
+        return run(None if device is None else device._value, self._lock, function, *arguments)
+
+    def _call(self, function: Callable[..., int], *arguments: Any) -> int:
+        """Call a function that is soon done."""
+        if self._lock is None:
+            return check(function(*arguments))
+        with self._lock:
+            return check(function(*arguments))
+
+    def __enter__(self: Own) -> Own:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"a splat.{type(self).__name__} cannot be copied or pickled")
+
+
+def made(kind: str, call: Callable[..., int], function: Callable[..., int], *arguments: Any) -> int:
+    """Call a function whose last argument receives a new object, and return its handle.
+
+    kind   of the object, which is destroyed if the call was made but an exception goes on, as when
+           Ctrl-C comes at its end
+    call   `check` of the result, or a method `_run` or `_call`
+    """
+    handle = c_void_p()
+    try:
+        call(function, *arguments, byref(handle))
+    except BaseException:
+        if handle.value is not None:
+            getattr(lib, f"splat_{kind}_destroy")(handle)
+        raise
+    assert handle.value is not None
+    return handle.value
+

@@ -1,0 +1,158 @@
+"""Configurations, and data sets of objects seen by several cameras."""
+from ctypes import byref, c_char_p, c_uint32, sizeof
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from ._arrays import ArrayLike, Floats, address, doubles
+from ._errors import check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._text import PathLike, encoded, flags_of, json_from, json_of, path_of, text_from
+from .device import whole
+
+Config = Union[None, str, "dict[str, Any]"]
+
+
+def texts(values: Sequence[str], what: str) -> Any:
+    """The library's array of texts."""
+    return (c_char_p * len(values))(*(encoded(each, what) for each in values))
+
+
+def config_keys() -> List[Dict[str, Any]]:
+    """All keys of a configuration: type, range, default, and a sentence about each."""
+    keys: List[Dict[str, Any]] = json_from(lib.splat_config_keys)
+    return keys
+
+
+def config_merge(config: Config = None, *changes: str) -> str:
+    """A configuration with every value, as JSON.
+
+    config   text of a YAML or JSON file, or a dict; None: the defaults, the published cars model
+    changes  "key=value", such as "opt.base_lr=1e-4"; later ones win
+    Raises InvalidArgument: an unknown key, with the nearest known one; a value out of range.
+    """
+    return text_from(lib.splat_config_merge, json_of(config, "config"), texts(changes, "a change"),
+                     len(changes))
+
+
+def config_warnings(config: Config = None, *changes: str) -> List[str]:
+    """What a training of a configuration would leave out, in sentences."""
+    found: List[str] = json_from(lib.splat_config_check, json_of(config, "config"),
+                                 texts(changes, "a change"), len(changes))["warnings"]
+    return found
+
+
+class Dataset(Handle):
+    """The data set in a folder, read into host memory; needs no device.
+
+    format       "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder
+    split        "train", "val" or "test"
+    resolution   of the returned images, which are square; 0: as stored
+    limit        use only this many objects; 0: all
+    cache_bytes  for decoded images; 0: 1 GiB
+    background   behind transparent pixels, RGB
+    depth, normal, mask  maps that are required
+    lenient      keep objects with missing files, for `check`
+    Raises NotFound, IoError, FormatError, InvalidArgument.
+    """
+
+    _kind = "dataset"
+
+    def __init__(self, path: PathLike, *, format: Optional[str] = None, split: str = "train",
+                 resolution: int = 0, limit: int = 0, cache_bytes: int = 0,
+                 background: ArrayLike = (0, 0, 0), depth: bool = False, normal: bool = False,
+                 mask: bool = False, lenient: bool = False) -> None:
+        bits = _native.DataFlags
+        desc = _native.splat_dataset_desc(struct_size=sizeof(_native.splat_dataset_desc))
+        desc.flags = flags_of((depth, bits.DEPTH), (normal, bits.NORMAL), (mask, bits.MASK),
+                              (lenient, bits.LENIENT))
+        desc.path, desc.format = path_of(path), encoded(format, "format")
+        desc.split = encoded(split, "split")
+        desc.resolution, desc.limit = whole(resolution, "resolution"), whole(limit, "limit")
+        desc.cache_bytes = whole(cache_bytes, "cache_bytes", 64)
+        desc.background[:] = doubles(background, (3,), "background").tolist()
+        self._own(made("dataset", direct, lib.splat_dataset_open, byref(desc)))
+        report = self.report
+        self._side = int(report["resolution"])
+        self._maps: List[str] = report["maps"]
+        self._views: List[int] = report["views_of"]
+
+    @property
+    def report(self) -> Dict[str, Any]:
+        """Format, split, counts, resolution, maps, and the names of the objects."""
+        found: Dict[str, Any] = json_from(lib.splat_dataset_report, self.handle)
+        return found
+
+    def __len__(self) -> int:
+        return len(self._views)
+
+    def views(self, index: int) -> int:
+        """How many views an object has."""
+        return self._views[index]
+
+    def read(self, index: int, views: Optional[Sequence[int]] = None) -> Dict[str, Floats]:
+        """Read n views of an object, in the given order; None: all.
+
+        Returns "images" [n,3,R,R], "view_to_world" [n,4,4], "quaternions" [n,4], "focals" [n,2],
+        "origin_distances" [n], and where the data set has them "depths" [n,1,R,R], "normals"
+        [n,3,R,R], "masks" [n,1,R,R]; all float32. The world is the frame of the first view.
+        Raises InvalidArgument (no such object or view), NotFound, FormatError.
+        """
+        numbers = view_numbers(self, index, views)
+        n, side = len(numbers), self._side
+        out = _native.splat_dataset_views(struct_size=sizeof(_native.splat_dataset_views))
+        fields: List[Tuple[str, str, Tuple[int, ...]]] = [
+            ("images", "image_count", (n, 3, side, side)),
+            ("view_to_world", "view_to_world_count", (n, 4, 4)),
+            ("quaternions", "quaternion_count", (n, 4)), ("focals", "focal_count", (n, 2)),
+            ("origin_distances", "origin_distance_count", (n,))]
+        fields += [(f"{name}s", f"{name}_count", (n, channels, side, side))
+                   for name, channels in (("depth", 1), ("normal", 3), ("mask", 1))
+                   if name in self._maps]
+        arrays: Dict[str, Floats] = {}
+        for name, count, shape in fields:
+            arrays[name] = np.empty(shape, np.float32)
+            setattr(out, name, address(arrays[name]))
+            setattr(out, count, arrays[name].size)
+        check(lib.splat_dataset_read(self.handle, whole(index, "index"), numbers, n, byref(out)))
+        return arrays
+
+    def check(self, index: int) -> Dict[str, Any]:
+        """Check all files of an object: problems and warnings in sentences, and a hash."""
+        found: Dict[str, Any] = json_from(lib.splat_dataset_check, self.handle,
+                                          whole(index, "index"))
+        return found
+
+    def __repr__(self) -> str:
+        return "Dataset(closed)" if self.closed else f"Dataset({len(self)} objects)"
+
+
+def view_numbers(dataset: Dataset, index: int, views: Optional[Sequence[int]]) -> Any:
+    """The library's array of view numbers; None: all of the object."""
+    given = views
+    if given is None:
+        given = range(dataset.views(index) if 0 <= index < len(dataset) else 0)
+    return (c_uint32 * len(given))(*(whole(each, "a view") for each in given))
+
+
+def write_synthetic(path: PathLike, *, category: str = "cars", seed: int = 0, resolution: int = 0,
+                    train_views: int = 0, test_views: int = 0, train: int = 0, val: int = 0,
+                    test: int = 0) -> None:
+    """Write procedural objects with exact maps, in the layout of SRN's data.
+
+    category          "cars", "chairs" or "mixed"
+    resolution        8 to 2048; 0: 128
+    *_views           of each object; 0: 50 of train, 251 of the others
+    train, val, test  how many objects; existing ones are left alone
+    """
+    desc = _native.splat_synthetic_desc(struct_size=sizeof(_native.splat_synthetic_desc))
+    desc.path, desc.category = path_of(path), encoded(category, "category")
+    desc.seed, desc.resolution = whole(seed, "seed", 64), whole(resolution, "resolution")
+    desc.train_views = whole(train_views, "train_views")
+    desc.test_views = whole(test_views, "test_views")
+    desc.train_objects, desc.val_objects = whole(train, "train"), whole(val, "val")
+    desc.test_objects = whole(test, "test")
+    for index in range(train + val + test):
+        check(lib.splat_synthetic_write(byref(desc), index))

@@ -1,0 +1,141 @@
+"""Devices: the machine's Vulkan devices, and those that are open."""
+import os
+from ctypes import byref, c_uint32, sizeof
+from typing import Any, Dict, List, Optional, Tuple, Union
+
+from . import _exit, _native
+from ._errors import InvalidArgument, check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._records import DeviceInfo, MemoryInfo
+from ._text import PathLike, choice, flags_of, json_from, path_of, text_from
+
+
+def devices() -> List[DeviceInfo]:
+    """All Vulkan devices of this machine, usable or not. Raises NoDevice without a driver."""
+    count = c_uint32()
+    check(lib.splat_device_count(byref(count)))
+    return [describe(index) for index in range(count.value)]
+
+
+def describe(index: int) -> DeviceInfo:
+    """A device of this machine, without opening it. Raises InvalidArgument for no such number."""
+    info = _native.splat_device_info(struct_size=sizeof(_native.splat_device_info))
+    check(lib.splat_device_describe(whole(index, "index"), byref(info)))
+    return DeviceInfo.of(info)
+
+
+def whole(value: Any, what: str, bits: int = 32) -> int:
+    """A number that an unsigned field can hold; ctypes would cut others without a word."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        raise InvalidArgument(f"{what} is {value!r}, expected a whole number") from None
+    if not 0 <= number < 1 << bits:
+        raise InvalidArgument(f"{what} is {number}, expected 0 to {(1 << bits) - 1}")
+    return int(number)
+
+
+class Device(Handle):
+    """An open Vulkan device. Calls of several threads run one after the other.
+
+    index, uuid, kind  which device; at most one of them, else the best there is
+    kernels            which shaders it runs: "auto", "plain", "cpu" or "gpu"
+    validation         let Khronos' layer check every call; its messages go to the log
+    profile            time every dispatch, see `profile`
+    max_bytes          budget of device memory; 0: the device's own
+    timeout            seconds that one call may wait for the device; 0: 60
+    cache_folder       of compiled shaders; None: in the user's cache folder, "": none
+    Raises NoDevice (with a list of the devices), Unsupported (the device lacks a feature).
+    """
+
+    _kind = "device"
+
+    def __init__(self, index: Optional[int] = None, *, uuid: Optional[bytes] = None,
+                 kind: Union[None, int, str] = None, kernels: Union[int, str] = 0,
+                 validation: bool = False, profile: bool = False, max_bytes: int = 0,
+                 timeout: float = 0.0, cache_folder: Optional[PathLike] = None) -> None:
+        desc = _native.splat_device_desc(struct_size=sizeof(_native.splat_device_desc))
+        if sum(each is not None for each in (index, uuid, kind)) > 1:
+            raise InvalidArgument("index, uuid and kind exclude each other: give one of them")
+        if index is not None:
+            desc.select = int(_native.DeviceSelect.BY_INDEX)
+            desc.index = whole(index, "index")
+        if uuid is not None:
+            if len(uuid) != 16:
+                raise InvalidArgument(f"uuid has {len(uuid)} bytes, expected 16")
+            desc.select = int(_native.DeviceSelect.BY_UUID)
+            desc.uuid[:] = bytes(uuid)
+        if kind is not None:
+            desc.select = int(_native.DeviceSelect.BY_KIND)
+            desc.kind = choice(_native.DeviceKind, kind, "kind")
+        if not 0 <= timeout < 1e9:
+            raise InvalidArgument(f"timeout is {timeout}, expected seconds from 0 to 1e9")
+        desc.kernels = choice(_native.Kernels, kernels, "kernels")
+        desc.flags = flags_of((validation, _native.DeviceFlags.VALIDATION),
+                              (profile, _native.DeviceFlags.PROFILE))
+        desc.max_device_bytes = whole(max_bytes, "max_bytes", 64)
+        desc.timeout_ns = int(timeout * 1e9)
+        desc.cache_folder = path_of(cache_folder, "cache_folder")
+        self._own(made("device", direct, lib.splat_device_create, byref(desc)))
+        _exit.devices.add(self)
+
+    def _run(self, function: Any, *arguments: Any) -> int:
+        return self._call(function, *arguments)
+
+    @property
+    def info(self) -> DeviceInfo:
+        """What the device is and what it can do; `kernels` is what it runs."""
+        info = _native.splat_device_info(struct_size=sizeof(_native.splat_device_info))
+        check(lib.splat_device_get_info(self.handle, byref(info)))
+        return DeviceInfo.of(info)
+
+    @property
+    def memory(self) -> MemoryInfo:
+        """Device memory: used, live, highest so far, and the budget, in bytes."""
+        info = _native.splat_memory_info(struct_size=sizeof(_native.splat_memory_info))
+        check(lib.splat_device_get_memory(self.handle, byref(info)))
+        return MemoryInfo.of(info)
+
+    def cancel(self) -> None:
+        """End the calls that run on the device now, on any threads; they raise Cancelled."""
+        check(lib.splat_device_cancel(self.handle))
+
+    def profile(self) -> Dict[str, Any]:
+        """Times of every kind of dispatch. Raises InvalidState without `profile`."""
+        times: Dict[str, Any] = json_from(lib.splat_device_profile_json, self.handle)
+        return times
+
+    def profile_table(self) -> str:
+        """The same as a table for people."""
+        return text_from(lib.splat_device_profile_table, self.handle)
+
+    def reset_profile(self) -> None:
+        """Forget the times measured so far."""
+        check(lib.splat_device_profile_reset(self.handle))
+
+    def __repr__(self) -> str:
+        return "Device(closed)" if self.closed else f"Device({self.info.name!r})"
+
+
+_default: Tuple[Optional[Device], ...] = (None,)
+
+
+def _forget_default() -> None:
+    """A forked child opens a device of its own."""
+    global _default
+    _default = (None,)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_default)
+
+
+def default_device() -> Device:
+    """The best device, opened at the first call and shared by functions that are given none."""
+    global _default
+    device = _default[0]
+    if device is None or device.closed:
+        device = Device()
+        _default = (device,)
+    return device

@@ -1,0 +1,128 @@
+"""From pictures of an object to a scene."""
+from ctypes import byref, sizeof
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, List, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _native
+from ._arrays import Floats, address
+from ._errors import check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._records import PictureInfo, PredictorInfo
+from ._text import PathLike, json_from, json_of, path_of
+from .camera import Camera
+from .dataset import Dataset, view_numbers
+from .device import Device, default_device, whole
+from .picture import Picture, Source, picture_array
+from .scene import Scene
+from .weights import Weights
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A predicted scene, in the frame of the first picture's camera, and facts of it.
+
+    cameras   of the views, relative to the first
+    pictures  what became of each picture; none for an object of a data set
+    inputs    what the network saw, float32 [views,channels,R,R]
+    report    the counts of Gaussians, times, and warnings in sentences
+    """
+
+    scene: Scene
+    cameras: List[Camera]
+    pictures: List[PictureInfo]
+    inputs: Floats
+    report: Dict[str, Any]
+
+    def _repr_png_(self) -> bytes:
+        from .rasterizer import render
+        return render(self.scene, self.cameras[0]).to_bytes("png")
+
+
+class Predictor(Handle):
+    """A network with weights that turns pictures of an object into a scene.
+
+    device    None: the default device
+    weights   a path, or `Weights`; None: those that come with the library
+    config    text (JSON or YAML) or a dict; None: the file beside the weights
+    adapters  a path, or `Weights`, of low-rank adapters, which are folded in with `alpha`, 0: that
+              of their metadata
+    Raises NotFound (a file), ShapeMismatch or FormatError (weights that do not fit).
+    """
+
+    _kind = "predictor"
+
+    def __init__(self, device: Optional[Device] = None,
+                 weights: Union[None, PathLike, Weights] = None, *,
+                 config: Union[None, str, "dict[str, Any]"] = None,
+                 adapters: Union[None, PathLike, Weights] = None, alpha: float = 0.0) -> None:
+        device = default_device() if device is None else device
+        desc = _native.splat_predictor_desc(struct_size=sizeof(_native.splat_predictor_desc))
+        if isinstance(weights, Weights):
+            desc.weights = weights.handle
+        else:
+            desc.weights_path = path_of(weights, "weights")
+        if isinstance(adapters, Weights):
+            desc.adapters = adapters.handle
+        else:
+            desc.adapters_path = path_of(adapters, "adapters")
+        desc.config, desc.adapters_alpha = json_of(config, "config"), alpha
+        self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
+                  device)
+
+    @property
+    def info(self) -> PredictorInfo:
+        """What it takes and gives, for what its weights were trained."""
+        info = _native.splat_predictor_info(struct_size=sizeof(_native.splat_predictor_info))
+        check(lib.splat_predictor_get_info(self.handle, byref(info)))
+        return PredictorInfo.of(info)
+
+    @property
+    def report(self) -> Dict[str, Any]:
+        """Weights, warnings, metadata and the whole configuration."""
+        found: Dict[str, Any] = json_from(lib.splat_predictor_report, self.handle)
+        return found
+
+    def predict(self, pictures: Union[Picture, Source, Sequence[Union[Picture, Source]]]
+                ) -> Prediction:
+        """Predict a scene from as many pictures as the network has views.
+
+        pictures  one or a list: a path, the bytes of a file, pixels [height,width,channels], or a
+                  `Picture` with a mask, maps, or a pose
+        Raises NotFound, FormatError, InvalidArgument (a map that the network needs and the picture
+        lacks), InvalidState (the output is not finite), Cancelled.
+        """
+        raw, kept = picture_array(pictures)
+        return self._predict(lib.splat_predictor_predict, len(raw), kept, raw, len(raw))
+
+    def predict_object(self, dataset: Dataset, index: int,
+                       views: Optional[Sequence[int]] = None) -> Prediction:
+        """Predict an object of a data set that was opened with the predictor's resolution.
+
+        views  numbers of views; the network sees the first of them. None: all
+        """
+        numbers = view_numbers(dataset, index, views)
+        return self._predict(lib.splat_predictor_predict_object, len(numbers), None,
+                             dataset.handle, whole(index, "index"), numbers, len(numbers))
+
+    def _predict(self, function: Callable[..., int], views: int, kept: Any,
+                 *arguments: Any) -> Prediction:
+        info = self.info
+        cameras = (_native.splat_camera * max(views, info.views))()
+        pictures = (_native.splat_picture_info * max(views, 1))()
+        inputs = np.empty((info.views, info.channels, info.resolution, info.resolution), np.float32)
+        raw = _native.splat_prediction(struct_size=sizeof(_native.splat_prediction))
+        raw.cameras, raw.camera_capacity = cameras, len(cameras)
+        raw.pictures, raw.picture_capacity = pictures, len(pictures)
+        raw.inputs, raw.input_capacity = address(inputs), inputs.size
+        raw.kept = (inputs, kept)  # as long as the call runs
+
+        def call(_: object, *given: Any) -> int:  # the facts come behind the new scene
+            return self._run(function, self.handle, *given, byref(raw))
+
+        scene = Scene._of(made("scene", call, function, *arguments))
+        return Prediction(scene, [Camera._of(each) for each in cameras[:raw.camera_count]],
+                          [PictureInfo.of(each) for each in pictures[:raw.picture_count]], inputs,
+                          json_from(lib.splat_prediction_report, byref(raw)))

@@ -1,0 +1,241 @@
+"""Scenes of 3D Gaussians, in memory and in files."""
+from ctypes import byref, c_double, c_void_p, sizeof
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, overload
+
+import numpy as np
+
+from . import _native
+from ._arrays import ArrayLike, Floats, address, doubles, floats, readable
+from ._errors import InvalidArgument, check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._records import SceneInfo
+from ._text import PathLike, bytes_from, choice, flags_of, json_from, path_of
+from .device import Device, whole
+from .tensor import Tensor
+
+Name = Union[None, int, str]
+
+
+def scene_formats() -> List[Dict[str, Any]]:
+    """All formats of scene files: name, extension, what they hold, whether they are written."""
+    formats: List[Dict[str, Any]] = json_from(lib.splat_scene_formats)
+    return formats
+
+
+def _file_desc(format: Name, frame: Name, sh_degree: Optional[int], spz_version: int = 0,
+               max_count: int = 0) -> _native.splat_scene_file_desc:
+    desc = _native.splat_scene_file_desc(struct_size=sizeof(_native.splat_scene_file_desc))
+    desc.format = choice(_native.SceneFormat, format, "format")
+    desc.frame = choice(_native.Frame, frame, "frame")
+    if sh_degree is not None:
+        whole(sh_degree, "sh_degree", 8)
+        desc.sh_degree = _native.SPLAT_SH_CONSTANT if sh_degree == 0 else sh_degree
+    desc.spz_version = whole(spz_version, "spz_version")
+    desc.max_count = whole(max_count, "max_count", 64)
+    return desc
+
+
+class _Attribute:
+    """A property that reads and writes an attribute of a scene."""
+
+    def __init__(self, about: str) -> None:
+        self.__doc__ = about
+
+    def __set_name__(self, owner: Any, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, scene: None, owner: Any) -> "_Attribute": ...
+
+    @overload
+    def __get__(self, scene: "Scene", owner: Any) -> Floats: ...
+
+    def __get__(self, scene: "Optional[Scene]", owner: Any) -> "Union[_Attribute, Floats]":
+        return self if scene is None else scene.read(self._name)
+
+    def __set__(self, scene: "Scene", values: ArrayLike) -> None:
+        scene.write(self._name, values)
+
+
+class Scene(Handle):
+    """A set of n Gaussians in host memory, with the axes of 3DGS files: x right, y down, z forward.
+
+    means      [n,3] scene units
+    scales     [n,3] standard deviations, > 0; or log_scales, their logarithms. None: 1
+    rotations  [n,4] w, x, y, z; None: 1, 0, 0, 0
+    opacities  [n] 0 to 1; or opacity_logits. None: 1/2
+    sh         [n,K,3], K = (sh_degree + 1)^2, constant term first; None: zeros of sh_degree 0.
+               colour = max(0, 0.5 + sum sh_k Y_k(direction))
+    Arrays are float32 and are copied. Raises InvalidArgument, ShapeMismatch.
+    """
+
+    _kind = "scene"
+
+    means = _Attribute("[n,3] scene units; a copy. Assign to it to change the scene.")
+    scales = _Attribute("[n,3] standard deviations, scene units, > 0; a copy.")
+    log_scales = _Attribute("[n,3] logarithms of them; a copy.")
+    rotations = _Attribute("[n,4] w, x, y, z; a copy.")
+    opacities = _Attribute("[n] 0 to 1; a copy.")
+    opacity_logits = _Attribute("[n] the same before the sigmoid; a copy.")
+    sh = _Attribute("[n,K,3] spherical harmonics, constant term first; a copy.")
+
+    def __init__(self, means: ArrayLike, *, scales: Optional[ArrayLike] = None,
+                 log_scales: Optional[ArrayLike] = None, rotations: Optional[ArrayLike] = None,
+                 opacities: Optional[ArrayLike] = None, opacity_logits: Optional[ArrayLike] = None,
+                 sh: Optional[ArrayLike] = None) -> None:
+        for names, both in (("scales and log_scales", (scales, log_scales)),
+                            ("opacities and opacity_logits", (opacities, opacity_logits))):
+            if all(each is not None for each in both):
+                raise InvalidArgument(f"{names} exclude each other: give one of them")
+        places = floats(means, (None, 3), "means")
+        count = places.shape[0]
+        desc = _native.splat_scene_desc(struct_size=sizeof(_native.splat_scene_desc), count=count)
+        kept: List[Optional[Floats]] = []
+        for field, size, what, data, shape in (
+                ("means", "mean_count", "means", places, (count, 3)),
+                ("log_scales", "log_scale_count", "log_scales", log_scales, (count, 3)),
+                ("rotations", "rotation_count", "rotations", rotations, (count, 4)),
+                ("opacity_logits", "opacity_logit_count", "opacity_logits", opacity_logits,
+                 (count,)),
+                ("sh", "sh_count", "sh", sh, (count, None, 3))):
+            array = None if data is None else floats(data, shape, what)
+            kept.append(array)
+            setattr(desc, field, address(array))
+            setattr(desc, size, 0 if array is None else array.size)
+            if what == "sh" and array is not None:
+                desc.sh_degree = _degree(array.shape[1])
+        self._own(made("scene", direct, lib.splat_scene_create, byref(desc)))
+        if scales is not None:
+            self.write("scales", scales)
+        if opacities is not None:
+            self.write("opacities", opacities)
+
+    @classmethod
+    def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *, format: Name = None,
+             frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0) -> "Scene":
+        """Read a scene from a file, or from the bytes of one.
+
+        format     "ply", "compressed_ply", "splat" or "spz"; None: by the first bytes, else by the
+                   path. The bytes of a .splat have no sign of their own: name it
+        frame      axes of the file, such as "rub"; None: the usual ones of the format
+        sh_degree  drop or pad bands to this degree, 0 to 3; None: keep all
+        max_count  refuse files with more Gaussians; 0: 2^27
+        Raises NotFound, IoError, FormatError, Unsupported, InvalidArgument.
+        """
+        desc = _file_desc(format, frame, sh_degree, 0, max_count)
+        if isinstance(source, (bytes, bytearray, memoryview)):
+            data = readable(source, "source")
+            return cls._of(made("scene", direct, lib.splat_scene_load_memory, data.ctypes.data,
+                                data.size, byref(desc)))
+        return cls._of(made("scene", direct, lib.splat_scene_load, path_of(source, "source"),
+                            byref(desc)))
+
+    def save(self, path: PathLike, *, format: Name = None, frame: Name = None,
+             sh_degree: Optional[int] = None, spz_version: int = 0) -> None:
+        """Write a scene to a file, which appears whole or not at all. Parameters as in `load`.
+
+        spz_version  3 or 4; 0: 3
+        Raises NotFound (the folder), IoError, Unsupported (the format), InvalidArgument.
+        """
+        desc = _file_desc(format, frame, sh_degree, spz_version)
+        check(lib.splat_scene_save(self.handle, path_of(path), byref(desc)))
+
+    def to_bytes(self, format: Name, *, frame: Name = None, sh_degree: Optional[int] = None,
+                 spz_version: int = 0) -> bytes:
+        """The bytes of such a file. Parameters and errors as in `save`."""
+        desc = _file_desc(format, frame, sh_degree, spz_version)
+        return bytes_from(lib.splat_scene_save_memory, self.handle, byref(desc))
+
+    @staticmethod
+    def merge(scenes: "Sequence[Scene]") -> "Scene":
+        """A new scene with the Gaussians of all, with the highest of their degrees."""
+        handles = (c_void_p * len(scenes))(*(scene.handle for scene in scenes))
+        return Scene._of(made("scene", direct, lib.splat_scene_merge, handles, len(scenes)))
+
+    @property
+    def info(self) -> SceneInfo:
+        """Count, bounds, ranges of scales and opacities, and counts of bad values."""
+        info = _native.splat_scene_info(struct_size=sizeof(_native.splat_scene_info))
+        check(lib.splat_scene_get_info(self.handle, byref(info)))
+        return SceneInfo.of(info)
+
+    @property
+    def report(self) -> Dict[str, Any]:
+        """What was found in the scene's file; empty for a scene without one."""
+        found: Dict[str, Any] = json_from(lib.splat_scene_load_report, self.handle)
+        return found
+
+    def __len__(self) -> int:
+        return self.info.count
+
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the spherical harmonics, 0 to 3."""
+        return self.info.sh_degree
+
+    def _shape(self, name: str) -> Tuple[int, ...]:
+        info = self.info
+        columns = {"means": (3,), "scales": (3,), "log_scales": (3,), "rotations": (4,),
+                   "opacities": (), "opacity_logits": (), "sh": ((info.sh_degree + 1)**2, 3)}
+        if name not in columns:
+            raise InvalidArgument(f"no attribute {name!r}, expected one of {', '.join(columns)}")
+        return (info.count, *columns[name])
+
+    def read(self, name: str) -> Floats:
+        """A copy of an attribute, float32, in the shape that the class gives."""
+        values = np.empty(self._shape(name), np.float32)
+        check(lib.splat_scene_read(self.handle, name.encode(), values.ctypes.data, values.nbytes))
+        return values
+
+    def write(self, name: str, values: ArrayLike) -> None:
+        """Replace an attribute. Raises InvalidArgument for scales and opacities out of range."""
+        array = floats(values, self._shape(name), name)
+        check(lib.splat_scene_write(self.handle, name.encode(), array.ctypes.data, array.nbytes))
+
+    def tensor(self, name: str, device: Device) -> Tensor:
+        """A copy of an attribute on a device. Raises InvalidState for a scene without Gaussians."""
+        self._shape(name)
+        return Tensor._of(made("tensor", direct, lib.splat_scene_to_tensor, self.handle,
+                               name.encode(), device.handle), device)
+
+    def transform(self, rotation: ArrayLike = (1, 0, 0, 0), translation: ArrayLike = (0, 0, 0),
+                  scale: float = 1.0) -> None:
+        """Apply x -> scale * rotation x + translation to all Gaussians and their harmonics.
+
+        rotation  w, x, y, z of any length > 0
+        """
+        similarity = _native.splat_similarity(scale=scale)
+        similarity.rotation[:] = doubles(rotation, (4,), "rotation").tolist()
+        similarity.translation[:] = doubles(translation, (3,), "translation").tolist()
+        check(lib.splat_scene_transform(self.handle, byref(similarity)))
+
+    def crop(self, low: ArrayLike, high: ArrayLike) -> None:
+        """Keep the Gaussians whose mean lies in a box; its faces belong to it."""
+        corners = [(c_double * 3)(*doubles(each, (3,), what))
+                   for each, what in ((low, "low"), (high, "high"))]
+        check(lib.splat_scene_crop(self.handle, *corners))
+
+    def filter(self, min_opacity: float = 0.0, *, finite: bool = False,
+               sort: bool = False) -> None:
+        """Keep the Gaussians of at least that opacity.
+
+        finite  drop those with NaN, infinities, or a rotation of length 0
+        sort    order the remaining ones along a Morton curve
+        """
+        flags = flags_of((finite, _native.FilterFlags.FINITE), (sort, _native.FilterFlags.SORT))
+        check(lib.splat_scene_filter(self.handle, flags, min_opacity))
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "Scene(closed)"
+        info = self.info
+        return f"Scene({info.count} Gaussians, sh_degree {info.sh_degree})"
+
+
+def _degree(terms: int) -> int:
+    """The degree of so many terms of spherical harmonics."""
+    degrees = {(degree + 1)**2: degree for degree in range(4)}
+    if terms not in degrees:
+        raise InvalidArgument(f"sh has {terms} terms, expected 1, 4, 9 or 16")
+    return degrees[terms]

@@ -1,0 +1,213 @@
+"""Tensors: arrays of numbers on a device, in and out of NumPy and DLPack."""
+from contextlib import contextmanager
+from ctypes import byref, c_int64, c_size_t, c_void_p, sizeof
+from typing import Any, Iterator, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _dlpack, _native
+from ._arrays import (ArrayLike, address, check_shape, host_array, set_dims, shape_text,
+                      typed_array)
+from ._errors import InvalidArgument, check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._records import TensorInfo, TensorStats
+from ._text import choice, encoded
+from .device import Device
+
+DTYPES = {_native.Dtype.F32: np.dtype(np.float32), _native.Dtype.I32: np.dtype(np.int32),
+          _native.Dtype.U32: np.dtype(np.uint32)}
+CODES = {dtype: code for code, dtype in DTYPES.items()}
+
+
+def _desc(shape: Sequence[int], dtype: Any, name: Optional[str]) -> _native.splat_tensor_desc:
+    desc = _native.splat_tensor_desc(struct_size=sizeof(_native.splat_tensor_desc))
+    try:
+        wanted = np.dtype(dtype)
+    except TypeError as error:
+        raise InvalidArgument(f"dtype is {dtype!r}: {error}") from error
+    if wanted not in CODES:
+        raise InvalidArgument(f"dtype is {wanted}, expected float32, int32 or uint32: convert the "
+                              "array with .astype()")
+    desc.name = encoded(name, "name")
+    desc.dtype = int(CODES[wanted])
+    set_dims(desc, shape, "the tensor")
+    return desc
+
+
+def _strides(array: NDArray[Any], writing: bool) -> Tuple[NDArray[Any], Any]:
+    """An array whose strides the library takes, and these in elements; None: row-major."""
+    if array.flags.c_contiguous:
+        return array, None
+    usable = all(stride >= 0 and stride % array.itemsize == 0 for stride in array.strides)
+    if not usable or not array.flags.aligned:
+        if writing:
+            raise InvalidArgument("the strides of the array to fill are negative or no multiples of "
+                                  "its elements; give a row-major one")
+        return np.ascontiguousarray(array), None
+    return array, (c_int64 * array.ndim)(*(each // array.itemsize for each in array.strides))
+
+
+def _span(array: NDArray[Any]) -> int:
+    """Bytes from the first element of an array to the end of its last one."""
+    return array.itemsize + sum((size - 1) * stride
+                                for size, stride in zip(array.shape, array.strides))
+
+
+class Tensor(Handle):
+    """An array of float32, int32 or uint32 numbers on a device.
+
+    data   NumPy array, or anything with __dlpack__, __array_interface__ or the buffer protocol, of
+           one of these types; sequences of numbers become float32
+    name   used in messages
+    Raises InvalidArgument (type, memory of another device), Unsupported (too large for the device).
+    """
+
+    _kind = "tensor"
+
+    def __init__(self, device: Device, data: ArrayLike, *, name: Optional[str] = None) -> None:
+        array = host_array(data, "data")
+        if isinstance(data, (int, float, list, tuple, range)):
+            array = array.astype(np.float32)
+        desc = _desc(array.shape, array.dtype, name)
+        if array.size == 0:
+            raise InvalidArgument(f"data has the shape {shape_text(array.shape)}: a tensor has at "
+                                  "least one element")
+        array, strides = _strides(array, False)
+        self._own(made("tensor", direct, lib.splat_tensor_from_host, device.handle, byref(desc),
+                       address(array), _span(array), strides), device)
+
+    @classmethod
+    def zeros(cls, device: Device, shape: Union[int, Sequence[int]], dtype: Any = "float32", *,
+              name: Optional[str] = None) -> "Tensor":
+        """A tensor of zeros."""
+        desc = _desc((shape,) if isinstance(shape, int) else tuple(shape), dtype, name)
+        return cls._of(made("tensor", direct, lib.splat_tensor_create, device.handle, byref(desc)),
+                       device)
+
+    @property
+    def device(self) -> Device:
+        """The device whose memory it uses."""
+        assert self._device is not None
+        return self._device
+
+    @property
+    def info(self) -> TensorInfo:
+        """Shape, type, size and name."""
+        info = _native.splat_tensor_info(struct_size=sizeof(_native.splat_tensor_info))
+        check(lib.splat_tensor_get_info(self.handle, byref(info)))
+        return TensorInfo.of(info)
+
+    @property
+    def shape(self) -> Tuple[int, ...]:
+        """Elements along each dimension, outermost first."""
+        return self.info.shape
+
+    @property
+    def dtype(self) -> "np.dtype[Any]":
+        """The type of the elements."""
+        return DTYPES[self.info.dtype]
+
+    def numpy(self, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
+        """A copy in host memory.
+
+        out  filled instead: an array of the same shape and type, in any layout without overlaps
+        Raises InvalidArgument (type, layout, read-only), ShapeMismatch, InvalidState (mapped).
+        """
+        info = self.info
+        if out is None:
+            out = np.empty(info.shape, DTYPES[info.dtype])
+        if not isinstance(out, np.ndarray) or not out.flags.writeable:
+            raise InvalidArgument("out must be a NumPy array that can be written")
+        typed_array(out, DTYPES[info.dtype], "out")
+        check_shape(out, info.shape, "out")
+        array, strides = _strides(out, True)
+        check(lib.splat_tensor_read(self.handle, address(array), _span(array), strides))
+        return out
+
+    def write(self, data: ArrayLike) -> None:
+        """Replace all elements by those of an array of the same shape and type.
+
+        Raises InvalidArgument (type), ShapeMismatch, InvalidState (mapped).
+        """
+        info = self.info
+        array = typed_array(data, DTYPES[info.dtype], "data")
+        check_shape(array, info.shape, "data")
+        array, strides = _strides(array, False)
+        check(lib.splat_tensor_write(self.handle, address(array), _span(array), strides))
+
+    @property
+    def array(self) -> NDArray[Any]:
+        """The tensor's own memory as an array, without a copy; it may outlive the tensor.
+
+        No call may use the tensor on another thread while the array is read or written.
+        Raises Unsupported on devices whose memory is not unified: use `map` or `numpy` there.
+        """
+        return np.asarray(_dlpack.Shared(self.handle))
+
+    @contextmanager
+    def map(self, access: Union[int, str] = "read_write") -> Iterator[NDArray[Any]]:
+        """The elements as an array within a `with` block: with tensor.map() as array.
+
+        access  "read", "write" (contents undefined until written) or "read_write"
+        The array must not be used behind the block. Raises InvalidState (mapped already).
+        """
+        pointer, size = c_void_p(), c_size_t()
+        code = choice(_native.Access, access, "access")
+        info = self.info
+        check(lib.splat_tensor_map(self.handle, code, byref(pointer), byref(size)))
+        try:
+            yield np.asarray(_dlpack.Memory(pointer.value or 0, info.shape, DTYPES[info.dtype],
+                                            code == _native.Access.READ, self))
+        finally:
+            if not self.closed:
+                check(lib.splat_tensor_unmap(self.handle))
+
+    def check(self) -> TensorStats:
+        """Counts of NaN and infinities, and the range of a float32 tensor's finite elements."""
+        stats = _native.splat_tensor_stats(struct_size=sizeof(_native.splat_tensor_stats))
+        self._run(lib.splat_tensor_check, self.handle, byref(stats))
+        return TensorStats.of(stats)
+
+    def __dlpack__(self, *, stream: Optional[int] = None,
+                   max_version: Optional[Tuple[int, int]] = None,
+                   dl_device: Optional[Tuple[int, int]] = None,
+                   copy: Optional[bool] = None) -> Any:
+        """A capsule of DLPack on kDLCPU without a copy: versioned if max_version is 1.0 or more.
+
+        Raises BufferError for another device or a forced copy, Unsupported as `array`.
+        """
+        if dl_device is not None and tuple(dl_device) != (1, 0):
+            raise BufferError(f"DLPack's device {dl_device} is asked for, only (1, 0) is there")
+        if copy:
+            raise BufferError("a copy is asked for: make one with .numpy()")
+        return _dlpack.capsule(self.handle, max_version is not None and max_version[0] >= 1)
+
+    def __dlpack_device__(self) -> Tuple[int, int]:
+        return (1, 0)
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
+        if copy is False:
+            return self.array
+        values = self.numpy()
+        return values if dtype is None else values.astype(dtype, copy=False)
+
+    def __len__(self) -> int:
+        shape = self.shape
+        if not shape:
+            raise TypeError("a tensor of one number has no length")
+        return shape[0]
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "Tensor(closed)"
+        info = self.info
+        return f"Tensor({info.name!r}, {shape_text(info.shape)}, {DTYPES[info.dtype].name})"
+
+
+def tensor_of(value: Any, device: Device, what: str) -> Tensor:
+    """A float32 tensor of a device: the given one, or a new one of an array."""
+    if isinstance(value, Tensor):
+        return value
+    return Tensor(device, typed_array(value, np.float32, what), name=what)

@@ -1,0 +1,236 @@
+"""Training: a session with its folder, and the trainer and batches that it is made of."""
+import threading
+from ctypes import byref, sizeof
+from dataclasses import dataclass, fields
+from typing import Any, Dict, Iterator, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _native
+from ._arrays import ArrayLike, Floats, address, readable, set_arrays
+from ._dlpack import Memory
+from ._errors import check, direct
+from ._handle import Handle, made
+from ._library import lib
+from ._records import TrainerInfo, TrainingEvent
+from ._text import PathLike, bytes_from, flags_of, json_from, json_of, path_of
+from .camera import Camera, camera_array
+from .dataset import Config, Dataset, texts
+from .device import Device, default_device, whole
+from .model import Model
+from .weights import Weights
+
+ENDS = (_native.TrainingEventKind.DONE, _native.TrainingEventKind.INTERRUPTED,
+        _native.TrainingEventKind.NOT_FINITE, _native.TrainingEventKind.NOTHING_DRAWN)
+
+
+@dataclass(frozen=True)
+class Event(TrainingEvent):
+    """What one piece of a training did; `kind` says which fields have values.
+
+    drawn, truths  of a validated object, float32 [views,3,side,side]
+    """
+
+    drawn: Optional[Floats] = None
+    truths: Optional[Floats] = None
+
+    @property
+    def ends(self) -> bool:
+        """Whether the training is over."""
+        return self.kind in ENDS
+
+
+def _copy(pointer: Optional[int], event: Any) -> Optional[Floats]:
+    """The images of an event, which are valid until the next one."""
+    if not pointer or event.image_count == 0:
+        return None
+    shape = (event.views, 3, event.side, event.side)
+    return np.array(np.asarray(Memory(pointer, shape, np.dtype(np.float32), True)))
+
+
+class Training(Handle):
+    """A training with its folder: an iterator of events.
+
+        for event in splat.Training("run", config, values=["data.root=cars"]):
+            print(event.text)
+
+    A run that ends anywhere and is resumed has the same bits as one without an interruption.
+
+    folder      receives configuration, log, metrics, states and weights
+    config      text (JSON or YAML) or a dict; None: the defaults, or the run's when resuming
+    values      changes to it, "key=value"
+    dataset     None: the split train of data.root; validation: None with it: val of data.root
+    init        file of weights to start from; None: opt.pretrained_ckpt, else random
+    resume      go on from the latest state; overwrite: replace the run in the folder
+    Raises InvalidArgument, InvalidState (the folder is in use, or holds something else), NotFound,
+    FormatError, IoError; the folder is then untouched.
+    """
+
+    _kind = "training"
+
+    def __init__(self, folder: PathLike, config: Config = None, *, values: Sequence[str] = (),
+                 device: Optional[Device] = None, dataset: Optional[Dataset] = None,
+                 validation: Optional[Dataset] = None, init: Optional[PathLike] = None,
+                 init_flags: int = 0, resume: bool = False, overwrite: bool = False) -> None:
+        device = default_device() if device is None else device
+        bits = _native.TrainingFlags
+        desc = _native.splat_training_desc(struct_size=sizeof(_native.splat_training_desc))
+        desc.flags = flags_of((resume, bits.RESUME), (overwrite, bits.OVERWRITE))
+        desc.folder, desc.config = path_of(folder, "folder"), json_of(config, "config")
+        desc.values, desc.value_count = texts(values, "a value"), len(values)
+        desc.dataset = None if dataset is None else dataset.handle
+        desc.validation = None if validation is None else validation.handle
+        desc.init, desc.init_flags = path_of(init, "init"), whole(init_flags, "init_flags")
+        self._own(made("training", direct, lib.splat_training_open, device.handle, byref(desc)),
+                  device)
+        self._lock = threading.RLock()
+        self._ended = False
+
+    def next(self) -> Event:
+        """Do the next piece of work: a step, one object of a validation, a saved state.
+
+        After the end it gives the last event again, without text. After an error or Ctrl-C the next
+        call tries the same piece.
+        """
+        raw = _native.splat_training_event(struct_size=sizeof(_native.splat_training_event))
+        self._run(lib.splat_training_next, self.handle, byref(raw))
+        facts = TrainingEvent.of(raw)
+        event = Event(**{each.name: getattr(facts, each.name) for each in fields(facts)},
+                      drawn=_copy(raw.images, raw), truths=_copy(raw.truths, raw))
+        self._ended = event.ends
+        return event
+
+    def __iter__(self) -> Iterator[Event]:
+        return self
+
+    def __next__(self) -> Event:
+        if self._ended:
+            raise StopIteration
+        return self.next()
+
+    def interrupt(self) -> None:
+        """Let the next event save the state and end the run. Any thread may call it."""
+        check(lib.splat_training_interrupt(self.handle))
+
+    @property
+    def report(self) -> Dict[str, Any]:
+        """Step, loss, scores and memory so far."""
+        found: Dict[str, Any] = json_from(lib.splat_training_report, self.handle)
+        return found
+
+    def model(self) -> Model:
+        """The network in training."""
+        return Model._of(made("model", self._call, lib.splat_training_model, self.handle),
+                         self._device)
+
+
+class Batch:
+    """One update's images and cameras: B objects with V input and T target images each.
+
+    images [B*V,channels,R,R], view_to_world [B*V,4,4] row vectors, quaternions [B*V,4], focals
+    [B*V,2] where data.fov is 0, embedding, tokens; targets [B*T,3,R,R] and their `cameras`
+    """
+
+    def __init__(self, images: ArrayLike, targets: ArrayLike, cameras: Sequence[Camera], *,
+                 view_to_world: ArrayLike, quaternions: ArrayLike,
+                 focals: Optional[ArrayLike] = None, embedding: Optional[ArrayLike] = None,
+                 tokens: Optional[ArrayLike] = None) -> None:
+        self.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
+        kept = set_arrays(
+            self.raw, images=images, view_to_world=view_to_world, quaternions=quaternions,
+            focals=focals, embedding=embedding, tokens=tokens, targets=targets)
+        if kept[0].ndim == 4:
+            self.raw.channels = kept[0].shape[1]
+        self.raw.cameras = camera_array(cameras)
+        self.raw.cameras_count = len(cameras)
+
+
+    def _copy(self) -> None:
+        """Take copies of the library's arrays."""
+        raw, kept = self.raw, []
+        for name in ("images", "view_to_world", "quaternions", "focals", "embedding", "tokens",
+                     "targets"):
+            pointer, count = getattr(raw, name), getattr(raw, f"{name}_count")
+            if pointer and count:
+                kept.append(np.array(Memory(pointer, (count,), np.dtype(np.float32), True)))
+                setattr(raw, name, address(kept[-1]))
+        raw.kept = kept
+        raw.cameras = (_native.splat_camera * raw.cameras_count)(*raw.cameras[:raw.cameras_count])
+
+
+class Batches(Handle):
+    """The batches of a training, read ahead. Batch n depends on the seed and n alone.
+
+    dataset  opened at data.training_resolution, with the maps and background of the configuration
+    config   that of the trainer
+    """
+
+    _kind = "batches"
+
+    def __init__(self, dataset: Dataset, config: Config = None, seed: int = 0) -> None:
+        self._own(made("batches", direct, lib.splat_batches_create, dataset.handle,
+                       json_of(config, "config"), whole(seed, "seed", 64)))
+        self._lock: threading.RLock = threading.RLock()
+
+    def next(self, step: int) -> Batch:
+        """Batch number `step`, for `Trainer.step`; a copy."""
+        batch = Batch.__new__(Batch)
+        batch.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
+        with self._lock:  # the library's arrays are valid until the next call
+            check(lib.splat_batches_next(self.handle, whole(step, "step", 64), byref(batch.raw)))
+            batch._copy()
+        return batch
+
+
+class Trainer(Handle):
+    """A network in training: parameters, Adam's moments, averaged weights, and a rasterizer.
+
+    config  from `config_merge`; None: the defaults. Parameters are zero until the model has others.
+    """
+
+    _kind = "trainer"
+
+    def __init__(self, device: Optional[Device] = None, config: Config = None) -> None:
+        device = default_device() if device is None else device
+        desc = _native.splat_trainer_desc(struct_size=sizeof(_native.splat_trainer_desc))
+        desc.config = json_of(config, "config")
+        self._own(made("trainer", direct, lib.splat_trainer_create, device.handle, byref(desc)),
+                  device)
+        self._lock = threading.RLock()
+
+    def model(self) -> Model:
+        """The network, to initialise, load, store and read it."""
+        return Model._of(made("model", self._call, lib.splat_trainer_model, self.handle),
+                         self._device)
+
+    def step(self, batch: Batch) -> TrainerInfo:
+        """Do one update; on an error there is none."""
+        info = _native.splat_trainer_info(struct_size=sizeof(_native.splat_trainer_info))
+        self._run(lib.splat_trainer_step, self.handle, byref(batch.raw), byref(info))
+        return TrainerInfo.of(info)
+
+    @property
+    def report(self) -> Dict[str, Any]:
+        """Step, attempts, counts of parameters, and the whole configuration."""
+        found: Dict[str, Any] = json_from(lib.splat_trainer_report, self.handle)
+        return found
+
+    def store(self) -> Weights:
+        """The averaged weights as a state dict, or the current ones if there are none."""
+        return Weights._of(made("weights", self._run, lib.splat_trainer_store, self.handle))
+
+    def save(self, path: PathLike) -> None:
+        """Write all that the next step depends on to a .safetensors file, whole or not at all."""
+        self._run(lib.splat_trainer_save, self.handle, path_of(path))
+
+    def to_bytes(self) -> bytes:
+        """The bytes of such a file."""
+        return bytes_from(lib.splat_trainer_save_memory, self.handle, call=self._run)
+
+    def resume(self, source: Union[PathLike, bytes, bytearray, memoryview]) -> None:
+        """Go on from such a file or its bytes, bit-exactly. On an error nothing is changed."""
+        if isinstance(source, (bytes, bytearray, memoryview)):
+            data = readable(source, "source")
+            self._run(lib.splat_trainer_resume_memory, self.handle, address(data), data.size)
+        else:
+            self._run(lib.splat_trainer_resume, self.handle, path_of(source, "source"))

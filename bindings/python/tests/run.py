@@ -1,0 +1,19 @@
+"""Runs one file of tests; exits with 77 after a sentence where NumPy is missing.
+
+    python3 bindings/python/tests/run.py test_tensor
+"""
+import sys
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "src")]
+
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    print(f"skipped: {sys.executable} has no NumPy; apt-get install python3-numpy")
+    sys.exit(77)
+
+if __name__ == "__main__":
+    unittest.main(module=sys.argv[1], argv=sys.argv[1:], verbosity=2)

@@ -1,0 +1,354 @@
+"""Objects in any order, threads, the log, signals, forks, and the end of the interpreter."""
+import copy
+import ctypes
+import gc
+import itertools
+import os
+import pickle
+import sys
+import threading
+import time
+import unittest
+import weakref
+from typing import Any, List
+
+import numpy as np
+
+import splat
+from splat import _calls, _library, _native
+from shared import CONFIG, Case, cameras, run_program, scene, values
+
+class Order(Case):
+    """Closing and collecting."""
+
+    def make(self) -> List[Any]:
+        """A device, and objects that it keeps or that keep it."""
+        device = splat.Device()
+        rasterizer, drawn = splat.Rasterizer(device, 50, 48, 32), scene()
+        state = rasterizer.state()
+        rasterizer.forward(drawn, cameras(), state=state)
+        return [device, rasterizer, drawn, state, splat.Tensor.zeros(device, (64, 64))]
+
+    def test_many_orders(self) -> None:
+        for order in list(itertools.permutations(range(5)))[::7]:
+            made: List[Any] = self.make()
+            alive = [weakref.ref(each) for each in made]
+            for index in order:
+                if index % 2:
+                    made[index].close()
+                made[index] = None
+            gc.collect()
+            self.assertEqual([ref() for ref in alive], [None] * 5)
+
+    def test_memory_goes_back(self) -> None:
+        device, rasterizer, drawn, state, tensor = self.make()
+        self.assertGreater(device.memory.live_bytes, 0)
+        del rasterizer, drawn, state, tensor
+        gc.collect()
+        self.assertEqual(device.memory.live_bytes, 0)
+
+    def test_a_closed_device_leaves_its_objects_usable(self) -> None:
+        device, rasterizer, drawn, _, tensor = self.make()
+        device.close()
+        rasterizer.forward(drawn, cameras())
+        self.assertEqual(tensor.numpy().sum(), 0)
+        self.assertEqual(repr(device), "Device(closed)")
+
+    def test_objects_in_cycles(self) -> None:
+        class Holder:
+            pass
+        device, *others = self.make()
+        for each in others:
+            holder = Holder()
+            holder.me, holder.it = holder, each  # type: ignore[attr-defined]
+        before = device.memory.live_bytes
+        del others, each, holder
+        gc.collect()
+        self.assertLess(device.memory.live_bytes, before)
+
+    def test_half_made_objects(self) -> None:
+        errors: List[Any] = []
+        hook, sys.unraisablehook = sys.unraisablehook, errors.append
+        try:
+            cases: List[Any] = [
+                (splat.Device, 99), (splat.Tensor, self.device, b""), (splat.Scene, 1),
+                (splat.Rasterizer, self.device, -1, 1, 1), (splat.Comparison, {}, {}),
+                (splat.Model, self.device, "nonsense: 1"), (splat.Predictor, self.device, "gone"),
+                (splat.Module, self.device, "gone", {}), (splat.Training, "gone", "nonsense: 1"),
+                (splat.Weights, {"a": "b"}), (splat.Dataset, "gone"), (splat.Lpips, [], 0),
+                (splat.Optimizer, self.device, [])]
+            for kind, *arguments in cases:
+                with self.assertRaises(splat.Error):
+                    kind(*arguments)
+                half = kind.__new__(kind)
+                self.assertTrue(half.closed)
+                half.close()
+                self.refused(splat.InvalidHandle, "was closed", getattr, half, "handle")
+                del half
+            gc.collect()
+        finally:
+            sys.unraisablehook = hook
+        self.assertEqual(errors, [])
+
+    def test_no_copies(self) -> None:
+        made = scene()
+        for function in (copy.copy, copy.deepcopy, pickle.dumps):
+            self.refused(TypeError, "cannot be copied", function, made)
+
+    def test_the_library_refuses_dead_handles(self) -> None:
+        made, lib = scene(), _library.lib
+        handle = made.handle
+        made.close()
+        info = _native.splat_scene_info(struct_size=ctypes.sizeof(_native.splat_scene_info))
+        for dead in (handle, 0, 1, self.device.handle):
+            self.assertEqual(lib.splat_scene_get_info(dead, ctypes.byref(info)),
+                             _native.Result.ERROR_INVALID_HANDLE)
+
+
+class Threads(Case):
+    """Several threads at once."""
+
+    def together(self, *functions: Any) -> None:
+        """Run functions at once; exceptions of any count."""
+        errors: List[BaseException] = []
+
+        def guarded(function: Any) -> None:
+            try:
+                function()
+            except BaseException as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=guarded, args=(each,)) for each in functions]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        if errors:
+            raise errors[0]
+
+    def test_one_rasterizer(self) -> None:
+        rasterizer, drawn = splat.Rasterizer(self.device, 50, 48, 32), scene()
+        rasterizer.forward(drawn, cameras())
+        expected = rasterizer.read()
+
+        def work() -> None:
+            for _ in range(20):
+                rasterizer.forward(drawn, cameras())
+                np.testing.assert_array_equal(rasterizer.read(), expected)
+
+        self.together(work, work, work)
+
+    def test_errors_stay_with_their_thread(self) -> None:
+        def missing(name: str) -> None:
+            for _ in range(200):
+                self.refused(splat.NotFound, name, splat.Scene.load, self.folder / name)
+
+        self.together(lambda: missing("one.ply"), lambda: missing("two.ply"))
+
+    def test_closing_beside_a_call(self) -> None:
+        device = splat.Device()
+        model = splat.Model(device, CONFIG)
+        model.init(1)
+        others = [splat.Tensor.zeros(device, (64, 64)) for _ in range(20)]
+        started = threading.Event()
+
+        def work() -> None:
+            for _ in range(5):
+                model.forward(values(1, 3, 16, 16))
+                started.set()
+
+        def close() -> None:
+            started.wait()
+            for each in (device, *others):
+                each.close()
+
+        self.together(work, close)
+        model.close()
+
+    def test_cancel_from_another_thread(self) -> None:
+        device = splat.Device()
+        model = splat.Model(device, CONFIG)
+        stop = threading.Event()
+
+        def cancel() -> None:
+            while not stop.wait(0.0005):
+                device.cancel()
+
+        thread = threading.Thread(target=cancel)
+        thread.start()
+        try:
+            with self.assertRaises(splat.Cancelled):
+                while True:
+                    model.forward(values(1, 3, 16, 16))
+        finally:
+            stop.set()
+            thread.join()
+        model.forward(values(1, 3, 16, 16))
+
+
+class Log(Case):
+    """The log callback."""
+
+    def tearDown(self) -> None:
+        splat.set_log(None)
+
+    def test_messages(self) -> None:
+        heard: List[Any] = []
+        splat.set_log(lambda level, text: heard.append((level, text)), "info")
+        splat.Device().close()
+        self.assertEqual(heard[0][0], splat.LogLevel.INFO)
+        self.assertIn("device", heard[0][1])
+        splat.set_log(None)
+        count = len(heard)
+        splat.Device().close()
+        self.assertEqual(len(heard), count)
+        self.refused(splat.InvalidArgument, "min_level", splat.set_log, None, "loud")
+
+    def test_exceptions_go_to_the_hook(self) -> None:
+        caught: List[Any] = []
+
+        def fail(level: splat.LogLevel, text: str) -> None:
+            raise ValueError("in the callback")
+
+        hook, sys.unraisablehook = sys.unraisablehook, caught.append
+        try:
+            splat.set_log(fail, "info")
+            splat.Device().close()
+        finally:
+            sys.unraisablehook = hook
+        self.assertEqual((str(caught[0].exc_value), caught[0].object), ("in the callback", fail))
+
+    def test_a_callback_may_call_the_library(self) -> None:
+        found: List[int] = []
+        splat.set_log(lambda level, text: found.append(len(scene())), "info")
+        splat.Device().close()
+        self.assertEqual(found[0], 50)
+
+
+class Programs(Case):
+    """What needs a process of its own."""
+
+    def test_exit_with_live_objects_and_a_callback(self) -> None:
+        text = """
+import splat, sys, threading, numpy
+splat.set_log(lambda level, text: print(text, file=sys.stderr), "error")
+device = splat.default_device()
+predictor = splat.Predictor(device)
+tensor = splat.Tensor(device, [1, 2, 3]); array = tensor.array
+kept = [tensor, predictor, splat.Scene(numpy.ones((9, 3), numpy.float32))]; kept.append(kept)
+def work():
+    while True: predictor.predict(numpy.zeros((64, 64, 3), numpy.uint8))
+if BUSY: threading.Thread(target=work, daemon=True).start()
+import atexit, random, time; time.sleep(random.random() / 2)
+atexit.register(lambda: print("end", predictor.info.views))
+"""
+        for busy in ("False", *["True"] * 5):
+            self.assertEqual(run_program(text.replace("BUSY", busy)), (0, "end 1\n", ""))
+
+    @unittest.skipIf("libtsan" in os.environ.get("LD_PRELOAD", ""),
+                     "ThreadSanitizer ends a forked child that starts threads")
+    def test_a_forked_child(self) -> None:
+        self.assertEqual(run_program("""
+import os, splat, sys
+from shared import cameras, scene
+device = splat.default_device()
+rasterizer, drawn = splat.Rasterizer(device, 50, 48, 32), scene()
+rasterizer.forward(drawn, cameras())
+child = os.fork()
+if child == 0:
+    for call in (lambda: rasterizer.forward(drawn, cameras()), lambda: splat.Tensor(device, 1),
+                 device.cancel):
+        try: call()
+        except splat.InvalidState as error: assert "fork" in str(error), error
+        else: raise SystemExit("no error")
+    assert len(drawn) == 50
+    with splat.Device() as own: splat.render(drawn, cameras()[0], device=own)
+    splat.render(drawn, cameras()[0])  # by a default device of the child
+    del rasterizer, drawn
+    sys.exit(0)
+print(os.waitpid(child, 0)[1])
+rasterizer.forward(drawn, cameras())
+""")[:2], (0, "0\n"))
+
+    def test_interrupts_end_a_long_call(self) -> None:
+        splat.write_synthetic(self.folder, test=1, test_views=251, resolution=64, seed=1)
+        status, output, errors = run_program("""
+import os, signal, splat, sys, threading, time
+evaluator = splat.Evaluator(splat.Predictor(), data_path=os.environ["DATA"])
+evaluator.score(0)
+begun = time.monotonic()
+evaluator.score(0)
+full = time.monotonic() - begun
+def score():  # 251 views, drawn by several command lists
+    begun = time.monotonic()
+    try: evaluator.score(0)
+    except (KeyboardInterrupt, TimeoutError) as error: print(type(error).__name__, error)
+    return time.monotonic() - begun
+def interrupt():
+    threading.Timer(full / 10, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+interrupt()
+print(score() < 0.9 * full, signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+def stop(*_): raise TimeoutError("alarm")
+signal.signal(signal.SIGALRM, stop)
+signal.setitimer(signal.ITIMER_REAL, full / 10)
+score()
+heard = []
+signal.signal(signal.SIGINT, lambda *_: heard.append(1))  # a handler that lets the call go on
+interrupt()
+score()
+print(heard, evaluator.info.scored, evaluator.score(0).novel.views)
+""", DATA=str(self.folder))
+        self.assertEqual((status, output), (
+            0, "KeyboardInterrupt \nTrue True\nTimeoutError alarm\n[1] 1 250\n"), errors)
+
+    def test_interrupts_at_any_time(self) -> None:
+        status, output, errors = run_program("""
+import os, random, signal, splat, threading, time
+from shared import cameras, scene
+rasterizer, drawn, view = splat.Rasterizer(None, 50, 48, 32), scene(), cameras()
+rasterizer.forward(drawn, view)
+inside, count, threads = False, 0, len(os.listdir("/proc/self/task"))
+def stop(*_):
+    global inside
+    if inside:
+        inside = False
+        raise KeyboardInterrupt
+def send():
+    for _ in range(400):
+        time.sleep(random.random() / 200)
+        os.kill(os.getpid(), signal.SIGINT)
+signal.signal(signal.SIGINT, stop)
+sender = threading.Thread(target=send)
+sender.start()
+while sender.is_alive():
+    try:
+        inside = True
+        while sender.is_alive():
+            rasterizer.forward(drawn, view)
+    except KeyboardInterrupt:
+        count += 1
+inside = False
+rasterizer.forward(drawn, view)
+print(count > 200, rasterizer.read().shape, len(os.listdir('/proc/self/task')) - threads < 10)
+""")
+        self.assertEqual((status, output), (0, "True (1, 32, 48, 3) True\n"), errors)
+
+
+class Calls(unittest.TestCase):
+    """The way of long calls to their thread."""
+
+    def test_it_costs_little(self) -> None:
+        lib = _library.lib
+        for _ in range(100):
+            _calls.run(None, None, lib.splat_version)
+        times = []
+        for _ in range(1000):
+            begun = time.perf_counter()
+            _calls.run(None, None, lib.splat_version)
+            times.append(time.perf_counter() - begun)
+        self.assertLess(sorted(times)[500], 50e-6 * 4)  # 10 us where nothing else runs
+
+    def test_exceptions_of_arguments_come_back(self) -> None:
+        with self.assertRaises(ctypes.ArgumentError):
+            _calls.run(None, None, _library.lib.splat_result_name, "no number")
+        self.assertGreater(_calls.run(None, None, _library.lib.splat_version), 0)

@@ -1,0 +1,144 @@
+"""The rasterizer: images, outputs, gradients, several states."""
+from typing import Any
+
+import numpy as np
+
+import splat
+from shared import Case, arrays, cameras, scene, values
+
+OUTPUTS = {"rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
+           "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
+           "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
+           "visibility": (2, 50)}
+
+
+class Drawing(Case):
+    """Forward calls and their outputs."""
+
+    def make(self, **options: object) -> splat.Rasterizer:
+        return splat.Rasterizer(self.device, 50, 48, 32, views=2, **options)  # type: ignore
+
+    def test_all_outputs(self) -> None:
+        rasterizer = self.make(depth=True, normals=True)
+        rasterizer.forward(scene(), cameras(2), (1, 0.5, 0))
+        for name, shape in OUTPUTS.items():
+            array = rasterizer.read(name)
+            self.assertEqual((array.shape, array.dtype), (shape, np.dtype(np.float32)), name)
+            self.assertGreater(np.abs(array).max(), 0, name)
+            np.testing.assert_array_equal(rasterizer.output(name), array)
+        self.assertEqual(rasterizer.info().views, 2)
+        tensor = splat.Tensor.zeros(self.device, (2, 32, 48))
+        self.assertIs(rasterizer.output(splat.Output.ALPHA, into=tensor), tensor)
+
+    def test_images_are_what_read_gives(self) -> None:
+        rasterizer = self.make()
+        rasterizer.forward(scene(), cameras(2), (1, 1, 1))
+        rgb, alpha = rasterizer.read("rgb"), rasterizer.read("alpha")
+        images = rasterizer.images(channels=4)
+        self.assertEqual(len(images), 2)
+        expected = np.rint(255 * np.clip(np.concatenate([rgb, alpha[..., None]], -1), 0, 1))
+        np.testing.assert_array_equal(np.stack([np.asarray(each) for each in images]), expected)
+        np.testing.assert_array_equal(rasterizer.images(dtype=np.float32)[1], rgb[1])
+        self.assertEqual(rasterizer.images("alpha")[0].array.shape, (32, 48))
+        picture = splat.render(scene(), cameras(2)[0], device=self.device)
+        np.testing.assert_array_equal(picture, images[0].array[:, :, :3])
+        self.assertEqual(splat.render(scene(), cameras()[0], alpha=True).channels, 4)
+
+    def test_arrays_and_tensors_draw_alike(self) -> None:
+        rasterizer, given = self.make(), arrays(50)
+        rasterizer.forward_arrays(cameras(2), **given)
+        rgb = rasterizer.read()
+        made = scene()
+        tensors = {name: made.tensor(name, self.device) for name in given}
+        rasterizer.forward_arrays(cameras(2), None, means=tensors["means"],
+                                  scales=tensors["scales"], rotations=tensors["rotations"],
+                                  opacities=tensors["opacities"], sh=tensors["sh"])
+        np.testing.assert_allclose(rasterizer.read(), rgb, atol=1e-4)
+        colors = self.make(direct_colors=True)
+        del given["sh"]
+        colors.forward_arrays(cameras(1), colors=values(50, 3), **given)
+        self.assertEqual(colors.read().shape, (1, 32, 48, 3))
+        empty = {name: array[:0] for name, array in arrays(50).items()}
+        rasterizer.forward_arrays(cameras(1), (0, 0, 1), **empty)
+        np.testing.assert_array_equal(rasterizer.read()[0, 0, 0], [0, 0, 1])
+
+    def test_bad_input(self) -> None:
+        rasterizer, given = self.make(), arrays(50)
+        self.refused(splat.InvalidState, "no view", rasterizer.read)
+        self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(2, 40, 32))
+        self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(51), cameras(2))
+        self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(3))
+        self.refused(splat.InvalidArgument, "expected a Camera", rasterizer.forward, scene(), [3])
+        self.refused(splat.ShapeMismatch, "background", rasterizer.forward, scene(), cameras(), (1,))
+        rasterizer.forward(scene(), cameras())
+        self.refused(splat.InvalidState, "DEPTH", rasterizer.read, "depth")
+        self.refused(splat.InvalidArgument, "expected one of rgb", rasterizer.read, "red")
+        self.refused(splat.InvalidArgument, "which is none", rasterizer.read, 99)
+        self.refused(splat.InvalidArgument, "", rasterizer.images, "means2d")
+        self.refused(splat.ShapeMismatch, "", rasterizer.images, channels=2)
+        self.refused(splat.ShapeMismatch, "scales", rasterizer.forward_arrays, cameras(),
+                     **{**given, "scales": values(49, 3)})
+        self.refused(splat.InvalidArgument, "float64", rasterizer.forward_arrays, cameras(),
+                     **{**given, "means": np.zeros((50, 3))})
+        with splat.Device() as other:
+            self.refused(splat.InvalidArgument, "device", rasterizer.forward_arrays, cameras(),
+                         **{**given, "means": splat.Tensor(other, given["means"])})
+        mapped = splat.Tensor(self.device, given["means"])
+        with mapped.map():
+            self.refused(splat.InvalidState, "mapped", rasterizer.forward_arrays, cameras(),
+                         **{**given, "means": mapped})
+        self.refused(splat.InvalidArgument, "degree 9", self.make, sh_degree=9)
+        self.refused(splat.InvalidArgument, "gaussians is -1", splat.Rasterizer, self.device, -1, 4,
+                     4)
+
+
+class Gradients(Case):
+    """Backward calls."""
+
+    def test_gradients_are_differences(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32, backward=True, convention="gsplat")
+        given, weight = arrays(50), values(1, 32, 48, 3, seed=9)
+
+        def loss(sh: Any) -> float:
+            rasterizer.forward_arrays(cameras(), **{**given, "sh": sh})
+            return float((rasterizer.read().astype(float) * weight).sum())
+
+        loss(given["sh"])
+        gradient = rasterizer.backward(["sh"], rgb=weight)["sh"].numpy()
+        direction = values(50, 1, 3, seed=5) - np.float32(0.5)  # in which the image is linear
+        change = loss(given["sh"] + direction / 8) - loss(given["sh"] - direction / 8)
+        self.assertAlmostEqual(change * 4 / float((gradient * direction).sum()), 1, 4)
+
+    def test_states_and_accumulation(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32, backward=True, grad_depth=True,
+                                      grad_means2d=True, depth=True)
+        state = rasterizer.state()
+        rasterizer.forward(scene(), cameras(2)[0])
+        rasterizer.forward(scene(), cameras(2)[1], state=state)
+        weight = values(1, 32, 48, 3)
+        names = ["means", "scales", "rotations", "opacities", "sh", "means2d", "means2d_abs"]
+        first = rasterizer.backward(names, rgb=weight, alpha=values(1, 32, 48),
+                                    depth=values(1, 32, 48))
+        kept = {name: tensor.numpy() for name, tensor in first.items()}
+        second = rasterizer.backward(names, rgb=weight, state=state)
+        self.assertFalse(np.array_equal(kept["means"], second["means"].numpy()))
+        sums = rasterizer.backward(["means"], rgb=weight, alpha=values(1, 32, 48),
+                                   depth=values(1, 32, 48), into={"means": first["means"]},
+                                   accumulate=True)
+        np.testing.assert_array_equal(sums["means"], 2 * kept["means"])
+
+    def test_bad_input(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32, backward=True)
+        self.refused(splat.InvalidState, "no view", rasterizer.backward, [])
+        rasterizer.forward(scene(), cameras())
+        self.refused(splat.InvalidArgument, "no gradient 'colour'", rasterizer.backward, ["colour"])
+        self.refused(splat.ShapeMismatch, "grad_rgb", rasterizer.backward, ["means"],
+                     rgb=values(2, 32, 48, 3))
+        self.refused(splat.InvalidState, "", rasterizer.backward, ["means2d"])
+        plain = splat.Rasterizer(self.device, 50, 48, 32)
+        plain.forward(scene(), cameras())
+        self.refused(splat.InvalidState, "BACKWARD", plain.backward, ["means"])
+        self.refused(splat.InvalidArgument, "state", rasterizer.forward, scene(), cameras(),
+                     state=plain.state())
+        rasterizer.close()
+        self.refused(splat.InvalidHandle, "this Rasterizer was closed", rasterizer.read)

@@ -1,0 +1,174 @@
+"""Scenes, cameras and images."""
+import math
+
+import numpy as np
+
+import splat
+from shared import Case, arrays, cameras, picture, scene, values
+
+
+class Scenes(Case):
+    """Arrays, files, changes."""
+
+    def test_attributes(self) -> None:
+        given = arrays(20, 2)
+        made = splat.Scene(given["means"], **{k: v for k, v in given.items() if k != "means"})
+        self.assertEqual((len(made), made.sh_degree, made.info.count), (20, 2, 20))
+        for name, array in given.items():
+            np.testing.assert_allclose(getattr(made, name), array, rtol=1e-5, atol=1e-6)
+        made.means = given["means"] * 2
+        np.testing.assert_array_equal(made.means, given["means"] * 2)
+        np.testing.assert_allclose(made.log_scales, np.log(given["scales"]), rtol=1e-5)
+        with made.tensor("opacities", self.device) as tensor:
+            np.testing.assert_allclose(tensor, given["opacities"], rtol=1e-5, atol=1e-6)
+
+    def test_defaults_and_none_at_all(self) -> None:
+        made = splat.Scene(values(3, 3))
+        np.testing.assert_array_equal(made.rotations, [[1, 0, 0, 0]] * 3)
+        np.testing.assert_array_equal(made.opacities, [0.5] * 3)
+        empty = splat.Scene(np.zeros((0, 3), np.float32))
+        self.assertEqual((len(empty), empty.means.shape), (0, (0, 3)))
+        self.refused(splat.InvalidState, "Gaussians", empty.tensor, "means", self.device)
+
+    def test_files_and_bytes(self) -> None:
+        made = scene(20, 1)
+        self.assertEqual({each["name"] for each in splat.scene_formats()} >= {"ply", "spz"}, True)
+        for name in ("ply", "spz", "splat"):
+            path = self.folder / f"a.{name}"
+            made.save(path)
+            self.assertEqual(path.read_bytes(), made.to_bytes(name))
+            self.assertEqual(len(splat.Scene.load(path)), 20)
+            self.assertEqual(len(splat.Scene.load(str(path))), 20)
+            again = splat.Scene.load(made.to_bytes(name), format=name)
+            self.assertEqual(again.report["format"], name)
+        np.testing.assert_array_equal(splat.Scene.load(made.to_bytes("ply")).sh, made.sh)
+        self.assertEqual(splat.Scene.load(memoryview(made.to_bytes("ply")), sh_degree=0).sh_degree,
+                         0)
+
+    def test_changes(self) -> None:
+        made = scene(20)
+        means = made.means
+        made.transform((0, 0, 0, 1), (1, 2, 3), 2)
+        np.testing.assert_allclose(made.means, means * [-2, -2, 2] + [1, 2, 3], atol=1e-5)
+        self.assertEqual(len(splat.Scene.merge([made, made])), 40)
+        made.crop(made.means.min(0), made.means[0].tolist())
+        self.assertLess(len(made), 20)
+        made.filter(0.99, finite=True, sort=True)
+        self.assertTrue((made.opacities >= 0.98).all())
+
+    def test_bad_input(self) -> None:
+        make, means = splat.Scene, values(4, 3)
+        self.refused(splat.ShapeMismatch, "expected [n,3]", make, values(4, 4))
+        self.refused(splat.InvalidArgument, "has the type float64", make, means.astype(float))
+        self.refused(splat.ShapeMismatch, "expected [4,4]", make, means, rotations=values(3, 4))
+        self.refused(splat.InvalidArgument, "5 terms", make, means, sh=values(4, 5, 3))
+        self.refused(splat.InvalidArgument, "exclude each other", make, means, scales=means,
+                     log_scales=means)
+        self.refused(splat.InvalidArgument, "opacities", make, means, opacities=means[:, 0] + 2)
+        made = make(means)
+        self.refused(splat.InvalidArgument, "no attribute 'colours'", made.read, "colours")
+        self.refused(splat.ShapeMismatch, "expected [4]", made.write, "opacities", values(3))
+        self.refused(splat.NotFound, "gone.ply", make.load, self.folder / "gone.ply")
+        self.refused(splat.FormatError, "", make.load, b"ply nonsense")
+        self.refused(splat.InvalidArgument, "expected one of ply", made.to_bytes, "obj")
+        self.refused(splat.Unsupported, "", made.save, self.folder / "a.obj")
+        self.refused(splat.InvalidArgument, "path", make.load, 3)
+        self.refused(splat.InvalidArgument, "sh_degree", make.load, b"", sh_degree=-1)
+        made.close()
+        self.refused(splat.InvalidHandle, "this Scene was closed", getattr, made, "means")
+
+
+class Cameras(Case):
+    """Formulas and files."""
+
+    def test_poses(self) -> None:
+        camera = splat.Camera.look_at((0, 0, -5), (0, 0, 0), width=40, height=30, fov_x=1.0)
+        self.assertAlmostEqual(camera.intrinsics[0], 20 / math.tan(0.5))
+        np.testing.assert_allclose(camera.world_to_camera @ [0, 0, 0, 1], [0, 0, 5, 1], atol=1e-12)
+        again = splat.Camera.from_opengl(camera.to_opengl(), width=40, height=30, fov_x=1.0)
+        np.testing.assert_allclose(again.world_to_camera, camera.world_to_camera, atol=1e-12)
+        made = splat.Camera(40, 30, 50, world_to_camera=camera.world_to_camera)
+        self.assertEqual(made.intrinsics, (50, 50, 20, 15))
+        made.world_to_camera = np.eye(4)
+        np.testing.assert_array_equal(made.world_to_camera, np.eye(4))
+
+    def test_files(self) -> None:
+        made = cameras(3)
+        for index, camera in enumerate(made):
+            camera.name = f"view{index}.png"
+        splat.save_cameras(self.folder / "transforms.json", made)
+        data = splat.cameras_to_bytes(made)
+        self.assertEqual((self.folder / "transforms.json").read_bytes(), data)
+        for again in (splat.Camera.load(self.folder / "transforms.json"), splat.Camera.load(data)):
+            self.assertEqual([each.name for each in again], [each.name for each in made])
+            for a, b in zip(again, made):
+                np.testing.assert_allclose(a.world_to_camera, b.world_to_camera, atol=1e-9)
+
+    def test_colmap(self) -> None:
+        (self.folder / "cameras.txt").write_text("1 PINHOLE 40 30 50 50 20 15\n")
+        (self.folder / "images.txt").write_text("1 1 0 0 0 0 0 4 1 a.png\n\n")
+        found = splat.Camera.load(self.folder)
+        self.assertEqual((found[0].name, found[0].intrinsics), ("a.png", (50, 50, 20, 15)))
+        parts = ((self.folder / "cameras.txt").read_bytes(),
+                 (self.folder / "images.txt").read_bytes())
+        self.assertEqual(splat.Camera.load(parts), found)
+
+    def test_copies(self) -> None:
+        import copy
+        import pickle
+        camera = cameras()[0]
+        self.assertEqual(pickle.loads(pickle.dumps(camera)), camera)
+        self.assertEqual(copy.deepcopy(camera), camera)
+
+    def test_bad_input(self) -> None:
+        self.refused(splat.InvalidArgument, "", splat.Camera.look_at, (0, 0, 0), (0, 0, 0))
+        self.refused(splat.ShapeMismatch, "expected [3]", splat.Camera.look_at, (0, 0), (0, 0, 0))
+        self.refused(splat.ShapeMismatch, "expected [4,4]", splat.Camera, 4, 4, 5,
+                     world_to_camera=np.eye(3))
+        self.refused(splat.InvalidArgument, "width is 1.5", splat.Camera, 1.5, 4, 5)
+        self.refused(splat.InvalidArgument, "", splat.Camera.from_fov, 4, 4, 7)
+        self.refused(splat.FormatError, "", splat.Camera.load, b"{")
+        self.refused(splat.NotFound, "", splat.Camera.load, self.folder / "transforms.json")
+        self.refused(splat.InvalidArgument, "count is 0", splat.Camera.orbit, scene(), 0)
+
+
+class Images(Case):
+    """Files, bytes, scores."""
+
+    def test_files_and_bytes(self) -> None:
+        for array in (picture(), picture()[:, :, :3], picture()[:, :, 0], picture()[::-1, ::2]):
+            image = splat.Image(array)
+            self.assertEqual(image.channels, array.shape[2] if array.ndim == 3 else 1)
+            np.testing.assert_array_equal(splat.Image.load(image.to_bytes()), array)
+            image.save(self.folder / "a.png")
+            np.testing.assert_array_equal(splat.Image.load(self.folder / "a.png"), array)
+        image = splat.Image(values(5, 6, 3))
+        np.testing.assert_array_equal(splat.Image.load(image.to_bytes("npy")), image)
+        self.assertEqual(splat.Image.load(image.to_bytes(), dtype=np.float16).array.dtype,
+                         np.float16)
+        self.assertTrue(image._repr_png_().startswith(b"\x89PNG"))
+
+    def test_animations(self) -> None:
+        frames = [values(5, 6, 3, seed=seed) for seed in range(3)]
+        for name in ("gif", "png"):
+            splat.save_animation(self.folder / f"a.{name}", frames, 50)
+            self.assertEqual((self.folder / f"a.{name}").read_bytes(),
+                             splat.animation_to_bytes(frames, 50, name))
+
+    def test_scores(self) -> None:
+        image = splat.Image(picture())
+        self.assertEqual(splat.compare_images(image, image).psnr, math.inf)
+        scores = splat.compare_images(values(3, 16, 16), values(3, 16, 16) * 0.9)
+        self.assertAlmostEqual(scores.squared_error, float(np.mean((values(3, 16, 16) * 0.1)**2)),
+                               6)
+        self.refused(splat.ShapeMismatch, "expected [3,16,16]", splat.compare_images,
+                     values(3, 16, 16), values(3, 8, 8))
+
+    def test_bad_input(self) -> None:
+        self.refused(splat.InvalidArgument, "expected uint8", splat.Image, np.zeros((4, 4)))
+        self.refused(splat.ShapeMismatch, "1 to 4 channels", splat.Image, values(4, 4, 5))
+        self.refused(splat.ShapeMismatch, "no pixels", splat.Image, values(0, 4))
+        self.refused(splat.FormatError, "", splat.Image.load, b"nonsense")
+        self.refused(splat.NotFound, "", splat.Image.load, self.folder / "a.png")
+        self.refused(splat.Unsupported, "", splat.Image(picture()).save, self.folder / "a.tiff")
+        self.refused(splat.InvalidArgument, "", splat.save_animation, self.folder / "a.png", [])

@@ -1,0 +1,207 @@
+"""Devices and tensors."""
+import gc
+from typing import Any
+
+import numpy as np
+
+import splat
+from shared import Case, run_program, values
+
+
+class Pack:
+    """Only DLPack, of memory somewhere."""
+
+    def __init__(self, array: Any, device: int = 1) -> None:
+        self.array, self.device = array, device
+
+    def __dlpack__(self, **_: Any) -> Any:
+        return self.array.__dlpack__()
+
+    def __dlpack_device__(self) -> Any:
+        return (self.device, 0)
+
+
+class Devices(Case):
+    """Enumeration, selection, memory, profiles."""
+
+    def test_devices_are_described(self) -> None:
+        found = splat.devices()
+        self.assertGreaterEqual(len(found), 1)
+        info = self.device.info
+        self.assertEqual(info.name, found[info.index].name)
+        self.assertEqual(splat.Device(info.index).info.uuid, info.uuid)
+        self.assertEqual(splat.Device(uuid=info.uuid).info.index, info.index)
+        self.assertEqual(splat.Device(kind=info.kind).info.kind, info.kind)
+
+    def test_memory_is_counted_and_bounded(self) -> None:
+        with splat.Device(max_bytes=64 << 20) as device:
+            tensor = splat.Tensor.zeros(device, (1 << 20,))
+            self.assertGreaterEqual(device.memory.live_bytes, 4 << 20)
+            tensor.close()
+            self.assertEqual(device.memory.live_bytes, 0)
+            self.refused(splat.OutOfDeviceMemory, "budget", splat.Tensor.zeros, device, (1 << 25,))
+
+    def test_profiles(self) -> None:
+        with splat.Device(profile=True, kernels="plain") as device:
+            splat.Tensor(device, values(5)).check()
+            self.assertTrue(device.profile()["ops"])
+            self.assertIn("ms", device.profile_table())
+            device.reset_profile()
+            self.assertEqual(device.profile()["ops"], [])
+            self.assertEqual(device.info.kernels, splat.Kernels.PLAIN)
+        self.refused(splat.InvalidState, "PROFILE", self.device.profile)
+
+    def test_bad_arguments(self) -> None:
+        self.refused(splat.InvalidArgument, "exclude each other", splat.Device, 0, kind="cpu")
+        self.refused(splat.InvalidArgument, "kernels is 'fast'", splat.Device, kernels="fast")
+        self.refused(splat.InvalidArgument, "index is -1", splat.Device, -1)
+        self.refused(splat.InvalidArgument, "uuid has 3 bytes", splat.Device, uuid=b"abc")
+        self.refused(splat.InvalidArgument, "timeout", splat.Device, timeout=-1)
+        self.refused(splat.NoDevice, "llvmpipe" if "llvmpipe" in repr(self.device) else "",
+                     splat.Device, kind="other")
+
+
+class Tensors(Case):
+    """Arrays in and out."""
+
+    def test_arrays_of_each_type_come_back(self) -> None:
+        for dtype in (np.float32, np.int32, np.uint32):
+            array = np.arange(24).reshape(2, 3, 4).astype(dtype)
+            tensor = splat.Tensor(self.device, array, name="a")
+            self.assertEqual((tensor.shape, tensor.dtype, tensor.info.name),
+                             ((2, 3, 4), np.dtype(dtype), "a"))
+            np.testing.assert_array_equal(tensor.numpy(), array)
+
+    def test_any_layout(self) -> None:
+        base = values(6, 8)
+        for array in (base[::2, 1::3], base.T, base[::-1], np.broadcast_to(base[0], (4, 8)),
+                      base[:, ::-2], np.asfortranarray(base), np.float32(3)):
+            np.testing.assert_array_equal(splat.Tensor(self.device, array).numpy(), array)
+        out = np.zeros((8, 12), np.float32)
+        splat.Tensor(self.device, base).numpy(out[:6, :8].T.T)
+        np.testing.assert_array_equal(out[:6, :8], base)
+        tensor = splat.Tensor.zeros(self.device, (6, 8))
+        tensor.write(base[::-1])
+        np.testing.assert_array_equal(tensor, base[::-1])
+
+    def test_sequences_buffers_and_interfaces(self) -> None:
+        import array
+        for data in ([[1, 2], [3, 4]], array.array("f", [1, 2, 3]), memoryview(values(3)), 5,
+                     Pack(values(2, 2))):
+            self.assertEqual(splat.Tensor(self.device, data).dtype, np.float32)
+
+    def test_array_shares_memory(self) -> None:
+        tensor = splat.Tensor(self.device, values(3, 4))
+        array = tensor.array
+        array[1, 2] = 7
+        self.assertEqual(tensor.numpy()[1, 2], 7)
+        tensor.write(np.ones((3, 4), np.float32))
+        self.assertEqual(array.sum(), 12)
+        tensor.close()
+        gc.collect()
+        self.assertEqual(array[1, 2], 1)  # the memory outlives the tensor
+        self.assertEqual(splat.Tensor(self.device, 2).array.shape, ())
+
+    def test_map(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        with tensor.map() as array:
+            array[:] = [1, 2, 3]
+            self.refused(splat.InvalidState, "mapped", tensor.numpy)
+        np.testing.assert_array_equal(tensor, [1, 2, 3])
+        with tensor.map("read") as array:
+            self.assertFalse(array.flags.writeable)
+
+    def test_stats(self) -> None:
+        stats = splat.Tensor(self.device, [1, float("nan"), float("inf"), 3]).check()
+        self.assertEqual((stats.nan_count, stats.inf_count, stats.min, stats.max, stats.mean),
+                         (1, 1, 1, 3, 2))
+
+    def test_bad_input(self) -> None:
+        make, device = splat.Tensor, self.device
+        self.refused(splat.InvalidArgument, "dtype is float64", make, device, values(3) * 1.0e0 +
+                     np.zeros(3))
+        self.refused(splat.InvalidArgument, "dtype is >f4", make, device,
+                     values(3).astype(">f4"))
+        self.refused(splat.InvalidArgument, "expected float32", make, device, np.array(["a"]))
+        self.refused(splat.InvalidArgument, "expected numbers", make, device, ["a"])
+        self.refused(splat.InvalidArgument, "cannot be read as an array", make, device,
+                     Pack(np.zeros(2, ">f4")))
+        self.refused(splat.InvalidArgument, "memory of a device of DLPack's type 2", make, device,
+                     Pack(values(2), 2))
+        self.refused(splat.InvalidArgument, "at least one element", make, device, values(0, 3))
+        self.refused(splat.InvalidArgument, "9 dimensions", make, device, np.zeros((1,) * 9,
+                                                                                   np.float32))
+        self.refused(splat.InvalidArgument, "dims", make.zeros, device, (2, -1))
+        self.refused(splat.InvalidArgument, "dtype is 'none'", make.zeros, device, 3, "none")
+        tensor = make(device, values(3, 4))
+        self.refused(splat.ShapeMismatch, "expected [3,4]", tensor.write, values(4, 3))
+        self.refused(splat.InvalidArgument, "expected float32", tensor.write,
+                     np.zeros((3, 4), np.int32))
+        self.refused(splat.ShapeMismatch, "expected [3,4]", tensor.numpy, values(3))
+        self.refused(splat.InvalidArgument, "can be written", tensor.numpy, [1])
+        frozen = values(3, 4)
+        frozen.flags.writeable = False
+        self.refused(splat.InvalidArgument, "can be written", tensor.numpy, frozen)
+        self.refused(splat.InvalidArgument, "negative", tensor.numpy, values(3, 4)[::-1])
+        self.refused(splat.InvalidArgument, "name has a NUL", make.zeros, device, 1, name="a\0b")
+
+    def test_closed(self) -> None:
+        tensor = splat.Tensor(self.device, 1)
+        tensor.close()
+        tensor.close()
+        self.refused(splat.InvalidHandle, "this Tensor was closed", tensor.numpy)
+        self.refused(splat.InvalidHandle, "this Tensor was closed", getattr, tensor, "array")
+        device = splat.Device()
+        device.close()
+        self.refused(splat.InvalidHandle, "this Device was closed", splat.Tensor, device, 1)
+
+
+class Dlpack(Case):
+    """Memory shared with other libraries."""
+
+    def test_numpy_takes_it_without_a_copy(self) -> None:
+        tensor = splat.Tensor(self.device, values(3, 4))
+        shared = np.from_dlpack(tensor)
+        np.testing.assert_array_equal(shared, tensor)
+        tensor.write(np.ones((3, 4), np.float32))
+        self.assertEqual(shared.sum(), 12)
+        tensor.close()
+        self.assertEqual(shared.sum(), 12)
+        self.assertEqual(tensor.__dlpack_device__(), (1, 0))
+
+    def test_memory_is_freed_with_the_last_user(self) -> None:
+        with splat.Device() as device:
+            for versioned in (None, (1, 0)):
+                tensor = splat.Tensor(device, values(1000))
+                capsule = tensor.__dlpack__(max_version=versioned)
+                self.assertIn("dltensor_versioned" if versioned else '"dltensor"', repr(capsule))
+                tensor.close()
+                self.assertGreater(device.memory.live_bytes, 0)
+                del capsule  # that no one took
+                self.assertEqual(device.memory.live_bytes, 0)
+            tensor = splat.Tensor(device, values(1000))
+            shared = np.from_dlpack(tensor)
+            view = tensor.array
+            tensor.close()
+            del shared
+            self.assertGreater(device.memory.live_bytes, 0)
+            del view
+            self.assertEqual(device.memory.live_bytes, 0)
+
+    def test_what_cannot_be_given(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        self.refused(BufferError, "a copy", tensor.__dlpack__, copy=True)
+        self.refused(BufferError, "only (1, 0)", tensor.__dlpack__, dl_device=(2, 0))
+
+    def test_arrays_that_outlive_the_interpreter(self) -> None:
+        status, output, errors = run_program("""
+import numpy as np, splat, sys
+tensor = splat.Tensor(splat.Device(), np.ones(9, np.float32))
+sys.keep = [np.from_dlpack(tensor), tensor.array, tensor.__dlpack__(), tensor]
+class Late:
+    keep = np.from_dlpack(tensor)
+    def __del__(self): print(float(self.keep[0]))
+import builtins
+builtins.late = Late()
+""")
+        self.assertEqual((status, output, errors), (0, "1.0\n", ""))

@@ -1,0 +1,138 @@
+"""Configurations, data sets, training sessions, trainers."""
+import json
+import threading
+from typing import Any
+
+import numpy as np
+
+import splat
+from shared import CONFIG, Case
+
+Kind = splat.TrainingEventKind
+
+
+class Configurations(Case):
+    """Keys and values."""
+
+    def test_merge(self) -> None:
+        merged = json.loads(splat.config_merge(CONFIG, "opt.base_lr=1e-3", "opt.base_lr=2e-3"))
+        self.assertEqual((merged["opt"]["base_lr"], merged["model"]["base_dim"]), (2e-3, 8))
+        self.assertIn("opt.base_lr", {key["key"] for key in splat.config_keys()})
+        self.assertEqual(splat.config_warnings(CONFIG), [])
+        self.refused(splat.InvalidArgument, "base_lr", splat.config_merge, None, "opt.base_lt=1")
+        self.refused(splat.InvalidArgument, "", splat.config_merge, "a: [")
+        self.refused(splat.InvalidArgument, "config is a int", splat.config_merge, 3)
+
+
+class Data(Case):
+    """Data sets and what makes them."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.path = self.folder / "data"
+        splat.write_synthetic(self.path, train=2, val=1, train_views=4, test_views=3, resolution=16,
+                              seed=1)
+
+    def open(self, **options: Any) -> splat.Dataset:
+        return splat.Dataset(self.path, resolution=16, background=(1, 1, 1), **options)
+
+    def test_views(self) -> None:
+        dataset = self.open(depth=True, normal=True, mask=True)
+        self.assertEqual((len(dataset), dataset.views(1), dataset.report["format"]), (2, 4, "srn"))
+        found = dataset.read(0, [2, 0, 2])
+        shapes = {name: array.shape[1:] for name, array in found.items()}
+        self.assertEqual(shapes, {"images": (3, 16, 16), "view_to_world": (4, 4),
+                                  "quaternions": (4,), "focals": (2,), "origin_distances": (),
+                                  "depths": (1, 16, 16), "normals": (3, 16, 16),
+                                  "masks": (1, 16, 16)})
+        np.testing.assert_array_equal(found["images"][0], found["images"][2])
+        np.testing.assert_array_equal(found["view_to_world"][0], np.eye(4))
+        np.testing.assert_array_equal(dataset.read(0)["images"].shape, (4, 3, 16, 16))
+        self.assertEqual(dataset.check(0)["problems"], [])
+
+    def test_bad_input(self) -> None:
+        dataset = self.open()
+        self.refused(splat.InvalidArgument, "", dataset.read, 9)
+        self.refused(splat.InvalidArgument, "", dataset.read, 0, [7])
+        self.refused(splat.InvalidArgument, "a view is -1", dataset.read, 0, [-1])
+        self.refused(splat.NotFound, "", splat.Dataset, self.folder / "nothing")
+        self.refused(splat.InvalidArgument, "format", splat.Dataset, self.path, format="other")
+        self.refused(splat.InvalidArgument, "boats", splat.write_synthetic, self.folder / "b",
+                     category="boats", train=1)
+
+    def start(self, **options: Any) -> splat.Training:
+        return splat.Training(self.folder / "run", CONFIG, values=[f"data.root='{self.path}'"],
+                              device=self.device, **options)
+
+    def test_events_until_an_interruption(self) -> None:
+        kinds = []
+        with self.start() as training:
+            for event in training:
+                kinds.append(event.kind)
+                if event.kind == Kind.STEP:
+                    assert event.info is not None
+                    self.assertGreater(event.info.loss, 0)
+                if event.kind == Kind.VALIDATED_OBJECT:
+                    assert event.drawn is not None and event.truths is not None
+                    self.assertEqual(event.drawn.shape, (3, 3, 16, 16))
+                    self.assertEqual(event.drawn.shape, event.truths.shape)
+                if event.step == 3 and event.kind == Kind.STEP:
+                    thread = threading.Thread(target=training.interrupt)
+                    thread.start()
+                    thread.join()
+            self.assertEqual((kinds[-1], event.ends), (Kind.INTERRUPTED, True))
+            self.assertEqual(training.next().kind, Kind.INTERRUPTED)
+            self.assertEqual(list(training), [])
+            self.assertEqual(training.report["step"], 3)
+            self.assertEqual(training.model().info.resolution, 16)
+        self.refused(splat.InvalidState, "", self.start)
+        with self.start(resume=True) as training:
+            while (event := training.next()).kind != Kind.STEP:
+                pass
+            self.assertEqual(event.step, 4)
+            self.refused(splat.InvalidState, "", self.start, resume=True)
+        self.refused(splat.NotFound, "", splat.Training, self.folder / "other", CONFIG,
+                     values=["data.root='gone'"], device=self.device)
+
+    def test_trainer_and_batches(self) -> None:
+        config = splat.config_merge(CONFIG, f"data.root='{self.path}'")
+        trainer, batches = splat.Trainer(self.device, config), splat.Batches(self.open(), config, 1)
+        trainer.model().init(1)
+        first = batches.next(0)
+        batches.next(1)
+        trainer.step(first)  # a batch stays what it was
+        state = trainer.to_bytes()
+        trainer.save(self.folder / "state.safetensors")
+        self.assertEqual((self.folder / "state.safetensors").read_bytes(), state)
+        loss = trainer.step(batches.next(1)).loss
+        for source in (state, self.folder / "state.safetensors"):
+            trainer.resume(source)  # type: ignore[arg-type]
+            self.assertEqual((trainer.report["step"], trainer.step(batches.next(1)).loss), (1, loss))
+        self.assertGreater(len(trainer.store()), 10)
+        last = batches.next(2)
+        batches.close()
+        self.assertEqual(trainer.step(last).step, 3)
+        self.refused(splat.FormatError, "", trainer.resume, b"nonsense")
+        self.refused(splat.InvalidArgument, "background", splat.Batches,
+                     splat.Dataset(self.path, resolution=16), config)
+
+    def test_a_batch_of_arrays(self) -> None:
+        found = self.open().read(0, [0, 1, 2])
+        cameras = []
+        for index in (1, 2):
+            camera = splat.Camera.from_fov(16, 16, 0.9)
+            camera.world_to_camera = np.linalg.inv(found["view_to_world"][index].T.astype(float))
+            cameras.append(camera)
+        batch = splat.Batch(found["images"][:1], found["images"][1:], cameras,
+                            view_to_world=found["view_to_world"][:1],
+                            quaternions=found["quaternions"][:1])
+        trainer = splat.Trainer(self.device, CONFIG)
+        trainer.model().init(1)
+        self.assertEqual(trainer.step(batch).step, 1)
+        self.refused(splat.ShapeMismatch, "", trainer.step,
+                     splat.Batch(found["images"][:2], found["images"][1:], cameras,
+                                 view_to_world=found["view_to_world"][:1],
+                                 quaternions=found["quaternions"][:1]))
+        self.refused(splat.InvalidArgument, "float64", splat.Batch, np.zeros((1, 3, 16, 16)),
+                     found["images"], cameras, view_to_world=found["view_to_world"],
+                     quaternions=found["quaternions"])

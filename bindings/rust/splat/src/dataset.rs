@@ -1,0 +1,188 @@
+//! Data sets.
+
+use crate::error::{call, Result};
+use crate::object::object;
+use crate::text::{array_mut, c_optional, count, pointer, text};
+use crate::values::DataFlags;
+use splat_sys as sys;
+
+/// Which data set, and how its images are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DatasetDesc<'a> {
+    /// Maps that are required; keep objects with missing files.
+    pub flags: DataFlags,
+    /// Its folder.
+    pub path: &'a str,
+    /// "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
+    pub format: Option<&'a str>,
+    /// "train", "val", "test"; None: train.
+    pub split: Option<&'a str>,
+    /// Of the returned images, which are square; 0: as stored.
+    pub resolution: u32,
+    /// Use only this many objects, the first in order; 0: all.
+    pub limit: u32,
+    /// For decoded images; 0: 1 GiB.
+    pub cache_bytes: u64,
+    /// Behind transparent pixels, 0 to 1.
+    pub background: [f32; 3],
+}
+
+/// Where [`Dataset::read`] writes n views of R x R pixels; None is not read.
+#[derive(Debug, Default)]
+pub struct DatasetViews<'a> {
+    /// `[n,3,R,R]` 0 to 1
+    pub images: Option<&'a mut [f32]>,
+    /// `[n,1,R,R]` 0 to 1, larger is nearer
+    pub depths: Option<&'a mut [f32]>,
+    /// `[n,3,R,R]` 0 to 1
+    pub normals: Option<&'a mut [f32]>,
+    /// `[n,1,R,R]` 0 to 1
+    pub masks: Option<&'a mut [f32]>,
+    /// `[n,16]` row vectors, OpenCV axes; the world is the frame of the first view
+    pub view_to_world: Option<&'a mut [f32]>,
+    /// `[n,4]` w x y z of that rotation, w >= 0
+    pub quaternions: Option<&'a mut [f32]>,
+    /// `[n,2]` pixels at R
+    pub focals: Option<&'a mut [f32]>,
+    /// `[n]` of the origin along the absolute camera's axis (CO3D); else 0
+    pub origin_distances: Option<&'a mut [f32]>,
+}
+
+object! {
+    /// Objects seen by several cameras, stored in a folder; needs no device.
+    Dataset, splat_dataset, splat_dataset_destroy
+}
+
+// SAFETY: train.h: a data set is thread-safe.
+unsafe impl Send for Dataset {}
+// SAFETY: train.h: a data set is thread-safe.
+unsafe impl Sync for Dataset {}
+
+impl Dataset {
+    /// Open the data set in a folder.
+    ///
+    /// Errors: `NotFound` (folder, split, maps), `Io`, `Format`, `InvalidArgument`.
+    pub fn open(desc: &DatasetDesc<'_>) -> Result<Dataset> {
+        let path = c_optional("path", Some(desc.path))?;
+        let format = c_optional("format", desc.format)?;
+        let split = c_optional("split", desc.split)?;
+        let raw = sys::splat_dataset_desc {
+            flags: desc.flags.0,
+            path: pointer(&path),
+            format: pointer(&format),
+            split: pointer(&split),
+            resolution: desc.resolution,
+            limit: desc.limit,
+            cache_bytes: desc.cache_bytes,
+            background: desc.background,
+            ..Default::default()
+        };
+        let mut handle = std::ptr::null_mut();
+        call!(splat_dataset_open(&raw, &mut handle))?;
+        Ok(Dataset { handle })
+    }
+
+    /// JSON: format, split, objects, views, resolution, maps, names.
+    pub fn report(&self) -> Result<String> {
+        // SAFETY: the buffer lives through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_dataset_report(self.handle, buffer, capacity, needed)
+        })
+    }
+
+    /// Read views of one object, in the given order.
+    ///
+    /// Errors: `InvalidArgument` (no such object or view, a slice that is too short), `NotFound`,
+    /// `Io`, `Format`; after the last three, slices may be partly written.
+    pub fn read(&self, object: u32, views: &[u32], out: &mut DatasetViews<'_>) -> Result<()> {
+        let (images, image_count) = array_mut("images", out.images.as_deref_mut())?;
+        let (depths, depth_count) = array_mut("depths", out.depths.as_deref_mut())?;
+        let (normals, normal_count) = array_mut("normals", out.normals.as_deref_mut())?;
+        let (masks, mask_count) = array_mut("masks", out.masks.as_deref_mut())?;
+        let (view_to_world, view_to_world_count) =
+            array_mut("view_to_world", out.view_to_world.as_deref_mut())?;
+        let (quaternions, quaternion_count) =
+            array_mut("quaternions", out.quaternions.as_deref_mut())?;
+        let (focals, focal_count) = array_mut("focals", out.focals.as_deref_mut())?;
+        let (origin_distances, origin_distance_count) =
+            array_mut("origin_distances", out.origin_distances.as_deref_mut())?;
+        let mut raw = sys::splat_dataset_views {
+            images,
+            depths,
+            normals,
+            masks,
+            view_to_world,
+            quaternions,
+            focals,
+            origin_distances,
+            image_count,
+            depth_count,
+            normal_count,
+            mask_count,
+            view_to_world_count,
+            quaternion_count,
+            focal_count,
+            origin_distance_count,
+            ..Default::default()
+        };
+        let length = count("views", views.len())?;
+        call!(splat_dataset_read(
+            self.handle,
+            object,
+            views.as_ptr(),
+            length,
+            &mut raw
+        ))
+    }
+
+    /// JSON: check all files of one object.
+    pub fn check(&self, object: u32) -> Result<String> {
+        // SAFETY: the buffer lives through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_dataset_check(self.handle, object, buffer, capacity, needed)
+        })
+    }
+}
+
+/// Procedural objects with exact maps, in the layout of SRN's data.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SyntheticDesc<'a> {
+    /// The folder to write to.
+    pub path: &'a str,
+    /// "cars", "chairs", "mixed"; None: cars.
+    pub category: Option<&'a str>,
+    /// Of all random choices.
+    pub seed: u64,
+    /// 8 to 2048; 0: 128.
+    pub resolution: u32,
+    /// From random places around the object; 0: 50.
+    pub train_views: u32,
+    /// Of val and test, on a spiral; 0: 251.
+    pub test_views: u32,
+    /// Objects of the split train.
+    pub train_objects: u32,
+    /// Of the split val.
+    pub val_objects: u32,
+    /// Of the split test.
+    pub test_objects: u32,
+}
+
+/// Write one object, counted over all splits, train first. Several threads may write different
+/// objects at once.
+pub fn synthetic_write(desc: &SyntheticDesc<'_>, index: u32) -> Result<()> {
+    let path = c_optional("path", Some(desc.path))?;
+    let category = c_optional("category", desc.category)?;
+    let raw = sys::splat_synthetic_desc {
+        path: pointer(&path),
+        category: pointer(&category),
+        seed: desc.seed,
+        resolution: desc.resolution,
+        train_views: desc.train_views,
+        test_views: desc.test_views,
+        train_objects: desc.train_objects,
+        val_objects: desc.val_objects,
+        test_objects: desc.test_objects,
+        ..Default::default()
+    };
+    call!(splat_synthetic_write(&raw, index))
+}

@@ -1,0 +1,282 @@
+//! Images in memory, in files, and their scores.
+
+use crate::error::{call, Error, Result};
+use crate::text::{bytes, c_path, count};
+use crate::values::{Code, ImageFormat, ImageInfo, ImageScores, Pixel};
+use splat_sys as sys;
+use std::marker::PhantomData;
+use std::os::raw::c_void;
+use std::path::Path;
+
+/// Types of samples: `u8` (0 to 255 stand for 0 to 1), `u16` (the bits of a float16) and `f32`.
+///
+/// # Safety
+/// `PIXEL` has the size of the type, and every pattern of bits is a value.
+pub unsafe trait Sample: Copy + Default + 'static {
+    /// Their name in C.
+    const PIXEL: Pixel;
+}
+
+// SAFETY: 1 byte, all patterns.
+unsafe impl Sample for u8 {
+    const PIXEL: Pixel = Pixel::U8;
+}
+// SAFETY: 2 bytes, all patterns.
+unsafe impl Sample for u16 {
+    const PIXEL: Pixel = Pixel::F16;
+}
+// SAFETY: 4 bytes, all patterns.
+unsafe impl Sample for f32 {
+    const PIXEL: Pixel = Pixel::F32;
+}
+
+fn raw<T: Sample>(
+    pixels: *mut c_void,
+    samples: usize,
+    [width, height]: [u32; 2],
+    channels: u32,
+) -> Result<sys::splat_image> {
+    if samples == 0 {
+        return Err(Error::argument(format!(
+            "the slice is empty, an image of {width} x {height} pixels and {channels} channels \
+             needs samples"
+        )));
+    }
+    Ok(sys::splat_image {
+        pixels,
+        bytes: samples * std::mem::size_of::<T>(),
+        type_: T::PIXEL.0,
+        width,
+        height,
+        channels,
+        ..Default::default()
+    })
+}
+
+/// Pixels of the caller that are read, in any layout that strides describe.
+///
+/// ```compile_fail,E0597
+/// let view = {
+///     let pixels = vec![0_u8; 12];
+///     splat::ImageView::new(&pixels, [2, 2], 3)?
+/// };
+/// println!("{:?}", view);
+/// # Ok::<(), splat::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ImageView<'a> {
+    raw: sys::splat_image,
+    lives: PhantomData<&'a [u8]>,
+}
+
+// SAFETY: a borrow of a slice that is only read.
+unsafe impl Send for ImageView<'_> {}
+// SAFETY: as above.
+unsafe impl Sync for ImageView<'_> {}
+
+impl<'a> ImageView<'a> {
+    /// Packed rows of interleaved channels. Calls check the length.
+    ///
+    /// `size`: width and height in pixels. `channels`: 1 to 4.
+    /// Errors: `InvalidArgument` for an empty slice.
+    pub fn new<T: Sample>(pixels: &'a [T], size: [u32; 2], channels: u32) -> Result<Self> {
+        let raw = raw::<T>(pixels.as_ptr() as *mut c_void, pixels.len(), size, channels)?;
+        Ok(ImageView {
+            raw,
+            lives: PhantomData,
+        })
+    }
+
+    /// Bytes from one row, pixel and channel to the next, all >= 0.
+    pub fn strides(mut self, row: u64, pixel: u64, channel: u64) -> Self {
+        set_strides(&mut self.raw, [row, pixel, channel]);
+        self
+    }
+
+    pub(crate) fn to_raw(self) -> sys::splat_image {
+        self.raw
+    }
+}
+
+/// Pixels of the caller that are written.
+#[derive(Debug)]
+pub struct ImageViewMut<'a> {
+    raw: sys::splat_image,
+    lives: PhantomData<&'a mut [u8]>,
+}
+
+// SAFETY: a borrow of a slice that is only this one's.
+unsafe impl Send for ImageViewMut<'_> {}
+
+impl<'a> ImageViewMut<'a> {
+    /// As [`ImageView::new`].
+    pub fn new<T: Sample>(pixels: &'a mut [T], size: [u32; 2], channels: u32) -> Result<Self> {
+        let raw = raw::<T>(pixels.as_mut_ptr().cast(), pixels.len(), size, channels)?;
+        Ok(ImageViewMut {
+            raw,
+            lives: PhantomData,
+        })
+    }
+
+    /// As [`ImageView::strides`], but no two samples may share a place.
+    pub fn strides(mut self, row: u64, pixel: u64, channel: u64) -> Self {
+        set_strides(&mut self.raw, [row, pixel, channel]);
+        self
+    }
+
+    pub(crate) fn to_raw(&self) -> sys::splat_image {
+        self.raw
+    }
+}
+
+/// Strides beyond i64 become its highest, which no slice has room for.
+fn set_strides(raw: &mut sys::splat_image, strides: [u64; 3]) {
+    let [row, pixel, channel] = strides.map(|stride| i64::try_from(stride).unwrap_or(i64::MAX));
+    raw.row_stride = row;
+    raw.pixel_stride = pixel;
+    raw.channel_stride = channel;
+}
+
+/// An image with packed rows of interleaved channels. Functions take any layout as
+/// [`ImageView`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image<T> {
+    /// `[height, width, channels]`
+    pub pixels: Vec<T>,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// 1 to 4: gray, gray and alpha, RGB, RGB and alpha.
+    pub channels: u32,
+}
+
+impl<T: Sample> Image<T> {
+    /// An image of zeros. `size`: width and height in pixels.
+    pub fn new([width, height]: [u32; 2], channels: u32) -> Self {
+        let samples = width as usize * height as usize * channels as usize;
+        Image {
+            pixels: vec![T::default(); samples],
+            width,
+            height,
+            channels,
+        }
+    }
+
+    /// Read an image file: PNG, JPEG, WebP or .npy. `channels`: 0 for those of the file; gray fills
+    /// RGB, and a missing alpha is opaque.
+    ///
+    /// Errors: `NotFound`, `Io`, `Format` (damaged), `Unsupported`, `ShapeMismatch` (channels of
+    /// the file have no place).
+    pub fn load(path: impl AsRef<Path>, channels: u32) -> Result<(Self, ImageInfo)> {
+        let path = c_path("path", path.as_ref())?;
+        Self::read(channels, |image, info| {
+            call!(splat_image_load(path.as_ptr(), image, info))
+        })
+    }
+
+    /// The same from the bytes of such a file.
+    pub fn load_memory(data: &[u8], channels: u32) -> Result<(Self, ImageInfo)> {
+        let pointer = data.as_ptr().cast();
+        Self::read(channels, |image, info| {
+            call!(splat_image_load_memory(pointer, data.len(), image, info))
+        })
+    }
+
+    fn read(
+        channels: u32,
+        call: impl Fn(*mut sys::splat_image, *mut sys::splat_image_info) -> Result<()>,
+    ) -> Result<(Self, ImageInfo)> {
+        let mut header = sys::splat_image {
+            type_: T::PIXEL.0,
+            ..Default::default()
+        };
+        let mut info = sys::splat_image_info::default();
+        call(&mut header, &mut info)?;
+        let channels = if channels == 0 {
+            header.channels
+        } else {
+            channels
+        };
+        let mut image = Image::<T>::new([header.width, header.height], channels);
+        let mut raw = image.view_mut()?.to_raw();
+        call(&mut raw, &mut info)?;
+        Ok((image, ImageInfo::from_raw(&info)))
+    }
+
+    /// The image as functions take it.
+    pub fn view(&self) -> Result<ImageView<'_>> {
+        ImageView::new(&self.pixels, [self.width, self.height], self.channels)
+    }
+
+    /// The image to be written.
+    pub fn view_mut(&mut self) -> Result<ImageViewMut<'_>> {
+        let size = [self.width, self.height];
+        ImageViewMut::new(&mut self.pixels, size, self.channels)
+    }
+}
+
+/// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
+pub fn save(path: impl AsRef<Path>, image: ImageView<'_>) -> Result<()> {
+    let path = c_path("path", path.as_ref())?;
+    call!(splat_image_save(path.as_ptr(), &image.to_raw()))
+}
+
+/// The same bytes. `format`: [`ImageFormat::PNG`] or [`ImageFormat::NPY`].
+pub fn save_memory(image: ImageView<'_>, format: ImageFormat) -> Result<Vec<u8>> {
+    let image = image.to_raw();
+    // SAFETY: image and buffer live through the call.
+    bytes(|buffer, capacity, needed| unsafe {
+        sys::splat_image_save_memory(&image, format.0, buffer, capacity, needed)
+    })
+}
+
+/// Write images of one size as an animation that repeats for ever: .png or .gif.
+/// `milliseconds`: of each frame, 1 to 65535.
+pub fn save_animation(
+    path: impl AsRef<Path>,
+    frames: &[ImageView<'_>],
+    milliseconds: u32,
+) -> Result<()> {
+    let path = c_path("path", path.as_ref())?;
+    let length = count("frames", frames.len())?;
+    let frames: Vec<sys::splat_image> = frames.iter().map(|frame| frame.to_raw()).collect();
+    call!(splat_image_save_animation(
+        path.as_ptr(),
+        frames.as_ptr(),
+        length,
+        milliseconds
+    ))
+}
+
+/// The same bytes. `format`: [`ImageFormat::PNG`] or [`ImageFormat::GIF`].
+pub fn save_animation_memory(
+    frames: &[ImageView<'_>],
+    milliseconds: u32,
+    format: ImageFormat,
+) -> Result<Vec<u8>> {
+    let length = count("frames", frames.len())?;
+    let frames: Vec<sys::splat_image> = frames.iter().map(|frame| frame.to_raw()).collect();
+    // SAFETY: frames and buffer live through the call.
+    bytes(|buffer, capacity, needed| unsafe {
+        sys::splat_image_save_animation_memory(
+            frames.as_ptr(),
+            length,
+            milliseconds,
+            format.0,
+            buffer,
+            capacity,
+            needed,
+        )
+    })
+}
+
+/// Compare two images of one size: PSNR and SSIM. Alpha counts as any other channel.
+///
+/// Errors: `ShapeMismatch` for two sizes, `InvalidArgument` for a slice that is too short and for
+/// numbers that are not finite.
+pub fn compare(a: ImageView, b: ImageView) -> Result<ImageScores> {
+    let mut scores = sys::splat_image_scores::default();
+    call!(splat_image_compare(&a.raw, &b.raw, &mut scores))?;
+    Ok(ImageScores::from_raw(&scores))
+}

@@ -1,0 +1,281 @@
+//! Networks with weights that turn pictures of an object into a scene.
+
+use crate::dataset::Dataset;
+use crate::device::Device;
+use crate::error::{call, Result};
+use crate::object::{object, Serial};
+use crate::picture::{Picture, RawPictures};
+use crate::scene::Scene;
+use crate::text::{c_optional, count, pointer, text};
+use crate::values::{Camera, PictureInfo, PredictorInfo};
+use crate::weights::Weights;
+use splat_sys as sys;
+
+/// Weights and configuration of a predictor. The default is the built-in weights.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PredictorDesc<'a> {
+    /// A file of weights.
+    pub weights_path: Option<&'a str>,
+    /// Used instead of reading the file, whose path then only names them.
+    pub weights: Option<&'a Weights>,
+    /// Text, JSON or YAML; None: the file beside the weights.
+    pub config: Option<&'a str>,
+    /// A file of low-rank adapters, which are folded in.
+    pub adapters_path: Option<&'a str>,
+    /// Or weights of them.
+    pub adapters: Option<&'a Weights>,
+    /// 0: lora_alpha of their metadata, else of the configuration.
+    pub adapters_alpha: f64,
+}
+
+/// Facts of a prediction.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Prediction {
+    /// Those of the views, relative to the first.
+    pub cameras: Vec<Camera>,
+    /// What became of each picture; none for an object of a data set.
+    pub pictures: Vec<PictureInfo>,
+    /// What the network saw, `[views,channels,R,R]`.
+    pub inputs: Vec<f32>,
+    /// Of the scene.
+    pub gaussians: u64,
+    /// Left out: numbers of theirs are not finite.
+    pub not_finite: u64,
+    /// Left out: opacity below 1 / 255, which no image of 8 bits shows.
+    pub faint: u64,
+    /// To read and cut out the pictures.
+    pub read_ms: f64,
+    /// To run the network and read its Gaussians.
+    pub network_ms: f64,
+}
+
+object! {
+    /// A network with weights that turns pictures of an object into a scene.
+    ///
+    /// ```no_run
+    /// # fn main() -> splat::Result<()> {
+    /// use splat::{Device, Picture, Predictor};
+    /// let device = Device::create(&Default::default())?;
+    /// let predictor = Predictor::create(&device, &Default::default())?;
+    /// let scene = predictor.predict(&[Picture::file("photo.png".as_ref())])?;
+    /// scene.save("scene.ply", &Default::default())?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    Predictor, splat_predictor, splat_predictor_destroy, evaluators: Serial
+}
+
+// SAFETY: predict.h: a predictor is thread-safe. Its evaluators are synchronised by `evaluators`.
+unsafe impl Send for Predictor {}
+// SAFETY: predict.h: a predictor is thread-safe.
+unsafe impl Sync for Predictor {}
+
+/// Where a prediction writes its facts.
+struct Room {
+    raw: sys::splat_prediction,
+    cameras: Vec<Camera>,
+    pictures: Vec<sys::splat_picture_info>,
+    inputs: Vec<f32>,
+}
+
+impl Room {
+    fn new(views: u32, pictures: u32, inputs: usize) -> Self {
+        let mut room = Room {
+            raw: sys::splat_prediction::default(),
+            cameras: vec![Camera::default(); views as usize],
+            pictures: vec![Default::default(); pictures as usize],
+            inputs: vec![0.0; inputs],
+        };
+        room.raw.camera_capacity = views;
+        room.raw.cameras = room.cameras.as_mut_ptr().cast();
+        if pictures != 0 {
+            room.raw.picture_capacity = pictures;
+            room.raw.pictures = room.pictures.as_mut_ptr();
+        }
+        if inputs != 0 {
+            room.raw.input_capacity = inputs as u64;
+            room.raw.inputs = room.inputs.as_mut_ptr();
+        }
+        room
+    }
+
+    fn facts(mut self) -> Prediction {
+        self.cameras.truncate(self.raw.camera_count as usize);
+        self.pictures.truncate(self.raw.picture_count as usize);
+        Prediction {
+            cameras: self.cameras,
+            pictures: self.pictures.iter().map(PictureInfo::from_raw).collect(),
+            inputs: self.inputs,
+            gaussians: self.raw.gaussians,
+            not_finite: self.raw.not_finite,
+            faint: self.raw.faint,
+            read_ms: self.raw.read_ms,
+            network_ms: self.raw.network_ms,
+        }
+    }
+}
+
+impl Predictor {
+    /// Create a predictor.
+    ///
+    /// Errors: `NotFound` (a file, or the configuration beside it), `ShapeMismatch` or `Format`
+    /// (weights that do not fit the configuration), and as [`Model::create`](crate::Model::create).
+    pub fn create(device: &Device, desc: &PredictorDesc<'_>) -> Result<Predictor> {
+        let weights_path = c_optional("weights_path", desc.weights_path)?;
+        let config = c_optional("config", desc.config)?;
+        let adapters_path = c_optional("adapters_path", desc.adapters_path)?;
+        let handle_of =
+            |weights: Option<&Weights>| weights.map_or(std::ptr::null_mut(), |w| w.handle);
+        let raw = sys::splat_predictor_desc {
+            weights_path: pointer(&weights_path),
+            weights: handle_of(desc.weights),
+            config: pointer(&config),
+            adapters_path: pointer(&adapters_path),
+            adapters: handle_of(desc.adapters),
+            adapters_alpha: desc.adapters_alpha,
+            ..Default::default()
+        };
+        let mut handle = std::ptr::null_mut();
+        call!(splat_predictor_create(device.handle, &raw, &mut handle))?;
+        Ok(Predictor {
+            handle,
+            evaluators: Serial::new(),
+        })
+    }
+
+    /// Describe what it takes and gives.
+    pub fn get_info(&self) -> Result<PredictorInfo> {
+        let mut info = sys::splat_predictor_info::default();
+        call!(splat_predictor_get_info(self.handle, &mut info))?;
+        Ok(PredictorInfo::from_raw(&info))
+    }
+
+    /// JSON: weights, warnings, category, metadata, what was loaded, configuration.
+    pub fn report(&self) -> Result<String> {
+        // SAFETY: the buffer lives through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_predictor_report(self.handle, buffer, capacity, needed)
+        })
+    }
+
+    /// Predict a scene in the frame of the first picture's camera, which looks along z from the
+    /// origin. As many pictures as the network has views.
+    ///
+    /// Errors: `InvalidArgument` (another count; a map, focal length, pose or array that the
+    /// network needs and a picture lacks, or the other way round), errors of files and the device.
+    pub fn predict(&self, pictures: &[Picture<'_>]) -> Result<Scene> {
+        let pictures = RawPictures::new(pictures)?;
+        let length = count("pictures", pictures.list.len())?;
+        let mut handle = std::ptr::null_mut();
+        let (list, none) = (pictures.list.as_ptr(), std::ptr::null_mut());
+        call!(splat_predictor_predict(
+            self.handle,
+            list,
+            length,
+            &mut handle,
+            none
+        ))?;
+        Ok(Scene { handle })
+    }
+
+    /// The same with facts. `inputs`: also what the network saw.
+    pub fn predict_with_facts(
+        &self,
+        pictures: &[Picture<'_>],
+        inputs: bool,
+    ) -> Result<(Scene, Prediction)> {
+        let pictures = RawPictures::new(pictures)?;
+        let length = count("pictures", pictures.list.len())?;
+        let mut room = Room::new(length, length, self.inputs(inputs)?);
+        let mut handle = std::ptr::null_mut();
+        let (list, facts) = (pictures.list.as_ptr(), &mut room.raw);
+        call!(splat_predictor_predict(
+            self.handle,
+            list,
+            length,
+            &mut handle,
+            facts
+        ))?;
+        Ok((Scene { handle }, room.facts()))
+    }
+
+    /// The same for an object of a data set that was opened with the predictor's resolution and
+    /// background. The network sees the first of `views`; the cameras are those of all.
+    pub fn predict_object(
+        &self,
+        dataset: &Dataset,
+        object: u32,
+        views: &[u32],
+        inputs: bool,
+    ) -> Result<(Scene, Prediction)> {
+        let length = count("views", views.len())?;
+        let mut room = Room::new(length, 0, self.inputs(inputs)?);
+        let mut handle = std::ptr::null_mut();
+        let (data, facts) = (dataset.handle, &mut room.raw);
+        call!(splat_predictor_predict_object(
+            self.handle,
+            data,
+            object,
+            views.as_ptr(),
+            length,
+            &mut handle,
+            facts
+        ))?;
+        Ok((Scene { handle }, room.facts()))
+    }
+
+    fn inputs(&self, wanted: bool) -> Result<usize> {
+        if !wanted {
+            return Ok(0);
+        }
+        let info = self.get_info()?;
+        let side = info.resolution as usize;
+        Ok(info.views as usize * info.channels as usize * side * side)
+    }
+}
+
+impl Prediction {
+    /// The facts as JSON, with sentences for warnings.
+    pub fn report(&self) -> Result<String> {
+        let mut pictures: Vec<sys::splat_picture_info> = self
+            .pictures
+            .iter()
+            .map(|picture| sys::splat_picture_info {
+                width: picture.width,
+                height: picture.height,
+                found: picture.found.0,
+                warnings: picture.warnings.0,
+                square: picture.square,
+                focal: picture.focal,
+                fov_degrees: picture.fov_degrees,
+            })
+            .collect();
+        let raw = sys::splat_prediction {
+            pictures: pictures.as_mut_ptr(),
+            picture_capacity: count("pictures", pictures.len())?,
+            picture_count: pictures.len() as u32,
+            gaussians: self.gaussians,
+            not_finite: self.not_finite,
+            faint: self.faint,
+            read_ms: self.read_ms,
+            network_ms: self.network_ms,
+            ..Default::default()
+        };
+        // SAFETY: the structs and the buffer live through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_prediction_report(&raw, buffer, capacity, needed)
+        })
+    }
+}
+
+/// The path of weights that come with the library. `name`: "cars64" or None.
+///
+/// Errors: `NotFound`, listing the names.
+pub fn builtin_weights(name: Option<&str>) -> Result<String> {
+    let name = c_optional("name", name)?;
+    // SAFETY: name and buffer live through the call.
+    text(|buffer, capacity, needed| unsafe {
+        sys::splat_builtin_weights(pointer(&name), buffer, capacity, needed)
+    })
+}

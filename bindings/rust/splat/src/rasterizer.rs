@@ -1,0 +1,298 @@
+//! The differentiable rasterizer.
+
+use crate::camera;
+use crate::device::Device;
+use crate::error::{call, Result};
+use crate::image::ImageViewMut;
+use crate::object::object;
+use crate::scene::Scene;
+use crate::tensor::Tensor;
+use crate::text::count;
+use crate::values::{Camera, GradientsFlags, Output, RasterizerDesc, RasterizerInfo};
+use splat_sys as sys;
+
+object! {
+    /// Draws up to N Gaussians into up to V views of a fixed size, and computes gradients.
+    ///
+    /// The caller synchronises calls on one rasterizer and its states, so it can be sent to another
+    /// thread but not shared:
+    ///
+    /// ```compile_fail,E0277
+    /// fn shared<T: Sync>() {}
+    /// shared::<splat::Rasterizer>();
+    /// ```
+    Rasterizer, splat_rasterizer, splat_rasterizer_destroy, size: [usize; 2]
+}
+
+// SAFETY: render.h: the caller synchronises calls on one rasterizer and its states. States act only
+// through `&Rasterizer`, which no two threads have, since it is not Sync.
+unsafe impl Send for Rasterizer {}
+
+object! {
+    /// The memory of one more forward call, with its images and with what its backward call needs.
+    /// Its rasterizer may be dropped before.
+    RasterState, splat_raster_state, splat_raster_state_destroy
+}
+
+// SAFETY: as Rasterizer: the state itself has no calls but its destruction, which may run anywhere.
+unsafe impl Send for RasterState {}
+
+impl RasterState {
+    /// Create one more state of a rasterizer.
+    pub fn create(rasterizer: &Rasterizer) -> Result<RasterState> {
+        let mut handle = std::ptr::null_mut();
+        call!(splat_raster_state_create(rasterizer.handle, &mut handle))?;
+        Ok(RasterState { handle })
+    }
+}
+
+/// Gaussians that are tensors of the rasterizer's device; all None for n = 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gaussians<'a> {
+    /// `[n,3]` scene units; its n counts
+    pub means: Option<&'a Tensor>,
+    /// `[n,3]` standard deviations, scene units
+    pub scales: Option<&'a Tensor>,
+    /// `[n,4]` w, x, y, z
+    pub rotations: Option<&'a Tensor>,
+    /// `[n]` 0 to 1
+    pub opacities: Option<&'a Tensor>,
+    /// `[n,(sh_degree+1)^2,3]`; None with direct colours
+    pub sh: Option<&'a Tensor>,
+    /// `[n,3]`; None without direct colours
+    pub colors: Option<&'a Tensor>,
+}
+
+/// Tensors of a backward call, in the shapes of the last forward call: V views, N Gaussians. None
+/// is a gradient of zeros, or one that is not computed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gradients<'a> {
+    /// Accumulate or overwrite.
+    pub flags: GradientsFlags,
+    /// In: `[V,H,W,3]`
+    pub grad_rgb: Option<&'a Tensor>,
+    /// In: `[V,H,W]`
+    pub grad_alpha: Option<&'a Tensor>,
+    /// In: `[V,H,W]`
+    pub grad_depth: Option<&'a Tensor>,
+    /// Out: `[N,3]`
+    pub grad_means: Option<&'a Tensor>,
+    /// Out: `[N,3]`
+    pub grad_scales: Option<&'a Tensor>,
+    /// Out: `[N,4]`
+    pub grad_rotations: Option<&'a Tensor>,
+    /// Out: `[N]`
+    pub grad_opacities: Option<&'a Tensor>,
+    /// Out: `[N,(sh_degree+1)^2,3]`
+    pub grad_sh: Option<&'a Tensor>,
+    /// Out: `[N,3]` direct colours
+    pub grad_colors: Option<&'a Tensor>,
+    /// Out: `[V,N,2]` per pixel
+    pub grad_means2d: Option<&'a Tensor>,
+    /// Out: `[V,N,2]` sums over the pixels of absolute values
+    pub grad_means2d_abs: Option<&'a Tensor>,
+    /// Out: `[V,3,4]` rows of the rotation and the translation
+    pub grad_world_to_camera: Option<&'a Tensor>,
+}
+
+pub(crate) fn handle(tensor: Option<&Tensor>) -> sys::splat_tensor {
+    tensor.map_or(std::ptr::null_mut(), |tensor| tensor.handle)
+}
+
+fn state_handle(state: Option<&RasterState>) -> sys::splat_raster_state {
+    state.map_or(std::ptr::null_mut(), |state| state.handle)
+}
+
+fn background_pointer(background: &Option<[f32; 3]>) -> *const f32 {
+    background
+        .as_ref()
+        .map_or(std::ptr::null(), |color| color.as_ptr())
+}
+
+impl Rasterizer {
+    /// Create a rasterizer with its memory; the memory for intersections grows on demand.
+    ///
+    /// Errors: `InvalidArgument` (a field, flags that exclude each other), `Unsupported` (more than
+    /// the device takes at once), and out of memory.
+    pub fn create(device: &Device, desc: &RasterizerDesc) -> Result<Rasterizer> {
+        let mut handle = std::ptr::null_mut();
+        call!(splat_rasterizer_create(
+            device.handle,
+            &desc.to_raw(),
+            &mut handle
+        ))?;
+        Ok(Rasterizer {
+            handle,
+            size: [desc.height as usize, desc.width as usize],
+        })
+    }
+
+    /// Draw a scene; the images stay in the state. `state`: None is the rasterizer's own.
+    /// `background`: RGB; None is black.
+    ///
+    /// Errors: `InvalidArgument` (a camera, more cameras or Gaussians than the rasterizer was made
+    /// for, a state of another rasterizer), `InvalidState`, `Unsupported`, errors of the device.
+    pub fn forward_scene(
+        &self,
+        state: Option<&RasterState>,
+        scene: &Scene,
+        cameras: &[Camera],
+        background: Option<[f32; 3]>,
+    ) -> Result<()> {
+        let length = count("cameras", cameras.len())?;
+        let (state, background) = (state_handle(state), background_pointer(&background));
+        let cameras = camera::raw(cameras);
+        call!(splat_rasterizer_forward_scene(
+            self.handle,
+            state,
+            scene.handle,
+            cameras,
+            length,
+            background
+        ))
+    }
+
+    /// Draw Gaussians that are tensors. Errors: also `ShapeMismatch`, naming the tensor.
+    pub fn forward(
+        &self,
+        state: Option<&RasterState>,
+        gaussians: &Gaussians<'_>,
+        cameras: &[Camera],
+        background: Option<[f32; 3]>,
+    ) -> Result<()> {
+        let raw = sys::splat_gaussians_desc {
+            means: handle(gaussians.means),
+            scales: handle(gaussians.scales),
+            rotations: handle(gaussians.rotations),
+            opacities: handle(gaussians.opacities),
+            sh: handle(gaussians.sh),
+            colors: handle(gaussians.colors),
+            ..Default::default()
+        };
+        let length = count("cameras", cameras.len())?;
+        let (state, background) = (state_handle(state), background_pointer(&background));
+        let cameras = camera::raw(cameras);
+        call!(splat_rasterizer_forward(
+            self.handle,
+            state,
+            &raw,
+            cameras,
+            length,
+            background
+        ))
+    }
+
+    /// Copy an output of the last forward call to a tensor of its shape.
+    pub fn output(
+        &self,
+        state: Option<&RasterState>,
+        output: Output,
+        tensor: &Tensor,
+    ) -> Result<()> {
+        let state = state_handle(state);
+        call!(splat_rasterizer_output(
+            self.handle,
+            state,
+            output.0,
+            tensor.handle
+        ))
+    }
+
+    /// Copy an output of the last forward call into `values`, which has at least its numbers; the
+    /// rest stays. Untouched on an error.
+    pub fn read(
+        &self,
+        state: Option<&RasterState>,
+        output: Output,
+        values: &mut [f32],
+    ) -> Result<()> {
+        let bytes = std::mem::size_of_val(values);
+        let (state, values) = (state_handle(state), values.as_mut_ptr());
+        call!(splat_rasterizer_read(
+            self.handle,
+            state,
+            output.0,
+            values,
+            bytes
+        ))
+    }
+
+    /// Copy an output of the last forward call into a new vector, in the shape of [`Output`].
+    pub fn to_vec(&self, state: Option<&RasterState>, output: Output) -> Result<Vec<f32>> {
+        let info = self.get_info(state)?;
+        let pixels = self.size[0] * self.size[1];
+        let gaussians = info.gaussians as usize;
+        let each = match output {
+            Output::RGB | Output::NORMALS => 3 * pixels,
+            Output::MEANS2D | Output::RADII => 2 * gaussians,
+            Output::CONICS => 3 * gaussians,
+            Output::DEPTHS | Output::VISIBILITY => gaussians,
+            _ => pixels,
+        };
+        let mut values = vec![0.0; info.views as usize * each];
+        self.read(state, output, &mut values)?;
+        Ok(values)
+    }
+
+    /// Copy views of an output into images, from view `first` on. 8 bits are 255 v, rounded and
+    /// clamped. Four channels of [`Output::RGB`] have alpha last.
+    pub fn read_images(
+        &self,
+        state: Option<&RasterState>,
+        output: Output,
+        first: u32,
+        images: &mut [ImageViewMut<'_>],
+    ) -> Result<()> {
+        let length = count("images", images.len())?;
+        let raw: Vec<sys::splat_image> = images.iter().map(|image| image.to_raw()).collect();
+        let (state, raw) = (state_handle(state), raw.as_ptr());
+        call!(splat_rasterizer_read_images(
+            self.handle,
+            state,
+            output.0,
+            first,
+            raw,
+            length
+        ))
+    }
+
+    /// Compute gradients at the inputs of the state's last forward call.
+    ///
+    /// Errors: `ShapeMismatch`, `InvalidArgument` (a tensor of another device or dtype, an output
+    /// that is also another tensor of the call), `InvalidState` (no forward call, a gradient that
+    /// the rasterizer's flags do not include), errors of the device.
+    pub fn backward(&self, state: Option<&RasterState>, gradients: &Gradients<'_>) -> Result<()> {
+        let raw = sys::splat_gradients_desc {
+            flags: gradients.flags.0,
+            grad_rgb: handle(gradients.grad_rgb),
+            grad_alpha: handle(gradients.grad_alpha),
+            grad_depth: handle(gradients.grad_depth),
+            grad_means: handle(gradients.grad_means),
+            grad_scales: handle(gradients.grad_scales),
+            grad_rotations: handle(gradients.grad_rotations),
+            grad_opacities: handle(gradients.grad_opacities),
+            grad_sh: handle(gradients.grad_sh),
+            grad_colors: handle(gradients.grad_colors),
+            grad_means2d: handle(gradients.grad_means2d),
+            grad_means2d_abs: handle(gradients.grad_means2d_abs),
+            grad_world_to_camera: handle(gradients.grad_world_to_camera),
+            ..Default::default()
+        };
+        call!(splat_rasterizer_backward(
+            self.handle,
+            state_handle(state),
+            &raw
+        ))
+    }
+
+    /// Describe the last forward call of a state; zeros before the first.
+    pub fn get_info(&self, state: Option<&RasterState>) -> Result<RasterizerInfo> {
+        let mut info = sys::splat_rasterizer_info::default();
+        call!(splat_rasterizer_get_info(
+            self.handle,
+            state_handle(state),
+            &mut info
+        ))?;
+        Ok(RasterizerInfo::from_raw(&info))
+    }
+}

@@ -1,0 +1,218 @@
+//! Scenes of 3D Gaussians.
+
+use crate::device::Device;
+use crate::error::{call, Result};
+use crate::object::object;
+use crate::tensor::Tensor;
+use crate::text::{array, bytes, c_path, c_text, count, text};
+use crate::values::{FilterFlags, SceneFileDesc, SceneInfo, Similarity};
+use splat_sys as sys;
+use std::path::Path;
+
+/// The parameters of a new scene, float32, row-major, K = (sh_degree + 1)^2.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneDesc<'a> {
+    /// Gaussians n.
+    pub count: u64,
+    /// 0 to 3.
+    pub sh_degree: u32,
+    /// `[n,3]` scene units; None: zeros, like the others.
+    pub means: Option<&'a [f32]>,
+    /// `[n,3]`
+    pub log_scales: Option<&'a [f32]>,
+    /// `[n,4]` w, x, y, z; None: 1, 0, 0, 0
+    pub rotations: Option<&'a [f32]>,
+    /// `[n]`
+    pub opacity_logits: Option<&'a [f32]>,
+    /// `[n,K,3]` constant term first
+    pub sh: Option<&'a [f32]>,
+}
+
+object! {
+    /// A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no
+    /// device. Axes are those of 3DGS .ply files: x right, y down, z forward.
+    ///
+    /// Attributes are "means" `[n,3]`, "log_scales" `[n,3]` or activated "scales", "rotations" `[n,4]`
+    /// (w, x, y, z), "opacity_logits" `[n]` or activated "opacities", and "sh" `[n,K,3]`.
+    Scene, splat_scene, splat_scene_destroy
+}
+
+// SAFETY: scene.h: a scene is thread-safe.
+unsafe impl Send for Scene {}
+// SAFETY: scene.h: a scene is thread-safe.
+unsafe impl Sync for Scene {}
+
+impl Scene {
+    /// Create a scene of arrays, which are copied.
+    ///
+    /// Errors: `InvalidArgument` (sh_degree, an array that is too short), `Unsupported` (more than
+    /// 2^27 Gaussians).
+    pub fn create(desc: &SceneDesc<'_>) -> Result<Scene> {
+        let of = |name, slice| {
+            if desc.count == 0 {
+                array(name, None)
+            } else {
+                array(name, slice)
+            }
+        };
+        let (means, mean_count) = of("means", desc.means)?;
+        let (log_scales, log_scale_count) = of("log_scales", desc.log_scales)?;
+        let (rotations, rotation_count) = of("rotations", desc.rotations)?;
+        let (opacity_logits, opacity_logit_count) = of("opacity_logits", desc.opacity_logits)?;
+        let (sh, sh_count) = of("sh", desc.sh)?;
+        let raw = sys::splat_scene_desc {
+            count: desc.count,
+            sh_degree: desc.sh_degree,
+            means,
+            log_scales,
+            rotations,
+            opacity_logits,
+            sh,
+            mean_count,
+            log_scale_count,
+            rotation_count,
+            opacity_logit_count,
+            sh_count,
+            ..Default::default()
+        };
+        let mut handle = std::ptr::null_mut();
+        call!(splat_scene_create(&raw, &mut handle))?;
+        Ok(Scene { handle })
+    }
+
+    /// Read a scene file.
+    ///
+    /// Errors: `NotFound`, `Io`, `Format` (damaged, or no scene), `Unsupported`, `InvalidArgument`.
+    pub fn load(path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<Scene> {
+        let path = c_path("path", path.as_ref())?;
+        let mut handle = std::ptr::null_mut();
+        call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), &mut handle))?;
+        Ok(Scene { handle })
+    }
+
+    /// Read a scene from the bytes of a file. A .splat must be named in `desc.format`.
+    pub fn load_memory(data: &[u8], desc: &SceneFileDesc) -> Result<Scene> {
+        let mut handle = std::ptr::null_mut();
+        let pointer = data.as_ptr().cast();
+        call!(splat_scene_load_memory(
+            pointer,
+            data.len(),
+            &desc.to_raw(),
+            &mut handle
+        ))?;
+        Ok(Scene { handle })
+    }
+
+    /// JSON: what was found in the scene's file; `{}` for a scene without one.
+    pub fn load_report(&self) -> Result<String> {
+        // SAFETY: the buffer lives through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_scene_load_report(self.handle, buffer, capacity, needed)
+        })
+    }
+
+    /// Write the scene to a file, which appears whole or not at all.
+    pub fn save(&self, path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<()> {
+        let path = c_path("path", path.as_ref())?;
+        call!(splat_scene_save(self.handle, path.as_ptr(), &desc.to_raw()))
+    }
+
+    /// The bytes of such a file. `desc` names the format.
+    pub fn save_memory(&self, desc: &SceneFileDesc) -> Result<Vec<u8>> {
+        let desc = desc.to_raw();
+        // SAFETY: desc and buffer live through the call.
+        bytes(|buffer, capacity, needed| unsafe {
+            sys::splat_scene_save_memory(self.handle, &desc, buffer, capacity, needed)
+        })
+    }
+
+    /// Copy an attribute into `values`, which has at least its numbers; the rest stays.
+    pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
+        let name = c_text("name", name)?;
+        let bytes = std::mem::size_of_val(values);
+        call!(splat_scene_read(
+            self.handle,
+            name.as_ptr(),
+            values.as_mut_ptr(),
+            bytes
+        ))
+    }
+
+    /// Copy an attribute into a new vector. Measures the scene for its length: where scenes are
+    /// large and read often, use [`Scene::read`].
+    pub fn to_vec(&self, name: &str) -> Result<Vec<f32>> {
+        let info = self.get_info()?;
+        let each = match name {
+            "opacity_logits" | "opacities" => 1,
+            "rotations" => 4,
+            "sh" => 3 * (info.sh_degree as usize + 1).pow(2),
+            _ => 3,
+        };
+        let mut values = vec![0.0; info.count as usize * each];
+        self.read(name, &mut values)?;
+        Ok(values)
+    }
+
+    /// Replace the values of an attribute by the first ones of `values`.
+    pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
+        let name = c_text("name", name)?;
+        let bytes = std::mem::size_of_val(values);
+        call!(splat_scene_write(
+            self.handle,
+            name.as_ptr(),
+            values.as_ptr(),
+            bytes
+        ))
+    }
+
+    /// Copy an attribute to a new tensor of its shape.
+    pub fn to_tensor(&self, name: &str, device: &Device) -> Result<Tensor> {
+        let name = c_text("name", name)?;
+        let mut handle = std::ptr::null_mut();
+        call!(splat_scene_to_tensor(
+            self.handle,
+            name.as_ptr(),
+            device.handle,
+            &mut handle
+        ))?;
+        Tensor::wrap(handle)
+    }
+
+    /// Move, turn and scale the scene, including its spherical harmonics.
+    pub fn transform(&self, similarity: &Similarity) -> Result<()> {
+        let pointer = (similarity as *const Similarity).cast();
+        call!(splat_scene_transform(self.handle, pointer))
+    }
+
+    /// Keep the Gaussians whose mean lies in a box, in scene units.
+    pub fn crop(&self, low: [f64; 3], high: [f64; 3]) -> Result<()> {
+        call!(splat_scene_crop(self.handle, low.as_ptr(), high.as_ptr()))
+    }
+
+    /// Keep the Gaussians of opacity >= `min_opacity` (0 to 1), in their order.
+    pub fn filter(&self, flags: FilterFlags, min_opacity: f64) -> Result<()> {
+        call!(splat_scene_filter(self.handle, flags.0, min_opacity))
+    }
+
+    /// Concatenate scenes into a new one, with the highest of their degrees.
+    pub fn merge(scenes: &[&Scene]) -> Result<Scene> {
+        let length = count("scenes", scenes.len())?;
+        let handles: Vec<sys::splat_scene> = scenes.iter().map(|scene| scene.handle).collect();
+        let mut handle = std::ptr::null_mut();
+        call!(splat_scene_merge(handles.as_ptr(), length, &mut handle))?;
+        Ok(Scene { handle })
+    }
+
+    /// Measure the scene.
+    pub fn get_info(&self) -> Result<SceneInfo> {
+        let mut info = sys::splat_scene_info::default();
+        call!(splat_scene_get_info(self.handle, &mut info))?;
+        Ok(SceneInfo::from_raw(&info))
+    }
+}
+
+/// JSON array of all formats of scene files.
+pub fn formats() -> Result<String> {
+    // SAFETY: the buffer lives through the call.
+    text(|buffer, capacity, needed| unsafe { sys::splat_scene_formats(buffer, capacity, needed) })
+}
