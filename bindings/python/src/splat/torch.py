@@ -1,0 +1,239 @@
+"""PyTorch: images of Gaussians and modules of the library that autograd differentiates.
+
+    import splat.torch
+    drawn = splat.torch.rasterize(means, scales, rotations, opacities, colors, camera)
+    (drawn.images - photo).square().mean().backward()
+
+Tensors are float32 in host memory. Outputs share the memory of the device where it is unified, and
+are copied elsewhere. Gradients exist once: backward of a backward pass is refused.
+"""
+import importlib
+import threading
+from collections import OrderedDict
+from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+from . import module as _module
+from ._arrays import ArrayLike
+from ._errors import InvalidArgument, ShapeMismatch, Unsupported
+from .camera import Camera
+from .device import Device, default_device
+from .rasterizer import Cameras, Rasterizer, RasterState
+from .tensor import Tensor
+
+try:
+    torch: Any = importlib.import_module("torch")
+    once = importlib.import_module("torch.autograd.function").once_differentiable
+except ImportError as error:
+    raise ImportError("splat.torch needs PyTorch: apt-get install python3-torch, or "
+                      "python3 -m pip install torch") from error
+
+KEPT = 4  # rasterizers that stay ready for the next call
+
+
+class Drawn(NamedTuple):
+    """images [V,H,W,3], alpha [V,H,W], and depth [V,H,W] or None; float32 tensors."""
+
+    images: Any
+    alpha: Any
+    depth: Any
+
+
+def _checked(value: Any, what: str) -> Any:
+    """A float32 tensor in host memory. Raises InvalidArgument for another object."""
+    if not isinstance(value, torch.Tensor):
+        raise InvalidArgument(f"{what} is a {type(value).__name__}, expected a torch.Tensor")
+    if value.device.type != "cpu":
+        raise InvalidArgument(f"{what} is on {value.device}, expected host memory: copy it there "
+                              "with .cpu()")
+    if value.dtype != torch.float32:
+        raise InvalidArgument(f"{what} has the type {value.dtype}, expected torch.float32: convert "
+                              "it with .float()")
+    return value
+
+
+def _array(value: Any) -> Any:
+    return value.detach().contiguous().numpy()
+
+
+def _torch(tensor: Tensor) -> Any:
+    """The elements of a new tensor of the library, without a copy where memory is unified."""
+    try:
+        return torch.from_numpy(tensor.array)
+    except Unsupported:
+        return torch.from_numpy(tensor.numpy())
+
+
+class _Pool:
+    """A rasterizer and its states that no graph uses."""
+
+    def __init__(self, rasterizer: Rasterizer, depth: bool) -> None:
+        self.rasterizer, self.depth = rasterizer, depth
+        self.free: List[RasterState] = []
+
+
+class _Lease:
+    """A state that goes back to its pool when the graph that holds it is freed."""
+
+    def __init__(self, pool: _Pool) -> None:
+        self.pool = pool
+        try:
+            self.state = pool.free.pop()
+        except IndexError:
+            self.state = pool.rasterizer.state()
+
+    def __del__(self) -> None:
+        if hasattr(self, "state"):
+            self.pool.free.append(self.state)
+
+
+_pools: "OrderedDict[Tuple[Any, ...], _Pool]" = OrderedDict()
+_lock = threading.Lock()
+
+
+def _pool(device: Device, *key: Any, **options: Any) -> _Pool:
+    """The rasterizer of a size and of options; those used least recently are let go."""
+    name = (device, *key, *sorted(options.items()))
+    with _lock:
+        for old in [each for each in _pools if each[0].closed]:
+            del _pools[old]
+        if name not in _pools:
+            _pools[name] = _Pool(Rasterizer(device, *key, backward=True, **options),
+                                 options["depth"])
+        _pools.move_to_end(name)
+        while len(_pools) > KEPT:
+            _pools.popitem(last=False)
+        return _pools[name]
+
+
+class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
+    @staticmethod
+    def forward(ctx: Any, pool: _Pool, cameras: Cameras, background: Any, names: Sequence[str],
+                *given: Any) -> Any:
+        ctx.set_materialize_grads(False)
+        ctx.lease, ctx.names = _Lease(pool), names
+        ctx.shapes = [each.shape for each in given]
+        state = ctx.lease.state
+        pool.rasterizer.forward_arrays(cameras, background, state=state,
+                                       **dict(zip(names, map(_array, given))))
+        outputs = ("rgb", "alpha", "depth")[:3 if pool.depth else 2]
+        return tuple(_torch(pool.rasterizer.output(each, state=state)) for each in outputs)
+
+    @staticmethod
+    @once  # type: ignore[misc]
+    def backward(ctx: Any, *slopes: Any) -> Any:
+        wanted = [name for name, needed in zip(ctx.names, ctx.needs_input_grad[4:]) if needed]
+        if all(each is None for each in slopes) or 0 in ctx.shapes[0]:
+            found = {name: torch.zeros(shape) for name, shape in zip(ctx.names, ctx.shapes)}
+        else:
+            arrays = {name: None if each is None else _array(each)
+                      for name, each in zip(("rgb", "alpha", "depth"), slopes)}
+            made = ctx.lease.pool.rasterizer.backward(wanted, state=ctx.lease.state, **arrays)
+            found = {name: _torch(tensor) for name, tensor in made.items()}
+        return (None,) * 4 + tuple(found[name] if name in wanted else None for name in ctx.names)
+
+
+def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: Any,
+              cameras: Union[Camera, Sequence[Camera]], background: Optional[ArrayLike] = None, *,
+              convention: Union[int, str] = "3dgs", antialiased: bool = False,
+              sh_degree: Optional[int] = None, depth: bool = False,
+              device: Optional[Device] = None) -> Drawn:
+    """Draw Gaussians; gradients flow to every tensor that requires them.
+
+    means [n,3], scales [n,3] (standard deviations), rotations [n,4] w, x, y, z, opacities [n];
+    the convention "3dgs" expects rotations of length 1
+    colors      RGB [n,3], or spherical harmonics [n,K,3], of which sh_degree uses (degree + 1)^2
+    background  RGB; None: black
+    Forward passes stay alive until their graphs are freed; backward passes come in any order.
+    Raises InvalidArgument (type, device), ShapeMismatch, Cancelled.
+    """
+    names = ["means", "scales", "rotations", "opacities", "colors"]
+    given = [_checked(value, name) for value, name in
+             zip((means, scales, rotations, opacities, colors), names)]
+    views = [cameras] if isinstance(cameras, Camera) else list(cameras)
+    if not views or not isinstance(views[0], Camera):
+        raise InvalidArgument("cameras has no Camera, expected one or more")
+    direct, degree = colors.dim() == 2, 0
+    if not direct:
+        terms = colors.shape[1] if colors.dim() == 3 else 0
+        degree = int(terms**0.5) - 1 if sh_degree is None else sh_degree
+        if degree not in range(4) or (degree + 1)**2 > terms or (
+                sh_degree is None and (degree + 1)**2 != terms):
+            raise ShapeMismatch(f"colors has the shape {list(colors.shape)}, expected [n,3], or "
+                                "[n,K,3] with K = (sh_degree + 1)^2 and a degree of 0 to 3")
+        given[4], names[4] = colors[:, :(degree + 1)**2], "sh"
+    if means.dim() != 2 or means.shape[1] != 3:
+        raise ShapeMismatch(f"means has the shape {list(means.shape)}, expected [n,3]")
+    capacity = 1 << max(int(means.shape[0]) - 1, 255).bit_length()
+    pool = _pool(default_device() if device is None else device, capacity, views[0].width,
+                 views[0].height, views=len(views), sh_degree=degree, direct_colors=direct,
+                 antialiased=antialiased, convention=convention, depth=depth, grad_depth=depth)
+    drawn = _Rasterize.apply(pool, views, background, names, *given)
+    return Drawn(drawn[0], drawn[1], drawn[2] if depth else None)
+
+
+class _Apply(torch.autograd.Function):  # type: ignore[misc]
+    @staticmethod
+    def forward(ctx: Any, owner: Any, names: Sequence[str], *given: Any) -> Any:
+        ctx.owner, ctx.names = owner, names
+        ctx.save_for_backward(*given)
+        with owner.turn:
+            ctx.ticket = owner._compute(names, given)
+            return tuple(torch.from_numpy(owner.native.read(each)) for each in owner.outputs)
+
+    @staticmethod
+    @once  # type: ignore[misc]
+    def backward(ctx: Any, *slopes: Any) -> Any:
+        owner = ctx.owner
+        with owner.turn:
+            if ctx.ticket != owner.ticket:  # another forward pass has replaced what it needs
+                owner._compute(ctx.names, ctx.saved_tensors)
+            owner.ticket += 1
+            owner.native.zero_gradients()
+            owner.native.backward(**dict(zip(owner.outputs, map(_array, slopes))))
+            return (None, None) + tuple(
+                torch.from_numpy(owner.native.read(f"grad:{name}")) if needed else None
+                for name, needed in zip(ctx.names, ctx.needs_input_grad[2:]))
+
+
+class Module(torch.nn.Module):  # type: ignore[misc]
+    """A `splat.Module` as a torch.nn.Module: one operator or block, with its parameters.
+
+    type, shapes, attributes, options  as for `splat.Module`; seed of the initial parameters
+    Parameters have the library's names, with _ for each dot. Call it with the inputs in the order
+    of `inputs`, or by name; it gives the output, or a tuple of several.
+    Raises InvalidArgument (type, device, no such input), ShapeMismatch.
+    """
+
+    def __init__(self, type: str, shapes: Mapping[str, Sequence[int]], *,
+                 attributes: _module.Attributes = None, seed: int = 0,
+                 device: Optional[Device] = None, **options: Any) -> None:
+        super().__init__()
+        self.native = _module.Module(default_device() if device is None else device, type, shapes,
+                                     attributes=attributes, gradients=True, input_gradients=True,
+                                     **options)
+        self.native.init(seed)
+        self.inputs = [port.name for port in self.native.ports("input")]
+        self.outputs = [port.name for port in self.native.ports("output")]
+        self.names = [port.name for port in self.native.ports()]
+        self.turn, self.ticket = threading.RLock(), 0
+        for name in self.names:
+            self.register_parameter(name.replace(".", "_"), torch.nn.Parameter(
+                torch.from_numpy(self.native.read(name))))
+
+    def _compute(self, names: Sequence[str], given: Sequence[Any]) -> int:
+        self.native.forward(**dict(zip(names, map(_array, given))))
+        self.ticket += 1
+        return self.ticket
+
+    def forward(self, *values: Any, **named: Any) -> Any:
+        """The outputs at these inputs and the present parameters."""
+        given = {**dict(zip(self.inputs, values)), **named}
+        if len(values) + len(named) != len(given) or set(given) != set(self.inputs):
+            raise InvalidArgument(f"inputs are {', '.join(given) or 'none'}, expected each of "
+                                  f"{', '.join(self.inputs)} once")
+        for name in self.names:
+            given[name] = getattr(self, name.replace(".", "_"))
+        for name, value in given.items():
+            _checked(value, name)
+        results = _Apply.apply(self, list(given), *given.values())
+        return results[0] if len(results) == 1 else results
