@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "core/fork.h"
 #include "core/json_tree.h"
 #include "io/file.h"
 
@@ -20,6 +21,7 @@ constexpr const char* kStateSuffix = ".state.safetensors";
 constexpr const char* kConfig = "config.json";
 constexpr const char* kLock = "lock";
 constexpr const char* kMetrics = "metrics.jsonl";
+constexpr const char* kRun = "run.json";
 constexpr const char* kTemporary =
     ".tmp";  ///< the end of what io::write_file() has not yet renamed
 
@@ -67,15 +69,20 @@ Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode
 }
 
 RunFolder::~RunFolder() {
-    if (lock_ >= 0) ::close(lock_);
+    if (lock_ < 0) return;
+    // A forked child has the descriptor, too: without this the lock would last as long as the child.
+    if (generation_ == fork_generation()) ::flock(lock_, LOCK_UN);
+    ::close(lock_);
 }
 
 Status RunFolder::check() const {
-    const bool run = is_there(root_ / kConfig);
+    // The lock is made before config.json; a run that was copied may lack it.
+    const bool run =
+        is_there(root_ / kConfig) && (is_there(root_ / kLock) || is_there(root_ / kRun));
     if (mode_ == Mode::kResume) {
         if (run) return {};
-        return error(Code::kInvalidState, "'%s' holds no run to resume (no %s)", root_.c_str(),
-                     kConfig);
+        return error(Code::kInvalidState, "'%s' holds no run to resume (%s, and %s or %s)",
+                     root_.c_str(), kConfig, kLock, kRun);
     }
     std::error_code ignored;
     const std::vector<fs::path> entries = entries_of(root_);
@@ -103,6 +110,7 @@ Status RunFolder::lock() {
                      root_.c_str(), process.c_str());
     }
     lock_ = file;
+    generation_ = fork_generation();
     const std::string number = std::to_string(::getpid()) + "\n";
     if (::ftruncate(file, 0) != 0 || ::pwrite(file, number.data(), number.size(), 0) < 0)
         return cannot("write", path, std::strerror(errno));

@@ -73,7 +73,8 @@ class RunFolder {
 
     std::filesystem::path root_;
     Mode mode_;
-    int lock_ = -1;  ///< descriptor of the lock file
+    int lock_ = -1;                 ///< descriptor of the lock file
+    std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
     std::ofstream log_, metrics_;
 };
 

@@ -59,6 +59,44 @@ TEST_F(RunFolderTest, LockEndsWithItsProcess) {
     EXPECT_NE(open(Mode::kResume), nullptr);
 }
 
+/// A forked child that lives on does not keep the lock, and does not give it up.
+TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
+    auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    ASSERT_OK(folder->begin("{}").status());
+    int pipe_ends[2];
+    ASSERT_EQ(pipe(pipe_ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        folder.reset();
+        char byte = 0;
+        close(pipe_ends[1]);
+        _exit(read(pipe_ends[0], &byte, 1) == 1 ? 0 : 1);
+    }
+    const pid_t second = fork();
+    if (second == 0) _exit((folder.reset(), 0));
+    int status = 0;
+    ASSERT_EQ(waitpid(second, &status, 0), second);
+    EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "training of process");
+    folder.reset();
+    EXPECT_NE(open(Mode::kResume), nullptr);
+    ASSERT_EQ(write(pipe_ends[1], "x", 1), 1);
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+    close(pipe_ends[0]);
+    close(pipe_ends[1]);
+}
+
+/// Such as weights with their configuration beside them.
+TEST_F(RunFolderTest, AConfigurationAloneIsNoRun) {
+    put_text(path() + "/config.json", "{}");
+    put_text(path() + "/mine.safetensors", "mine");
+    for (const Mode mode : {Mode::kNew, Mode::kReplace})
+        EXPECT_ERROR(refusal(mode), Code::kInvalidState, "is not a run");
+    EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "holds no run to resume");
+    EXPECT_TRUE(fs::exists(path() + "/mine.safetensors"));
+}
+
 TEST_F(RunFolderTest, RefusesWhatItDoesNotExpect) {
     EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "holds no run to resume");
     put_text(path() + "/mine.txt", "mine");
