@@ -33,8 +33,8 @@ void scale_range(std::vector<float>& values, float least, float most) {
         value = range > 0 ? static_cast<float>((static_cast<double>(value) - low) / range) : 0;
 }
 
-/// The caller's pixels in 8 bits. Floats outside of 0 to 1, but for roundings, are refused, and
-/// those of depths are scaled.
+/// The caller's pixels as an image of 8 bits. Float depths are scaled to their range. Other floats
+/// must lie within 0 to 1, give or take kRounding.
 Result<io::Image> eight_bits_of(const ImageView& view, const char* name, Content content) {
     if (view.type == SPLAT_PIXEL_U8) return image_of(view);
     constexpr float kRounding = 1e-3F;

@@ -16,7 +16,7 @@ splat_image interleaved_image(const float* values, std::uint32_t width, std::uin
 splat_image bytes_image(std::uint8_t* bytes, std::uint32_t width, std::uint32_t height,
                         std::uint32_t channels);
 
-/// The same of planes [channels,side,side].
+/// The same of planes [channels,side,side]; a call may fill planes that are not const.
 splat_image planar_image(const float* planes, std::uint32_t side, std::uint32_t channels);
 
 /// An RGB picture, white where no image was placed.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vkrun/cli/picture.h"
+
 namespace vkrun {
 namespace {
 
@@ -28,24 +30,21 @@ Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_
 
 std::vector<float> draw_scene(splat_device device, const Scene& scene,
                               const std::vector<splat_camera>& cameras, const float* background) {
-    const Rasterizer rasterizer = make_rasterizer(device, scene, cameras.front(), kViewsAtOnce, 0);
-    const std::size_t area = std::size_t{cameras.front().width} * cameras.front().height;
-    std::vector<float> pixels(kViewsAtOnce * area * 3);
-    std::vector<float> images(cameras.size() * area * 3);
-    for (std::size_t first = 0; first < cameras.size(); first += kViewsAtOnce) {
-        // The last group is filled up with its last camera.
-        std::vector<splat_camera> group;
-        for (std::size_t i = 0; i < kViewsAtOnce; ++i)
-            group.push_back(cameras[std::min(first + i, cameras.size() - 1)]);
-        check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.get(), group.data(),
-                                             kViewsAtOnce, background));
-        check(splat_rasterizer_read(rasterizer.get(), nullptr, SPLAT_OUTPUT_RGB, pixels.data(),
-                                    pixels.size() * sizeof(float)));
-        const std::size_t count = std::min<std::size_t>(kViewsAtOnce, cameras.size() - first);
-        for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t p = 0; p < area; ++p)
-                for (std::size_t c = 0; c < 3; ++c)
-                    images[(3 * (first + i) + c) * area + p] = pixels[3 * (i * area + p) + c];
+    const auto count = static_cast<std::uint32_t>(cameras.size());
+    const std::uint32_t side = cameras.front().width;
+    const Rasterizer rasterizer =
+        make_rasterizer(device, scene, cameras.front(), std::min(count, kViewsAtOnce), 0);
+    const std::size_t image = std::size_t{3} * side * side;
+    std::vector<float> images(count * image);
+    for (std::uint32_t first = 0; first < count; first += kViewsAtOnce) {
+        const std::uint32_t views = std::min(kViewsAtOnce, count - first);
+        check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.get(),
+                                             &cameras[first], views, background));
+        std::vector<splat_image> drawn;
+        for (std::uint32_t i = 0; i < views; ++i)
+            drawn.push_back(planar_image(&images[(first + i) * image], side, 3));
+        check(splat_rasterizer_read_images(rasterizer.get(), nullptr, SPLAT_OUTPUT_RGB, 0,
+                                           drawn.data(), views));
     }
     return images;
 }

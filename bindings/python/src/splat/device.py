@@ -26,7 +26,7 @@ def describe(index: int) -> DeviceInfo:
 
 
 def whole(value: Any, what: str, bits: int = 32) -> int:
-    """A number that an unsigned field can hold; ctypes would cut others without a word."""
+    """Check that a number fits an unsigned field: ctypes keeps only the low bits of others."""
     try:
         number = value.__index__()
     except AttributeError:

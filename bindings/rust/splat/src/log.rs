@@ -44,7 +44,7 @@ fn current() -> MutexGuard<'static, Current> {
 /// call the library. A panic in it goes on in that call; in the drop of an object it goes on in the
 /// thread's next call.
 ///
-/// Errors: [`Code::InvalidArgument`](crate::Code::InvalidArgument) for a level that is none.
+/// Errors: [`Code::InvalidArgument`](crate::Code::InvalidArgument) if `min_level` is not a level.
 pub fn set_callback(
     min_level: LogLevel,
     callback: impl Fn(LogLevel, &str) + Send + Sync + 'static,
