@@ -463,15 +463,17 @@ SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
  *
  * The folder holds
  *   config.json            every value of the configuration; what makes the folder a run
- *   run.json               state, versions, device, data, seed
+ *   run.json               state, error, versions, device, data, seed, start
  *   log.txt                the texts of events
  *   metrics.jsonl          one JSON object per line, of steps and of validations
- *   checkpoints/           the last two states; one of step 0 is saved before step 1
+ *   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
+ *                          resumed run could not read are renamed to *.unreadable
  *   weights_last.safetensors, weights_best.safetensors   averaged weights
  *   lock                   the process that has the folder; the lock ends with it */
 enum {
-    SPLAT_TRAINING_RESUME = 1u << 0,   /* go on from the latest state that can be read */
-    SPLAT_TRAINING_OVERWRITE = 1u << 1 /* replace the run in the folder */
+    /* go on from the latest state that can be read; begin again if none was saved yet */
+    SPLAT_TRAINING_RESUME = 1u << 0,
+    SPLAT_TRAINING_OVERWRITE = 1u << 1 /* replace the run in the folder; other files in it stay */
 };
 
 typedef struct splat_training_desc {

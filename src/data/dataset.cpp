@@ -123,6 +123,12 @@ Result<Dataset::Views> Dataset::cameras(std::uint32_t object) {
     return Views(views);
 }
 
+Status Dataset::read_cameras() {
+    for (std::uint32_t object = 0; object < cameras_.size(); ++object)
+        SPLAT_TRY(cameras(object).status());
+    return {};
+}
+
 Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t view, MapKind kind) {
     const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 2) |
                               static_cast<std::uint32_t>(kind);

@@ -52,6 +52,9 @@ class Dataset {
     /// Determinism   the same bits with any contents of the cache
     Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
 
+    /// Read the cameras of every object, which stay in memory. Errors: those of DatasetReader::cameras.
+    Status read_cameras();
+
   private:
     Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader);
 

@@ -1,6 +1,7 @@
 #include "train/run_folder.h"
 
 #include <fcntl.h>
+#include <fnmatch.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -18,12 +19,30 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kStateSuffix = ".state.safetensors";
+constexpr const char* kUnreadable = ".unreadable";
 constexpr const char* kConfig = "config.json";
 constexpr const char* kLock = "lock";
 constexpr const char* kMetrics = "metrics.jsonl";
 constexpr const char* kRun = "run.json";
 constexpr const char* kTemporary =
     ".tmp";  ///< the end of what io::write_file() has not yet renamed
+
+/// Files that a run and the tools that show it write; anything else in the folder is the user's.
+constexpr const char* kOwnFolders[] = {"", "checkpoints/", "eval/", "renders/", "tb/"};
+constexpr const char* kOwnFiles[] = {kConfig,
+                                     kRun,
+                                     "log.txt",
+                                     kMetrics,
+                                     "weights_last.safetensors",
+                                     "weights_best.safetensors",
+                                     "report.html",
+                                     "checkpoints/step_*.state.safetensors",
+                                     "checkpoints/step_*.state.safetensors.unreadable",
+                                     "eval/per_object.csv",
+                                     "eval/results.json",
+                                     "eval/scores.txt",
+                                     "renders/step_*.png",
+                                     "tb/events.out.tfevents.*"};
 
 Status cannot(const char* doing, const fs::path& path, const std::string& reason) {
     return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
@@ -41,6 +60,21 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
 bool is_there(const fs::path& path) {
     std::error_code ignored;
     return fs::exists(path, ignored);
+}
+
+/// The files of kOwnFiles that are there, with `suffix`, a pattern, after their names.
+std::vector<fs::path> own_files(const fs::path& root, const char* suffix) {
+    std::vector<fs::path> found;
+    for (const std::string folder : kOwnFolders)
+        for (const fs::path& entry : entries_of(root / folder)) {
+            const std::string name = folder + entry.filename().string();
+            const auto matches = [&](const std::string& own) {
+                return ::fnmatch((own + suffix).c_str(), name.c_str(), FNM_PATHNAME) == 0;
+            };
+            if (std::any_of(std::begin(kOwnFiles), std::end(kOwnFiles), matches))
+                found.push_back(entry);
+        }
+    return found;
 }
 
 /// What a run that ended before its first file leaves.
@@ -118,24 +152,23 @@ Status RunFolder::lock() {
 }
 
 Status RunFolder::clear() const {
-    for (const fs::path& entry : entries_of(root_)) {
-        if (entry.filename() == kLock || entry.filename() == kConfig) continue;
-        std::error_code failed;
-        fs::remove_all(entry, failed);
-        if (failed) return cannot("remove", entry, failed.message());
+    std::error_code failed;
+    for (const fs::path& file : own_files(root_, "")) {
+        if (file.filename() == kConfig) continue;
+        fs::remove(file, failed);
+        if (failed) return cannot("remove", file, failed.message());
     }
+    for (const std::string folder : kOwnFolders)
+        if (!folder.empty())
+            fs::remove(root_ / folder, failed);  // fails where the user keeps files
     return {};
 }
 
 std::size_t RunFolder::sweep() const {
     std::size_t removed = 0;
-    for (const fs::path& folder : {root_, root_ / "checkpoints"})
-        for (const fs::path& entry : entries_of(folder)) {
-            std::error_code failed;
-            if (entry.extension() == kTemporary && fs::is_regular_file(entry, failed) &&
-                fs::remove(entry, failed))
-                ++removed;
-        }
+    std::error_code failed;
+    for (const fs::path& file : own_files(root_, ".*-*.tmp"))
+        if (fs::is_regular_file(file, failed) && fs::remove(file, failed)) ++removed;
     return removed;
 }
 
@@ -186,6 +219,14 @@ std::vector<fs::path> RunFolder::states() const {
     }
     std::sort(found.rbegin(), found.rend());
     return found;
+}
+
+Status RunFolder::set_aside(const fs::path& state) const {
+    fs::path aside = state;
+    aside += kUnreadable;
+    std::error_code failed;
+    fs::rename(state, aside, failed);
+    return failed ? cannot("rename", state, failed.message()) : Status();
 }
 
 std::string RunFolder::state_path(std::uint64_t step) const {

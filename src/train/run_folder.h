@@ -24,7 +24,8 @@ struct MetricLine {
 ///   run.json               state, versions, device, data, seed
 ///   log.txt                messages
 ///   metrics.jsonl          one JSON object per line: training losses, validations
-///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on
+///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on;
+///                          and, renamed to *.unreadable, those that a resumed run could not read
 ///   weights_last.safetensors, weights_best.safetensors   averaged weights
 ///   lock                   number of the process whose session is open; its lock ends with that process
 ///
@@ -40,8 +41,8 @@ class RunFolder {
     RunFolder(const RunFolder&) = delete;
     RunFolder& operator=(const RunFolder&) = delete;
 
-    /// Make the folder, remove what a replaced run or a crash left, and write config.json first. Returns how
-    /// many files a crash left. Errors: as open().
+    /// Make the folder, remove the files that a replaced run or a crash left, never others, and write
+    /// config.json first. Returns how many files a crash left. Errors: as open().
     Result<std::size_t> begin(const std::string& config);
 
     [[nodiscard]] std::string path(const std::string& name) const {
@@ -56,6 +57,8 @@ class RunFolder {
     [[nodiscard]] std::vector<std::filesystem::path> states() const;
     [[nodiscard]] std::string state_path(std::uint64_t step) const;
     void keep_latest_states(std::size_t count) const;
+    /// Rename a state that cannot be read, so that it no longer counts as one. Errors: kIo.
+    Status set_aside(const std::filesystem::path& state) const;
 
     /// Lines of metrics.jsonl that can be read.
     [[nodiscard]] std::vector<MetricLine> metrics() const;

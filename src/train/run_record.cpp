@@ -1,5 +1,6 @@
 #include "train/run_record.h"
 
+#include "core/json_tree.h"
 #include "core/json_writer.h"
 
 namespace splat::train {
@@ -66,6 +67,28 @@ void add_data(JsonWriter& json, const data::Dataset& dataset) {
     json.end().end();
 }
 
+constexpr std::pair<const char*, bool model::ImageChannels::*> kStartMaps[] = {
+    {"depth", &model::ImageChannels::depth},
+    {"normal", &model::ImageChannels::normal},
+    {"mask", &model::ImageChannels::mask}};
+
+void add_start(JsonWriter& json, const Start& start) {
+    if (start.file.empty()) {
+        json.raw("null");
+        return;
+    }
+    json.begin_object().member("file", start.file).member("graft", start.options.graft);
+    json.member("take_rays", start.options.take_rays).key("maps").begin_array();
+    for (const auto& [name, map] : kStartMaps)
+        if (start.options.source.*map) json.value(name);
+    json.end().end();
+}
+
+bool is_true(const JsonTree* value) {
+    const bool* const truth = value == nullptr ? nullptr : std::get_if<bool>(&value->value);
+    return truth != nullptr && *truth;
+}
+
 }  // namespace
 
 std::string figures_json(const RunFigures& figures) {
@@ -85,7 +108,28 @@ std::string run_json(const RunFigures& figures, const RunSurroundings& run) {
     json.newline(2).member("seed", run.seed).newline(2).member("parameters", run.parameters);
     json.newline(2).member("trainable", run.trainable).newline(2).key("data");
     add_data(json, *run.dataset);
+    json.newline(2).key("start");
+    add_start(json, *run.start);
+    if (!run.error.empty()) json.newline(2).member("error", run.error);
     return json.newline().end().text() + "\n";
+}
+
+Result<Start> start_of(std::string_view run_json, const char* what) {
+    auto json = parse_json_tree(run_json, what);
+    const JsonTree* const found = json.ok() ? json.value().find("start") : nullptr;
+    Start start;
+    if (found != nullptr && found->is_null()) return start;
+    const JsonTree* const file = found == nullptr ? nullptr : found->find("file");
+    const JsonTree* const maps = found == nullptr ? nullptr : found->find("maps");
+    if (file == nullptr || file->text() == nullptr || maps == nullptr || maps->list() == nullptr)
+        return error(Code::kFormat, "'%s' does not say what the run was started from", what);
+    start.file = *file->text();
+    start.options.graft = is_true(found->find("graft"));
+    start.options.take_rays = is_true(found->find("take_rays"));
+    for (const JsonTree& map : *maps->list())
+        for (const auto& [name, member] : kStartMaps)
+            if (map.text() != nullptr && *map.text() == name) start.options.source.*member = true;
+    return start;
 }
 
 std::string step_json(const TrainStep& step, const StepFacts& facts,

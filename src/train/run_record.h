@@ -3,6 +3,7 @@
 #include <string>
 
 #include "data/dataset.h"
+#include "model/weights.h"
 #include "train/trainer.h"
 #include "vk/device.h"
 
@@ -18,6 +19,12 @@ struct RunFigures {
     std::uint64_t peak_bytes = 0;  ///< of device memory
 };
 
+/// The weights that a run was started from by its caller; no file: those of the configuration, else random.
+struct Start {
+    std::string file;
+    model::LoadOptions options;
+};
+
 /// The objects of a run's surroundings, for its record.
 struct RunSurroundings {
     const char* state = "";
@@ -25,6 +32,8 @@ struct RunSurroundings {
     const vk::Device* device = nullptr;
     const data::Dataset* dataset = nullptr;
     std::uint64_t seed = 0, parameters = 0, trainable = 0;
+    const Start* start = nullptr;
+    std::string error;  ///< what made it fail
 };
 
 /// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
@@ -32,8 +41,11 @@ struct RunSurroundings {
 std::string figures_json(const RunFigures& figures);
 
 /// The text of run.json: the figures, then {"state", "library", "device", "seed", "parameters", "trainable",
-/// "data"}.
+/// "data", "start": null or {"file", "graft", "take_rays", "maps"}}, and "error" of a run that failed.
 std::string run_json(const RunFigures& figures, const RunSurroundings& surroundings);
+
+/// The start in the text of a run.json. Errors: kFormat.
+Result<Start> start_of(std::string_view run_json, const char* what);
 
 /// Numbers of a step besides its own results.
 struct StepFacts {

@@ -46,6 +46,17 @@ Training::~Training() {
 
 Status Training::next(Event& event) {
     const vk::DeviceCall call(context_->mutex);
+    Status done = work(event);
+    if (done.code() == Code::kCancelled) return done;
+    if (done.message() == error_) return done;
+    error_ = done.message();
+    // What cannot be written here either, as on a full disk, is in the status.
+    if (!done.ok()) (void)folder_->log("error: " + error_);
+    if (!ended_) (void)write_run(done.ok() ? "running" : "failed");
+    return done;
+}
+
+Status Training::work(Event& event) {
     event = {};
     event.attempts = trainer_->attempts();
     event.step = step_;
@@ -237,6 +248,7 @@ Status Training::end(EventKind kind, Event& event) {
             if (validation_ != nullptr)
                 text += format(", best validation PSNR %.2f dB", best_psnr_);
     }
+    error_.clear();  // this call is not a failure
     SPLAT_TRY(write_run(state.c_str()));
     SPLAT_TRY(say(event, text));
     event.kind = kind;
@@ -256,6 +268,8 @@ Status Training::write_run(const char* state) const {
     run.device = &context_->device();
     run.dataset = &data_->dataset();
     run.seed = settings_.training.seed;
+    run.start = &start_;
+    run.error = error_;
     for (const nn::Parameter& parameter : trainer_->predictor().parameters().all()) {
         const std::uint64_t count = parameter.shape.elements();
         run.parameters += count;

@@ -72,7 +72,8 @@ class Training {
     /// but the last before anything is written:
     ///   kInvalidArgument  the configuration; a key that differs from the run's and may not change
     ///   kInvalidState     as RunFolder::open()
-    ///   kNotFound, kFormat, kShape  the data, the weights to start from, or no state can be read
+    ///   kNotFound, kFormat, kShape  the data, the weights to start from, or a run's states, none of which can
+    ///                     be read; a run that ended before its first state begins again
     ///   kIo               the folder cannot be written
     ///
     /// Raising `interrupt`, which must outlive the session, ends it at the next call of next().
@@ -83,8 +84,8 @@ class Training {
     Training(const Training&) = delete;
     Training& operator=(const Training&) = delete;
 
-    /// Do the next piece of work. After the end it gives the last event again, without text. After an error
-    /// the next call tries the same piece again.
+    /// Do the next piece of work. After the end it gives the last event again, without text. After an error,
+    /// which log.txt and run.json keep, the next call tries the same piece again.
     Status next(Event& event);
 
     [[nodiscard]] RunFigures figures() const;
@@ -120,7 +121,7 @@ class Training {
     Status configure(const TrainingDesc& desc);
     Status open_data(const TrainingDesc& desc);
     Status check_validation();
-    Status start(const TrainingDesc& desc);
+    Status start();
     /// `options`: none: grafted from the likely channels of the file.
     Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options);
     Status resume();
@@ -128,6 +129,7 @@ class Training {
     Status begin(const TrainingDesc& desc);
 
     // training.cpp
+    Status work(Event& event);
     Status step(Event& event);
     Status after_step(const TrainStep& result, Event& event);
     Status save(Event& event);
@@ -144,6 +146,7 @@ class Training {
     std::shared_ptr<vk::Context> context_;
     config::Settings settings_;
     std::string config_;  ///< all of it, as JSON
+    Start start_;
     std::string library_;
     std::unique_ptr<RunFolder> folder_;
     std::shared_ptr<const predict::ViewSource> data_, validation_;
@@ -151,7 +154,9 @@ class Training {
     std::unique_ptr<predict::Network> network_;  ///< for validation; made when first needed
     PrefetchPointer batches_;
     std::deque<std::pair<std::string, bool>>
-        messages_;  ///< of open(), and whether each is a warning
+        messages_;                                   ///< of open(), and whether each is a warning
+    std::vector<std::filesystem::path> unreadable_;  ///< states
+    std::string error_;                              ///< of the latest next(), as in run.json
     std::optional<Validation> validating_;
     std::optional<EventKind> ended_;
     std::uint64_t step_ = 0, skipped_ = 0;

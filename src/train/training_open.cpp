@@ -25,6 +25,12 @@ Status of_file(const Status& status, const std::string& what = "") {
     return {code, what + status.message()};
 }
 
+/// Success, or an error that another state may not have.
+bool may_be_skipped(Code code) {
+    return code != Code::kCancelled && code != Code::kOutOfHostMemory &&
+           code != Code::kOutOfDeviceMemory && code != Code::kDeviceLost;
+}
+
 /// Every value of a configuration.
 Result<Config> complete(const Config& config) {
     SPLAT_ASSIGN(const config::Settings settings, config::settings_of(config));
@@ -84,10 +90,15 @@ Result<std::unique_ptr<Training>> Training::open(std::shared_ptr<vk::Context> co
         return {};
     });
     SPLAT_TRY(made);
+    if (!desc.init.empty()) {
+        std::error_code failed;
+        const auto whole = std::filesystem::absolute(desc.init, failed);
+        self->start_ = {failed ? desc.init : whole.string(), desc.init_options};
+    }
     if (desc.mode == RunFolder::Mode::kResume)
         SPLAT_TRY(self->resume());
     else
-        SPLAT_TRY(self->start(desc));
+        SPLAT_TRY(self->start());
     BatchSource source(self->data_, self->settings_, self->settings_.training.seed);
     SPLAT_TRY(self->check_batches(source));
     SPLAT_ASSIGN(self->batches_, Prefetch::create(std::move(source), kBatchesAhead));
@@ -141,6 +152,7 @@ Status Training::open_data(const TrainingDesc& desc) {
                                           : ViewSource::open(settings_, "", "train");
     SPLAT_TRY(desc.dataset != nullptr ? opened.status() : of_file(opened.status()));
     data_ = std::move(opened.value());
+    SPLAT_TRY(of_file(data_->dataset().read_cameras()));
     SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
     std::shared_ptr<data::Dataset> validation = desc.validation;
     if (validation == nullptr && desc.dataset == nullptr) {
@@ -157,6 +169,7 @@ Status Training::open_data(const TrainingDesc& desc) {
         SPLAT_TRY(desc.validation != nullptr ? source.status()
                                              : of_file(source.status(), "split val: "));
         validation_ = std::move(source.value());
+        SPLAT_TRY(of_file(validation_->dataset().read_cameras(), "split val: "));
     }
     return check_validation();
 }
@@ -172,16 +185,16 @@ Status Training::check_validation() {
     return {};
 }
 
-Status Training::start(const TrainingDesc& desc) {
+Status Training::start() {
     SPLAT_TRY(on_device([&] { return trainer_->predictor().init(settings_.training.seed); }));
     const std::string& pretrained = settings_.training.pretrained;
-    if (!desc.init.empty()) {
+    if (!start_.file.empty()) {
         if (!pretrained.empty())
             messages_.emplace_back("warning: opt.pretrained_ckpt '" + pretrained +
-                                       "' is not read, because '" + desc.init +
+                                       "' is not read, because '" + start_.file +
                                        "' is given to start from",
                                    true);
-        return load_weights(desc.init, desc.init_options);
+        return load_weights(start_.file, start_.options);
     }
     if (pretrained.empty()) return {};
     SPLAT_ASSIGN(const std::string path, pretrained_file(pretrained));
@@ -219,13 +232,25 @@ Status Training::load_weights(const std::string& path,
 }
 
 Status Training::resume() {
-    for (const auto& path : folder_->states()) {
+    const std::string record = folder_->path("run.json");
+    const auto text = io::read_file(record, kMaxConfigBytes);
+    auto start = text.ok() ? start_of(io::as_text(text.value()), record.c_str())
+                           : Result<Start>(text.status());
+    if (start.ok()) start_ = std::move(start.value());
+    const auto states = folder_->states();
+    if (states.empty()) {
+        SPLAT_TRY(start.status());
+        messages_.emplace_back("the run has no state yet, and begins again", false);
+        return this->start();
+    }
+    for (const auto& path : states) {
         const auto file = io::load_weights(path.string());
         Status resumed = file.status();
         if (file.ok()) resumed = on_device([&] { return trainer_->resume(file.value()); });
-        if (resumed.code() == Code::kCancelled) return resumed;
+        if (!may_be_skipped(resumed.code())) return resumed;
         if (!resumed.ok()) {
             messages_.emplace_back("skipped a state: " + resumed.message(), true);
+            unreadable_.push_back(path);
             continue;
         }
         step_ = saved_ = begun_at_ = trainer_->steps();
@@ -257,6 +282,7 @@ Status Training::check_batches(const BatchSource& source) const {
 Status Training::begin(const TrainingDesc& desc) {
     SPLAT_ASSIGN(const std::size_t left, folder_->begin(config_));
     if (desc.mode == RunFolder::Mode::kResume) SPLAT_TRY(folder_->cut_metrics(step_));
+    for (const auto& state : unreadable_) SPLAT_TRY(folder_->set_aside(state));
     if (left > 0)
         messages_.emplace_back(format("removed %zu unfinished files that a crash left", left),
                                false);

@@ -113,12 +113,18 @@ TEST_F(RunFolderTest, RefusesWhatItDoesNotExpect) {
 TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     make_run();
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "old");
-    put_text(path() + "/renders/picture.png", "old");
+    put_text(path() + "/renders/step_00000001.png", "old");
+    put_text(path() + "/eval/results.json", "old");
+    for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
+        put_text(path() + "/" + name, "mine");
     const auto folder = open(Mode::kReplace);
     ASSERT_NE(folder, nullptr);
-    EXPECT_TRUE(fs::exists(path() + "/renders/picture.png"));
+    EXPECT_TRUE(fs::exists(path() + "/renders/step_00000001.png"));
     ASSERT_OK(folder->begin("{\"a\": 1}").status());
     EXPECT_FALSE(fs::exists(path() + "/renders"));
+    EXPECT_FALSE(fs::exists(path() + "/eval/results.json"));
+    for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
+        EXPECT_EQ(test::file_text(path() + "/" + name), "mine");
     EXPECT_TRUE(folder->states().empty());
     EXPECT_EQ(test::file_text(path() + "/config.json"), "{\"a\": 1}");
 }
@@ -174,6 +180,17 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
     ASSERT_EQ(left.size(), 2U);
     EXPECT_EQ(left[0].string(), folder->state_path(10));
     EXPECT_EQ(left[1].string(), folder->state_path(9));
+}
+
+TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
+    const auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    ASSERT_OK(folder->begin("{}").status());
+    for (const std::uint64_t step : {1U, 2U}) put_text(folder->state_path(step), "state");
+    ASSERT_OK(folder->set_aside(folder->state_path(2)));
+    EXPECT_EQ(test::file_text(folder->state_path(2) + ".unreadable"), "state");
+    ASSERT_EQ(folder->states().size(), 1U);
+    EXPECT_ERROR(folder->set_aside(folder->state_path(2)), Code::kIo, "cannot rename");
 }
 
 TEST_F(RunFolderTest, SaysWhyItCannotWrite) {

@@ -270,6 +270,68 @@ TEST_F(TrainingTest, StartsFromWeights) {
                                 weights + "' is given to start from");
 }
 
+/// A run that was killed after its record and before its first state.
+TEST_F(TrainingTest, BeginsAgainWithoutAState) {
+    run(*open(desc("whole")));
+    open(desc("run"));
+    const auto events = run(*open(resumed("run")));
+    EXPECT_EQ(events[0].text, "the run has no state yet, and begins again");
+    expect_equal_weights("whole", "run");
+
+    TrainingDesc given = desc("started", {"opt.iterations=0"});
+    given.init = (folder_.path() / "whole/weights_last.safetensors").string();
+    open(given);
+    run(*open(resumed("started")));
+    EXPECT_TRUE(file("started", "weights_last.safetensors") ==
+                file("whole", "weights_last.safetensors"));
+    open(desc("lost"));
+    fs::remove(folder_.path() / "lost/run.json");
+    EXPECT_ERROR(refusal(resumed("lost")), Code::kNotFound, "run.json");
+}
+
+/// They have higher numbers than the states that follow.
+TEST_F(TrainingTest, SetsStatesAsideThatItCannotRead) {
+    run(*open(desc("whole")));
+    run(*open(desc("run")));
+    const fs::path states = folder_.path() / "run/checkpoints";
+    const std::string latest = (states / "step_0000000004.state.safetensors").string();
+    test::put_text(latest, "damaged");
+    test::put_text((states / "step_0000000003.state.safetensors").string(), "damaged");
+    const auto events = run(*open(resumed("run")));
+    EXPECT_TRUE(events[0].warning);
+    EXPECT_EQ(events[0].text.substr(0, 15), "skipped a state");
+    EXPECT_EQ(test::file_text(latest + ".unreadable"), "damaged");
+    expect_equal_weights("whole", "run");
+}
+
+/// With a file that is lost while it trains.
+TEST_F(TrainingTest, RecordsWhyItFailed) {
+    const auto training = open(desc("run", {"opt.iterations=40"}));
+    fs::rename(cars_.path, cars_.path + "_away");
+    Event event;
+    Status status;
+    while (status.ok() && event.kind < EventKind::kDone) status = training->next(event);
+    if (status.ok()) GTEST_FAIL() << "everything was read before";
+    EXPECT_NE(file("run", "run.json").find("\"state\": \"failed\""), std::string::npos);
+    EXPECT_NE(file("run", "run.json").find("\"error\": \"cannot"), std::string::npos);
+    EXPECT_NE(file("run", "log.txt").find("error: cannot"), std::string::npos);
+    fs::rename(cars_.path + "_away", cars_.path);
+    EXPECT_EQ(run(*training).back().kind, EventKind::kDone);
+    EXPECT_NE(file("run", "run.json").find("\"state\": \"done\""), std::string::npos);
+    EXPECT_EQ(file("run", "run.json").find("error"), std::string::npos);
+}
+
+/// Of an object whose turn comes late, and before anything is written.
+TEST_F(TrainingTest, ReadsAllCamerasFirst) {
+    for (const auto& entry : fs::recursive_directory_iterator(cars_.path))
+        if (entry.path().filename() == "000001.txt" &&
+            entry.path().string().find("_val/") != std::string::npos)
+            test::put_text(entry.path(), "1 0 0 nan  0 1 0 0  0 0 1 0  0 0 0 1");
+    const TrainingDesc given = desc("run");
+    EXPECT_ERROR(refusal(given), Code::kFormat, "000001.txt");
+    EXPECT_FALSE(fs::exists(given.folder));
+}
+
 /// Weights of the same channels are copied, those of RGB alone are widened.
 TEST_F(TrainingTest, StartsFromPretrainedWeightsOfItsChannels) {
     run(*open(desc("rgb", {"opt.iterations=0"})));

@@ -26,9 +26,10 @@ trained. 'vkrun config list' explains every key, and 'vkrun config show' prints 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock and, at the end,
 report.html. Ctrl-C stops after the current step and saves everything. --resume continues from the last
-state; the resumed run has the same bits as an uninterrupted one. With CONFIG or --set, values that no
-earlier step depends on may change, such as opt.iterations; anything else is an error. peak_bytes in
-metrics.jsonl and run.json is the most device memory used so far, by training and validation.
+state, or begins again where none was saved; the resumed run has the same bits as an uninterrupted one. With
+CONFIG or --set, values that no earlier step depends on may change, such as opt.iterations; anything else is
+an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl
+and run.json is the most device memory used so far, by training and validation.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, or OUT is in use, 3 no device,
 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or 200 drew
