@@ -353,7 +353,8 @@ typedef struct splat_trainer_info {
     double loss;      /* mean over the batch, like the following */
     double squared_error;
     double pixel_loss;
-    double ssim; /* 0 unless opt.lambda_ssim > 0 */
+    double ssim;      /* 0 unless opt.lambda_ssim > 0 */
+    double edge_loss; /* 0 unless opt.lambda_edge > 0 */
     double network_ms;
     double render_ms;
     double update_ms;

@@ -139,7 +139,8 @@ constexpr Key kDataKeys[] = {
     {"data.format", kTraining<&T::format>, kAll, kOurs,
      "Format of the data set; empty: detected from its files."},
     {"data.category", kTraining<&T::category>, kAll, kPublished,
-     "Name of the data set; cars, cars_priors, chairs, nmr, objaverse, gso, hydrants and teddybears "
+     "Name of the data set; cars, cars_priors, chairs, nmr, objaverse, gso, hydrants and "
+     "teddybears "
      "imply their depths, field of view, background and image size, the last two also the geometry "
      "and losses of CO3D."},
     {"data.subset", kSubset, kAll, kPublished, "Objects used, the first in order; 0 or less: all."},
@@ -282,6 +283,13 @@ constexpr Key kOptimiserKeys[] = {
      "Difference of pixels: its square, or its magnitude."},
     {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,
      "Weight of 1 - SSIM; at most 1 together with opt.lambda_lpips."},
+    {"opt.lambda_edge", kTraining<&T::edge_weight>, Values{0, 1e6}, kOurs,
+     "Weight of the difference of edges, added to the other terms: mean |Dx (a - b)| + |Dy (a - "
+     "b)|."},
+    {"opt.edge_filter", kTraining<&T::edge_filter>, words("sobel, scharr"), kOurs,
+     "Derivative of the difference of edges."},
+    {"opt.edge_by_size", kTraining<&T::edge_by_size>, kAll, kOurs,
+     "Weigh the difference of edges by the size of the Gaussians that a pixel shows."},
     {"opt.lambda_lpips", kTraining<&T::lpips_weight>, kFraction, kPublished, "Weight of LPIPS."},
     {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
      "Updates before LPIPS is part of the loss."},

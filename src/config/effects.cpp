@@ -46,6 +46,10 @@ bool has_lpips(const Settings& s) {
     return s.training.lpips_weight > 0;
 }
 
+bool has_edges(const Settings& s) {
+    return s.training.edge_weight > 0;
+}
+
 bool has_average(const Settings& s) {
     return s.training.ema;
 }
@@ -56,6 +60,7 @@ bool has_adapters(const Settings& s) {
 
 constexpr const char* kNoEmbedding = "where cam_embd.embedding is none";
 constexpr const char* kNoLpips = "while opt.lambda_lpips is 0";
+constexpr const char* kNoEdges = "while opt.lambda_edge is 0";
 constexpr const char* kNoAverage = "while opt.ema.use is false";
 constexpr const char* kNoAdapters = "while opt.lora_finetune is false: all parameters are trained";
 
@@ -70,6 +75,8 @@ constexpr Dependent kDependent[] = {
      "unless opt.lr_schedule is step"},
     {"opt.start_lpips_after", has_lpips, kNoLpips},
     {"opt.lpips_weights", has_lpips, kNoLpips},
+    {"opt.edge_filter", has_edges, kNoEdges},
+    {"opt.edge_by_size", has_edges, kNoEdges},
     {"opt.ema.beta", has_average, kNoAverage},
     {"opt.ema.update_every", has_average, kNoAverage},
     {"opt.ema.update_after_step", has_average, kNoAverage},

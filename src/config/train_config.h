@@ -15,6 +15,8 @@ enum class Schedule : int {
 
 enum class PixelLoss : int { kL2, kL1 };
 
+enum class EdgeFilter : int { kSobel, kScharr };
+
 /// Settings of a training; the defaults are those of the published cars model. Lengths are scene units,
 /// steps are updates of the parameters. config_keys.cpp says which key is which field.
 struct TrainConfig {
@@ -35,6 +37,9 @@ struct TrainConfig {
 
     PixelLoss pixel_loss = PixelLoss::kL2;
     double ssim_weight = 0;
+    double edge_weight = 0;
+    EdgeFilter edge_filter = EdgeFilter::kSobel;
+    bool edge_by_size = false;  ///< weigh edges by the size of the Gaussians there: train::SizeMap
     double lpips_weight = 0;
     std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part
     std::vector<std::string> lpips_weights;  ///< files of VGG16 and of LPIPS, see model::LpipsNet

@@ -16,6 +16,7 @@
 #include "ops/gaussian_head.h"
 #include "ops/group_norm.h"
 #include "ops/linear.h"
+#include "ops/losses/edge_loss.h"
 #include "ops/losses/feature_distance.h"
 #include "ops/losses/l1.h"
 #include "ops/losses/l2.h"
@@ -34,6 +35,7 @@ constexpr const OpRow* kOps[] = {
     &kConcatRow,               //
     &kConv2dRow,               //
     &kDropoutRow,              //
+    &kEdgeLossRow,             //
     &kFeatureDistanceRow,      //
     &kFilmRow,                 //
     &kFourierEmbeddingRow,     //

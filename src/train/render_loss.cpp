@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ops/add.h"
+#include "ops/losses/edge_loss.h"
 #include "ops/losses/l1.h"
 #include "ops/losses/l2.h"
 #include "ops/losses/loss.h"
@@ -21,8 +22,19 @@ ops::SsimDesc ssim_of(const RenderLossDesc& desc) {
     return {desc.views, 3, desc.height, desc.width};
 }
 
+ops::EdgeLossDesc edges_of(const RenderLossDesc& desc) {
+    return {desc.views,
+            3,
+            desc.height,
+            desc.width,
+            desc.edge_filter == config::EdgeFilter::kScharr,
+            desc.edge_weights};
+}
+
 /// Bytes from one scalar to the next: the largest offset alignment that Vulkan allows a device.
 constexpr std::uint64_t kScalarBytes = 256;
+
+constexpr std::uint64_t kLosses = 4, kWeights = 3;
 
 vk::BufferView scalar(const vk::Buffer& buffer, std::uint64_t i) {
     vk::BufferView view = buffer.range();
@@ -50,8 +62,8 @@ Status RenderLoss::allocate() {
     SPLAT_TRY(make(rgb_, dims.bytes()));  // its fourth channel stays zero
     SPLAT_TRY(make(targets_, dims.bytes()));
     SPLAT_TRY(make(partial_, ops::loss_partial_bytes(dims)));
-    SPLAT_TRY(make(losses_, 3 * kScalarBytes));
-    SPLAT_TRY(make(weights_, 2 * kScalarBytes));
+    SPLAT_TRY(make(losses_, kLosses * kScalarBytes));
+    SPLAT_TRY(make(weights_, kWeights * kScalarBytes));
     if (!desc_.lpips.empty()) {
         if (desc_.height != desc_.width)
             return error(Code::kUnsupported, "LPIPS of %u x %u pixels, expected a square",
@@ -64,12 +76,17 @@ Status RenderLoss::allocate() {
         desc_.lpips = {};
         SPLAT_TRY(make(grad_lpips_, dims.bytes()));
     }
+    if (desc_.edge_weight != 0) {
+        SPLAT_TRY(make(edge_slopes_, ops::edge_loss_slopes_bytes(edges_of(desc_))));
+        SPLAT_TRY(
+            make(edge_weights_, std::uint64_t{16} * desc_.views * desc_.height * desc_.width));
+    }
+    if (desc_.edge_weight != 0 || desc_.ssim_weight != 0) SPLAT_TRY(make(grad_term_, dims.bytes()));
     if (desc_.ssim_weight == 0) return {};
     const ops::SsimDesc ssim = ssim_of(desc_);
     SPLAT_TRY(make(slopes_, ops::ssim_slopes_bytes(ssim)));
-    SPLAT_TRY(make(
-        rows_, std::max(ops::ssim_forward_rows_bytes(ssim), ops::ssim_backward_rows_bytes(ssim))));
-    return make(grad_ssim_, dims.bytes());
+    return make(rows_,
+                std::max(ops::ssim_forward_rows_bytes(ssim), ops::ssim_backward_rows_bytes(ssim)));
 }
 
 Status RenderLoss::set_targets(std::span<const float> targets) {
@@ -94,10 +111,18 @@ Status RenderLoss::record_backward(vk::Recorder& recorder, const vk::BufferView&
     SPLAT_TRY(desc_.pixel_loss == config::PixelLoss::kL1
                   ? ops::l1_backward(recorder, dims, a, b, weight, grad_image)
                   : ops::l2_backward(recorder, dims, a, b, weight, grad_image));
-    if (desc_.ssim_weight == 0) return {};
-    SPLAT_TRY(ops::ssim_backward(recorder, ssim_of(desc_), a, b, slopes_.range(), rows_.range(),
-                                 scalar(weights_, 1), grad_ssim_.range()));
-    return ops::add_forward(recorder, {dims, 1}, grad_image, grad_ssim_.range(), grad_image);
+    const auto add_term = [&] {
+        return ops::add_forward(recorder, {dims, 1}, grad_image, grad_term_.range(), grad_image);
+    };
+    if (desc_.ssim_weight != 0) {
+        SPLAT_TRY(ops::ssim_backward(recorder, ssim_of(desc_), a, b, slopes_.range(), rows_.range(),
+                                     scalar(weights_, 1), grad_term_.range()));
+        SPLAT_TRY(add_term());
+    }
+    if (desc_.edge_weight == 0) return {};
+    SPLAT_TRY(ops::edge_loss_backward(recorder, edges_of(desc_), edge_slopes_.range(),
+                                      scalar(weights_, 2), grad_term_.range()));
+    return add_term();
 }
 
 Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& grad_image) {
@@ -112,6 +137,10 @@ Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& gra
     if (desc_.ssim_weight != 0)
         SPLAT_TRY(ops::ssim_forward(recorder, ssim_of(desc_), a, b, rows_.range(), slopes_.range(),
                                     partial_.range(), scalar(losses_, 2)));
+    if (desc_.edge_weight != 0)
+        SPLAT_TRY(ops::edge_loss_forward(recorder, edges_of(desc_), a, b, edge_weights_.range(),
+                                         edge_slopes_.range(), partial_.range(),
+                                         scalar(losses_, 3)));
     SPLAT_TRY(record_backward(recorder, grad_image));
     SPLAT_ASSIGN(list_, recorder.finish());
     if (lpips_ != nullptr) SPLAT_TRY(record_lpips(grad_image));
@@ -156,22 +185,25 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
     if (list_.empty() || !image_.same_range(image) || !grad_image_.same_range(grad_image))
         SPLAT_TRY(record(image, grad_image));
     const double pixel_weight = 1 - desc_.ssim_weight - lpips_weight;
-    const float gradients[2] = {share * static_cast<float>(pixel_weight),
-                                // the loss falls when the similarity rises
-                                -share * static_cast<float>(desc_.ssim_weight)};
-    for (std::uint64_t i = 0; i < 2; ++i)
+    const float gradients[kWeights] = {share * static_cast<float>(pixel_weight),
+                                       // the loss falls when the similarity rises
+                                       -share * static_cast<float>(desc_.ssim_weight),
+                                       share * static_cast<float>(desc_.edge_weight)};
+    for (std::uint64_t i = 0; i < kWeights; ++i)
         SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));
     SPLAT_TRY(context_->run(list_));
     terms = {};
     if (lpips_weight != 0) SPLAT_TRY(run_lpips(static_cast<double>(share) * lpips_weight, terms));
-    float losses[3] = {};
-    for (std::uint64_t i = 0; i < 3; ++i)
+    float losses[kLosses] = {};
+    for (std::uint64_t i = 0; i < kLosses; ++i)
         SPLAT_TRY(context_->read(scalar(losses_, i), &losses[i], sizeof(float)));
     const bool l1 = desc_.pixel_loss == config::PixelLoss::kL1;
     terms.squared = static_cast<double>(losses[0]);
     terms.pixel = static_cast<double>(losses[l1 ? 1 : 0]);
     terms.ssim = static_cast<double>(losses[2]);
+    terms.edge = static_cast<double>(losses[3]);
     terms.total = pixel_weight * terms.pixel + lpips_weight * terms.lpips +
+                  desc_.edge_weight * terms.edge +
                   (desc_.ssim_weight == 0 ? 0 : desc_.ssim_weight * (1 - terms.ssim));
     return {};
 }

@@ -142,6 +142,7 @@ std::string step_json(const TrainStep& step, const StepFacts& facts,
     json.member("update_ms", 1e3 * step.update_seconds).member("skipped", facts.skipped);
     json.member("seconds", facts.seconds).member("peak_bytes", facts.peak_bytes);
     if (config.ssim_weight > 0) json.member("ssim", step.loss.ssim);
+    if (config.edge_weight > 0) json.member("edge", step.loss.edge);
     if (config.lpips_weight > 0 && step.step > config.lpips_after)
         json.member("lpips", step.loss.lpips);
     return json.member("visible", step.visible).end().text();

@@ -99,6 +99,12 @@ Status Trainer::build(const model::PredictorConfig& network) {
     loss.height = loss.width = network.resolution;
     loss.pixel_loss = config_.pixel_loss;
     loss.ssim_weight = config_.ssim_weight;
+    loss.edge_weight = config_.edge_weight;
+    loss.edge_filter = config_.edge_filter;
+    loss.edge_weights = config_.edge_weight > 0 && config_.edge_by_size;
+    if (loss.edge_weights) {
+        SPLAT_ASSIGN(sizes_, SizeMap::create(context_, desc));
+    }
     loss.precision = config_.precision;
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
@@ -218,6 +224,10 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
                            part_of(batch.cameras, config_.batch_size, object, 1), background));
     SPLAT_TRY(context_.run(pack_[slot]));
     SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
+    if (sizes_)
+        SPLAT_TRY(sizes_->draw(
+            scene_.scene(), attributes_of(predictor_->outputs(), config_.micro_batch, slot).scales,
+            part_of(batch.cameras, config_.batch_size, object, 1), loss_->edge_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
@@ -232,6 +242,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     result.loss.squared += share * terms.squared;
     result.loss.pixel += share * terms.pixel;
     result.loss.ssim += share * terms.ssim;
+    result.loss.edge += share * terms.edge;
     result.loss.lpips += share * terms.lpips;
     const raster::RasterDesc& desc = rasterizer_->desc();
     const raster::RasterStats& stats = rasterizer_->stats();

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 
 #include "io/weights_file.h"
 #include "model/predictor.h"
@@ -9,6 +10,7 @@
 #include "raster/rasterizer.h"
 #include "train/optimiser.h"
 #include "train/render_loss.h"
+#include "train/size_map.h"
 
 namespace splat::train {
 
@@ -89,6 +91,7 @@ class Trainer {
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
+    std::optional<SizeMap> sizes_;  ///< where edges are weighed by size
     raster::PackedBuffers scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass

@@ -45,6 +45,8 @@ inline constexpr Tolerance kTolerances[] = {
     {"conv2d_winograd4", "grad_weight", 8, 5e-6, "as y, over up to 2^10 tiles; seen 3.7e-6"},
     {"dropout", "y", 4, 1e-6, "one product"},
     {"dropout", "grad_x", 4, 1e-6, "one product"},
+    {"edge_loss", "loss", 4, 1e-6, "nine products twice, a tree of sums"},
+    {"edge_loss", "grad_a", 4, 1e-6, "eighteen products"},
     {"feature_distance", "y", 4, 2e-6, "unit vectors, their difference squared, sums"},
     {"feature_distance", "grad_a", 4, 4e-6, "as y, and the part along the vector taken off"},
     {"film", "y", 4, 1e-6, "a product and a sum"},

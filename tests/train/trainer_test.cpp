@@ -172,6 +172,32 @@ TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
         training.ssim_weight = kind == config::PixelLoss::kL1 ? 0.3 : 0;
         expect_gradient_of_the_loss(small_network(), training);
     }
+    TrainConfig training = small_training();
+    training.edge_weight = 0.5;
+    training.edge_filter = config::EdgeFilter::kScharr;
+    expect_gradient_of_the_loss(small_network(), training);
+}
+
+/// The weights have the mean 1, so they move the term between pixels and keep its size.
+TEST_P(TrainerRules, EdgesAreWeighedBySize) {
+    TrainConfig training = small_training();
+    training.edge_weight = 0.5;
+    double edges[2] = {};
+    for (const bool by_size : {false, true}) {
+        training.edge_by_size = by_size;
+        const auto trainer = make(small_network(), training);
+        ASSERT_TRUE(trainer);
+        const Batch batch(small_network(), training);
+        const TrainStep first = run(*trainer, batch);
+        EXPECT_NEAR(first.loss.total, first.loss.pixel + 0.5 * first.loss.edge, 1e-12);
+        edges[by_size ? 1 : 0] = first.loss.edge;
+        TrainStep last;
+        for (int i = 0; i < 20; ++i) last = run(*trainer, batch);
+        EXPECT_LT(last.loss.edge, 0.95 * first.loss.edge);
+    }
+    EXPECT_NE(edges[0], edges[1]);
+    EXPECT_GT(edges[1], 0.1 * edges[0]);
+    EXPECT_LT(edges[1], 10 * edges[0]);
 }
 
 /// LPIPS takes part from its step on, value and gradient, with weights of its own files.

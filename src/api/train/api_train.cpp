@@ -91,6 +91,7 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.network_ms = 1e3 * step.network_seconds;
     info.render_ms = 1e3 * step.render_seconds;
     info.update_ms = 1e3 * step.update_seconds;
+    info.edge_loss = step.loss.edge;
     info.lpips = step.loss.lpips;
     info.visible = step.visible;
     info.culled = step.culled;

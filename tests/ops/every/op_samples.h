@@ -165,6 +165,10 @@ inline std::vector<OpCall> op_samples() {
     add_feature_samples(calls);
     add_random_samples(calls);
     calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
+    calls.push_back(sample("edge_loss", {{"scharr", true}},
+                           {normal_tensor({2, 3, 9, 13}, 32), normal_tensor({2, 3, 9, 13}, 33),
+                            normal_tensor({2, 1, 9, 13}, 34, 1)},
+                           {Shape{1}}));
     for (const char* loss : {"l1", "l2", "ssim"})
         calls.push_back(sample(loss, Json::object(),
                                {normal_tensor({2, 3, 9, 13}, 30), normal_tensor({2, 3, 9, 13}, 31)},

@@ -98,6 +98,13 @@ struct Dropout {
     }
 };
 
+struct EdgeLoss {
+    static Sums forward(const OpArguments& in) { return {ref::edge_loss_forward(edge_loss(in))}; }
+    static Sums backward(const OpArguments& in, const Grads& grads) {
+        return {ref::edge_loss_backward(edge_loss(in), grads[0][0]), {}, {}};
+    }
+};
+
 struct FeatureDistance {
     static Sums forward(const OpArguments& in) {
         return {
@@ -230,6 +237,7 @@ inline constexpr EveryOp kEveryOp[] = {
     {"concat", every::Concat::forward, every::Concat::backward},
     {"conv2d", every::Conv2d::forward, every::Conv2d::backward},
     {"dropout", every::Dropout::forward, every::Dropout::backward},
+    {"edge_loss", every::EdgeLoss::forward, every::EdgeLoss::backward},
     {"feature_distance", every::FeatureDistance::forward, every::FeatureDistance::backward},
     {"film", every::Film::forward, every::Film::backward},
     {"fourier_embedding", every::FourierEmbedding::forward, every::FourierEmbedding::backward},

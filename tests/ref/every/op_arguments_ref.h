@@ -15,6 +15,7 @@
 #include "ref/gaussian_head_ref.h"
 #include "ref/group_norm_ref.h"
 #include "ref/linear_ref.h"
+#include "ref/losses/edge_loss_ref.h"
 #include "ref/losses/feature_distance_ref.h"
 #include "ref/losses/ssim_ref.h"
 #include "ref/max_pool2d_ref.h"
@@ -133,6 +134,12 @@ inline PoolShape pool(const OpArguments& in) {
 inline EmbeddingShape embedding(const OpArguments& in) {
     return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.count("dimension"),
             in.flag("swap_halves")};
+}
+
+inline EdgeLossInput edge_loss(const OpArguments& in) {
+    const OpTensor& a = in.inputs[0];
+    return {a.dim(0),          a.dim(1), a.dim(2),     a.dim(3),
+            in.flag("scharr"), a.values, in.values(1), in.values(2)};
 }
 
 /// `from` is the small image if `up`, else the large one. The backward pass of up is down.

@@ -57,6 +57,13 @@ OpCase loss_case(const std::string& op, std::size_t N, std::size_t H, std::size_
     return result;
 }
 
+OpCase edge_loss_case(std::size_t N, std::size_t H, std::size_t W) {
+    OpCase result = loss_case("edge_loss", N, H, W);
+    result.inputs.push_back({"weight", {}, {}});
+    result.inputs[2].constant = true;
+    return result;
+}
+
 OpCase gaussian_head_case(std::size_t N, std::size_t H, std::size_t W) {
     OpCase result;
     result.op = "gaussian_head";
@@ -237,6 +244,10 @@ constexpr OpCases kCases[] = {
      }},
     {"conv2d", conv2d_cases},
     {"dropout", [](bool quick) { return image_cases(quick, dropout_case); }},
+    {"edge_loss",
+     [](bool quick) -> std::vector<OpCase> {
+         return {quick ? edge_loss_case(2, 9, 13) : edge_loss_case(4, 128, 128)};
+     }},
     {"feature_distance",
      [](bool quick) -> std::vector<OpCase> {
          if (quick) return {feature_distance_case({2, 6, 5, 7})};

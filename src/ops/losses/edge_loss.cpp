@@ -1,0 +1,128 @@
+#include "ops/losses/edge_loss.h"
+
+#include "params/edge_loss_params.h"
+#include "vk/launch.h"
+
+namespace splat::ops {
+namespace {
+
+constexpr std::uint64_t kSlopePlanes = 2;  // along x and y
+constexpr double kFlops = 60;              // per element and pass: nine taps of two filters
+
+struct EdgePass {
+    const char* kernel;
+    std::vector<vk::Access> accesses;
+    bool sum;  ///< a workgroup per chunk, not an invocation per quad
+};
+
+Status record(vk::Recorder& recorder, const EdgeLossDesc& desc, EdgePass pass) {
+    const QuadDims dims = desc.quads();
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = pass.sum ? vk::groups_for(recorder.device(), loss_chunks(dims), 1)
+                                       : vk::groups_for(recorder.device(), dims.quads(), size);
+    // So that a ramp of 1 per pixel, whose difference over two pixels is 2, gives 1.
+    const float side = desc.scharr ? 3.0F / 32 : 1.0F / 8;
+    const float centre = desc.scharr ? 10.0F / 32 : 2.0F / 8;
+    const double bytes = static_cast<double>(dims.bytes());
+    return recorder.dispatch({
+        .op = pass.kernel,
+        .shader = pass.kernel,
+        .constants = {{params::kWorkgroupSizeId, size}},
+        .push = params::EdgeLossParams{desc.n, desc.height, desc.width,
+                                       static_cast<std::uint32_t>(dims.quads()), kLossChunk,
+                                       loss_scale(dims), groups[0], desc.weighted ? 1U : 0U, centre,
+                                       side},
+        .accesses = std::move(pass.accesses),
+        .groups = groups,
+        .work = {.flops = kFlops * bytes / 4, .bytes = 4 * bytes},
+    });
+}
+
+}  // namespace
+
+std::uint64_t edge_loss_slopes_bytes(const EdgeLossDesc& desc) {
+    return kSlopePlanes * desc.quads().bytes();
+}
+
+Status edge_loss_forward(vk::Recorder& recorder, const EdgeLossDesc& desc, const vk::BufferView& a,
+                         const vk::BufferView& b, const vk::BufferView& weight,
+                         const vk::BufferView& slopes, const vk::BufferView& partial,
+                         const vk::BufferView& loss) {
+    SPLAT_TRY(record(recorder, desc,
+                     {"edge_loss_forward",
+                      {vk::read(a), vk::read(b), vk::read(desc.weighted ? weight : b),
+                       vk::write(slopes), vk::write(partial)},
+                      true}));
+    return loss_sum(recorder, desc.quads(), partial, loss);
+}
+
+Status edge_loss_backward(vk::Recorder& recorder, const EdgeLossDesc& desc,
+                          const vk::BufferView& slopes, const vk::BufferView& grad_loss,
+                          const vk::BufferView& grad_a) {
+    return record(
+        recorder, desc,
+        {"edge_loss_backward", {vk::read(slopes), vk::read(grad_loss), vk::write(grad_a)}, false});
+}
+
+namespace {
+
+constexpr Port kEdgeLossInputs[] = {
+    {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kQuads, true, true}};
+constexpr const char* kEdgeLossSaved[] = {"slopes"};
+constexpr Attribute kEdgeLossAttributes[] = {
+    {"scharr", "boolean", "false", "Scharr's filter instead of Sobel's."}};
+
+EdgeLossDesc edge_loss_desc(const Attributes& attributes, const Shape& a, bool weighted) {
+    return {a[0], a[1], a[2], a[3], attributes.boolean("scharr"), weighted};
+}
+
+Result<OpPlan> edge_loss_plan(const vk::Recorder&, const Attributes& attributes,
+                              std::span<const Shape> inputs) {
+    const Shape& a = inputs[0];
+    if (a.rank() != 4)
+        return error(Code::kShape, "edge_loss: tensor 'a' has shape %s, expected [N, C, H, W]",
+                     a.text().c_str());
+    SPLAT_ASSIGN(OpPlan plan, loss_plan("edge_loss", inputs));
+    const bool weighted = inputs[2].rank() > 0;
+    if (weighted)
+        SPLAT_TRY(expect_shape("edge_loss", "weight", inputs[2], Shape{a[0], 1, a[2], a[3]}));
+    const std::uint64_t slopes =
+        edge_loss_slopes_bytes(edge_loss_desc(attributes, a, weighted)) / 4;
+    if (slopes > kMaxElements)
+        return error(Code::kUnsupported, "edge_loss: images %s are too large: %llu slopes",
+                     a.text().c_str(), static_cast<unsigned long long>(slopes));
+    plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
+    return plan;
+}
+
+Status edge_loss_row_forward(vk::Recorder& recorder, const Attributes& attributes,
+                             const OpViews& v) {
+    const EdgeLossDesc desc = edge_loss_desc(attributes, v.inputs[0].shape, present(v.inputs[2]));
+    return edge_loss_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0],
+                             v.workspace.part(0, loss_partial_bytes(desc.quads())), v.outputs[0]);
+}
+
+Status edge_loss_row_backward(vk::Recorder& recorder, const Attributes& attributes,
+                              const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    const EdgeLossDesc desc = edge_loss_desc(attributes, v.grad_inputs[0].shape, false);
+    return edge_loss_backward(recorder, desc, v.saved[0], v.grad_outputs[0], v.grad_inputs[0]);
+}
+
+}  // namespace
+
+const OpRow kEdgeLossRow = {
+    .name = "edge_loss",
+    .equation =
+        "loss = mean weight (|Dx (a - b)| + |Dy (a - b)|), Dx and Dy Sobel's or Scharr's "
+        "derivative, reflected at the border",
+    .inputs = kEdgeLossInputs,
+    .outputs = kLossOutputs,
+    .saved = kEdgeLossSaved,
+    .attributes = kEdgeLossAttributes,
+    .plan = edge_loss_plan,
+    .forward = edge_loss_row_forward,
+    .backward = edge_loss_row_backward,
+    .backward_reads = no_backward_reads};
+
+}  // namespace splat::ops
