@@ -4,6 +4,7 @@ import copy
 import ctypes
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -60,6 +61,33 @@ NOTES: Dict[str, Any] = {
         "splat_thing_destroy": {"threads": "safe", "parameters": {"thing": "in null"}},
     },
 }
+
+# What the examples in the headers' comments leave to the reader.
+AROUND_EXAMPLES = """
+#include <splat.h>
+#include <stdio.h>
+extern splat_device device;
+extern splat_scene scene;
+extern splat_camera camera;
+extern splat_rasterizer rasterizer;
+extern splat_model model;
+extern splat_predictor predictor;
+extern splat_tensor offset, grad_offset;
+extern splat_dataset dataset;
+extern splat_trainer trainer;
+extern splat_trainer_info info;
+extern splat_batches batches;
+extern splat_training training;
+extern splat_optimizer optimizer;
+extern uint32_t count;
+extern uint64_t seed;
+extern const char *config, *text;
+extern float pixels[512 * 512 * 3];
+extern uint8_t bytes[512 * 512 * 4];
+"""
+
+# The lines of an example: indented, behind an empty line of a comment.
+EXAMPLE = re.compile(r"^ \*\n((?: \*   .*\n)+)", re.M)
 
 Note = Callable[[Dict[str, Any]], object]
 
@@ -144,6 +172,26 @@ class CheckedIn(unittest.TestCase):
             [clang, "-std=c11", "-Werror", "-fsyntax-only", "-I", str(ROOT / "include"), "-x",
              "c", "-"], input="\n".join(lines), capture_output=True, text=True, check=False)
         self.assertEqual((run.returncode, run.stderr), (0, ""))
+
+    def test_examples_in_comments_compile_without_a_warning(self) -> None:
+        lines = [AROUND_EXAMPLES]
+        for header in sorted((ROOT / "include" / "splat").glob("*.h")):
+            text = header.read_text(encoding="utf-8")
+            for found in EXAMPLE.finditer(text):
+                if ";" not in found[1]:
+                    continue
+                lines.append(f"void example_{len(lines)}(void) {{")
+                lines.append(f'#line {text.count(chr(10), 0, found.start(1)) + 1} "{header.name}"')
+                lines += [line[5:] for line in found[1].replace("*/", "").replace("...", "")
+                          .split("\n")]
+                lines.append("}")
+        self.assertGreater(sum(line == "}" for line in lines), 9)
+        for compiler in filter(None, (find_clang(), shutil.which("gcc"))):
+            run = subprocess.run(
+                [compiler, "-std=gnu99", "-Wall", "-Wextra", "-Wno-unused", "-Werror",
+                 "-fsyntax-only", "-I", str(ROOT / "include"), "-x", "c", "-"],
+                input="\n".join(lines), capture_output=True, text=True, check=False)
+            self.assertEqual((run.returncode, run.stderr), (0, ""))
 
     def test_library_has_the_same_functions_structs_and_version(self) -> None:
         path = os.environ.get("SPLAT_LIBRARY")

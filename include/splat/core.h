@@ -12,22 +12,30 @@
  *               sizeof, only ever grow at the end. Zero in any other field means its default, so a
  *               zeroed struct with its size is valid. Of a struct that the library reads, it takes
  *               the members that both versions know; a member that only the caller's version knows
- *               must be zero, else the call is SPLAT_ERROR_UNSUPPORTED. Of a struct that it fills,
+ *               must be zero, else the call is SPLAT_ERROR_UNSUPPORTED, and `reserved` must be zero,
+ *               else it is SPLAT_ERROR_INVALID_ARGUMENT. Of a struct that it fills,
  *               it fills those members and leaves the rest as it was, so zero it before. A struct
  *               without struct_size is frozen; arrays hold only such structs.
- *   Arrays      the length stands beside the pointer. Sets may be empty.
+ *   Arrays      the length stands beside the pointer and is checked. Sets may be empty; the pointer of
+ *               0 elements may be NULL. Where a comment says "0: trusted", the call knows the length
+ *               from elsewhere, and 0 leaves it unchecked. An input that is NULL has the length 0.
  *   Text        NUL-terminated UTF-8. Functions that write text take (buffer, capacity, needed):
  *               needed receives the size in bytes of the whole text with its NUL; with a smaller
  *               capacity the text is cut and the result is SPLAT_INCOMPLETE.
  *   Threads     each kind of object says whether its calls may run at once. Calls on one device are
- *               serialised by the library, but *_destroy, *_get_info, *_report and
- *               splat_device_get_memory never wait for a call of another thread: they tell what the
- *               last one left, and memory of what is destroyed beside a call is freed when it ends.
+ *               serialised by the library. But any thread may call *_destroy, *_get_info, *_report,
+ *               splat_evaluator_summary and splat_device_get_memory beside any other call, and they
+ *               never wait for one: they tell what the last one left, and memory of what is destroyed
+ *               beside a call is freed when it ends.
  *               The library compiles shaders on up to four threads of its own, which never call the
  *               caller's code.
  *   Fork        in a forked child, objects of a device that the parent opened are refused with
  *               SPLAT_ERROR_INVALID_STATE, and destroying them frees nothing of the device. Scenes,
  *               weights and data sets work. The child may open a device of its own.
+ *   Exit        what is alive when the process ends needs no destroying. But exit() unloads the
+ *               driver, so a call that still runs on a device then, on another thread, is undefined:
+ *               cancel it (splat_device_cancel) and let it return first. _exit() may come at any time:
+ *               files appear whole or not at all.
  *   Silence     the library never prints; see splat_log_set_callback.
  *
  * A program that opens the best device:
@@ -435,6 +443,7 @@ SPLAT_API splat_result splat_tensor_unmap(splat_tensor tensor);
  * pointer   out, owned by the library
  * bytes     out, may be NULL
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, or
+ *   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
  *   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
  *                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map */
 SPLAT_API splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer,

@@ -4,8 +4,8 @@
  *
  *   splat_evaluator evaluator;
  *   splat_evaluator_desc desc = {sizeof desc, .predictor = predictor, .data_path = "cars"};
- *   splat_object_scores scores = {sizeof scores};
- *   splat_evaluator_info info = {sizeof info};
+ *   splat_object_scores scores = {.struct_size = sizeof scores};
+ *   splat_evaluator_info info = {.struct_size = sizeof info};
  *   splat_evaluator_create(&desc, &evaluator);
  *   splat_evaluator_get_info(evaluator, &info);
  *   for (uint32_t i = 0; i < info.objects; ++i) splat_evaluator_score(evaluator, i, &scores);
@@ -43,16 +43,17 @@ typedef struct splat_evaluator_desc {
     splat_dataset dataset;
     /* a folder, opened as the predictor's configuration says; both NULL: its data.root */
     const char* data_path;
-    const char* split; /* of that folder; NULL: test */
+    const char* split; /* of that folder; NULL: test; NULL with `dataset` */
     /* a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A
      * predictor then only says how the data are read. Must be given without a predictor */
     const char* method;
     splat_lpips lpips;            /* of the images' resolution; NULL: LPIPS is NaN */
     const uint32_t* conditioning; /* numbers of the conditioning views of each object */
     uint64_t conditioning_count;  /* 0: by the protocol; else as many as the network has inputs */
-    uint32_t inputs;              /* conditioning views without a predictor; 0: 1 */
-    uint32_t novel_views;         /* of each object, evenly spread; 0: all */
-    uint32_t objects;             /* only this many, the first in order; 0: all */
+    /* conditioning views without a predictor and without their numbers; else 0. 0: 1 */
+    uint32_t inputs;
+    uint32_t novel_views; /* of each object, evenly spread; 0: all */
+    uint32_t objects;     /* only this many, the first in order; 0: all */
     uint32_t reserved;
 } splat_evaluator_desc;
 

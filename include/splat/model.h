@@ -4,7 +4,7 @@
  *
  *   splat_model model;
  *   splat_weights weights;
- *   splat_model_desc desc = {sizeof desc};
+ *   splat_model_desc desc = {.struct_size = sizeof desc};
  *   splat_model_create(device, &desc, &model);
  *   splat_weights_load("model_best.pth", 0, &weights);
  *   splat_model_load(model, weights, 0); */

@@ -37,11 +37,12 @@ typedef struct splat_picture {
     splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
     splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
     uint32_t flags;              /* SPLAT_PICTURE_* */
-    float foreground;            /* the object's longer side, as a part of the square's; 0: 0.65 */
+    float foreground;            /* the object's longer side, as a part of the square's; 0: 0.65;
+                                  * 0 with SPLAT_PICTURE_WHOLE */
     double focal;                /* pixels of the image; 0: by its Exif data, else not known */
     double origin_distance;      /* along the camera's axis, where the network takes it; else 0 */
     double world_to_camera[16];  /* as splat_camera; all 0: none. Networks of several views need
-                                  * the poses of all, and whole pictures */
+                                  * the poses of all, and whole pictures; others take none */
     const float* embedding;      /* of a custom embedding, or NULL */
     uint64_t embedding_count;    /* numbers */
     const float* tokens;         /* [token_dim,tokens] where the network takes them, or NULL */

@@ -10,7 +10,8 @@
  *
  * The same as a picture with 8 bits and alpha:
  *
- *   splat_image image = {bytes, sizeof bytes, SPLAT_PIXEL_U8, 512, 512, 4};
+ *   splat_image image = {.pixels = bytes, .bytes = sizeof bytes, .type = SPLAT_PIXEL_U8,
+ *                        .width = 512, .height = 512, .channels = 4};
  *   splat_rasterizer_read_images(rasterizer, NULL, SPLAT_OUTPUT_RGB, 0, &image, 1); */
 #ifndef SPLAT_RENDER_H
 #define SPLAT_RENDER_H

@@ -190,8 +190,9 @@ enum {
  * Returns as splat_scene_transform. */
 SPLAT_API splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity);
 
-/* Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
+/* Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
+ * scenes make an empty one.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
  *   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
 SPLAT_API splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count,
                                          splat_scene* scene);
@@ -287,8 +288,8 @@ typedef struct splat_orbit_desc {
  * desc      may be NULL for defaults
  * cameras   out, `count` of them
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
- *                                     without extent if distance is 0 */
+ *   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
+ *                                     extent if distance is 0 */
 SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                           uint32_t count, splat_camera* cameras);
 

@@ -3,7 +3,7 @@
  * A trainer of the published cars model:
  *
  *   splat_trainer trainer;
- *   splat_trainer_desc desc = {sizeof desc};
+ *   splat_trainer_desc desc = {.struct_size = sizeof desc};
  *   splat_trainer_create(device, &desc, &trainer); */
 #ifndef SPLAT_TRAIN_H
 #define SPLAT_TRAIN_H
@@ -167,8 +167,9 @@ SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, u
  *
  * Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
  *
- *   splat_optimizer_item items[] = {{NULL, model}, {"offset", NULL, NULL, offset, grad_offset}};
- *   splat_optimizer_group groups[] = {{"*.bias", 0.1}};
+ *   splat_optimizer_item items[] = {
+ *       {.model = model}, {.name = "offset", .parameter = offset, .gradient = grad_offset}};
+ *   splat_optimizer_group groups[] = {{.pattern = "*.bias", .rate_factor = 0.1}};
  *   splat_optimizer_desc desc = {sizeof desc, .items = items, .item_count = 2, .groups = groups,
  *                                .group_count = 1, .rate = 1e-3};
  *   splat_optimizer_create(device, &desc, &optimizer);
@@ -308,8 +309,10 @@ typedef struct splat_trainer_desc {
     const char* config; /* from splat_config_merge; NULL: the defaults */
 } splat_trainer_desc;
 
-/* Create a trainer; the parameters of its network are zero.
- * Returns as splat_model_create. */
+/* Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
+ * the log.
+ * Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
+ *   of vectors are not needed. */
 SPLAT_API splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
                                             splat_trainer* trainer);
 
@@ -419,7 +422,7 @@ SPLAT_API splat_result splat_trainer_destroy(splat_trainer trainer);
  * the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
  * caller synchronises calls on one object.
  *
- *   splat_trainer_batch batch = {sizeof batch};
+ *   splat_trainer_batch batch = {.struct_size = sizeof batch};
  *   splat_batches_create(dataset, config, seed, &batches);
  *   for (uint64_t n = 0; n < 1000; ++n) {
  *       splat_batches_next(batches, n, &batch);
@@ -457,7 +460,7 @@ SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
  * splat_training_interrupt.
  *
  *   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
- *   splat_training_event event = {sizeof event};
+ *   splat_training_event event = {.struct_size = sizeof event};
  *   splat_training_open(device, &desc, &training);
  *   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
  *       if (event.text) puts(event.text);
@@ -491,7 +494,7 @@ typedef struct splat_training_desc {
     /* NULL: none; if `dataset` is NULL too, the split val of data.root where there is one */
     splat_dataset validation;
     const char* init;    /* file of weights to start from; NULL: opt.pretrained_ckpt, else random */
-    uint32_t init_flags; /* SPLAT_LOAD_ bits */
+    uint32_t init_flags; /* SPLAT_LOAD_ bits; 0 without `init` */
     uint32_t reserved;
 } splat_training_desc;
 
@@ -524,8 +527,8 @@ typedef struct splat_training_event {
     uint64_t skipped;               /* attempts that updated nothing */
     uint64_t peak_bytes;            /* most device memory so far */
     const splat_trainer_info* info; /* NULL unless the event is a step */
-    double psnr;                    /* dB, of the step's targets */
-    double averaged_loss;           /* over the latest steps */
+    double psnr;                    /* dB, of the step's targets; infinite if drawn exactly */
+    double averaged_loss;           /* over this session's latest steps; NaN before the first */
     double seconds;                 /* since the first step of this session */
     double steps_per_second;
     const char* name; /* of the validated object, else NULL */
@@ -572,8 +575,8 @@ SPLAT_API splat_result splat_training_next(splat_training training, splat_traini
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_training_interrupt(splat_training training);
 
-/* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
- * "best_val_psnr", "peak_bytes"}.
+/* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+ * before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes"}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
                                              size_t* needed);

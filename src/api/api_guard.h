@@ -52,10 +52,15 @@ Status check_struct_size(std::size_t given, const char* type, std::size_t first_
 /// know.
 Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size);
 
-/// Check a struct that the library reads. Errors: those of check_struct_size() and check_tail().
+/// Errors: kInvalidArgument for a member that a later version may give a meaning.
+Status check_reserved(std::uint32_t reserved, const char* type);
+
+/// Check a struct that the library reads. Errors: those of check_struct_size(), check_reserved() of its
+/// member of that name, and check_tail().
 template <class Struct>
 Status check_size(const Struct& given, const char* type, std::size_t first_version_size) {
     SPLAT_TRY(check_struct_size(given.struct_size, type, first_version_size, sizeof(Struct)));
+    if constexpr (requires { given.reserved; }) SPLAT_TRY(check_reserved(given.reserved, type));
     return check_tail(&given, given.struct_size, type, sizeof(Struct));
 }
 
@@ -85,11 +90,17 @@ Status take_input(const Input* given, const char* argument, const char* type,
     return {};
 }
 
-/// Check the struct_size of an *_info to fill. A later version's is accepted, see give().
+/// Check the struct_size of a struct to fill. A later version's is accepted, see give().
+template <class Struct>
+Status check_filled(const Struct& to_fill, const char* type, std::size_t first_version_size) {
+    return check_struct_size(to_fill.struct_size, type, first_version_size, sizeof(Struct));
+}
+
+/// The same for an *_info.
 template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
     if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
-    return check_struct_size(info->struct_size, type, first_version_size, sizeof(Info));
+    return check_filled(*info, type, first_version_size);
 }
 
 /// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays, and so do

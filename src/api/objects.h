@@ -188,6 +188,10 @@ struct PredictorObject : OfDevice {
 struct TrainerObject : OfDevice {
     using OfDevice::OfDevice;
     OnDevice<std::shared_ptr<train::Trainer>> trainer{*this};
+    struct Counters {
+        std::uint64_t steps = 0, attempts = 0;
+    };
+    Published<Counters> counters;  ///< of the trainer
 };
 
 /// The object behind splat_optimizer.
@@ -219,6 +223,7 @@ struct TrainingObject : OfDevice {
     std::unique_ptr<train::Training> training;  ///< destroyed before `interrupt`
     train::Event event;                         ///< of the latest call
     splat_trainer_info info{};                  ///< of that event
+    Published<train::RunFigures> figures;       ///< after that call
 };
 
 /// The object behind splat_lpips.

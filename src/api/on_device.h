@@ -48,8 +48,7 @@ class OnDevice : public Part {
     std::unique_ptr<Left> left_;  ///< made beforehand, because a destructor must not fail
 };
 
-/// A value that calls set while they hold the context's mutex, and that get_info functions read
-/// without waiting for it.
+/// A value that calls set, and that functions which describe an object read without waiting for them.
 template <class Value>
 class Published {
   public:

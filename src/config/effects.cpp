@@ -175,13 +175,13 @@ void warn_of_frozen_channels(const PredictorConfig& c, std::vector<std::string>&
 
 }  // namespace
 
-Result<std::vector<std::string>> training_warnings(const Config& config) {
+Result<std::vector<std::string>> training_warnings(const Config& config, VectorsFrom vectors) {
     Settings settings;
     SPLAT_ASSIGN(settings.network, predictor_config(config));
     SPLAT_ASSIGN(settings.training, train_config(config));
     SPLAT_TRY(refuse_hub(config));
     SPLAT_TRY(refuse_lone_adapters(config));
-    SPLAT_TRY(refuse_missing_vectors(config, settings));
+    if (vectors == VectorsFrom::kFiles) SPLAT_TRY(refuse_missing_vectors(config, settings));
     std::vector<std::string> warnings;
     for (const Key& key : all_keys()) {
         const std::string lacks = effect_lacks(key, config.find(key.name), settings);
@@ -193,13 +193,18 @@ Result<std::vector<std::string>> training_warnings(const Config& config) {
     return warnings;
 }
 
+std::string value_text(const Config& config, const std::string& key) {
+    if (const ConfigEntry* entry = config.find(key)) return config_value_text(*entry);
+    const Key* known = find_key(key);
+    if (known == nullptr || known->field.write == nullptr) return "";
+    return config_value_text(known->field.write(*known, Settings()));
+}
+
 std::vector<std::string> changed_keys(const Config& run, const Config& given) {
-    const auto text = [](const ConfigEntry* entry) {
-        return entry == nullptr ? std::string() : config_value_text(*entry);
-    };
     std::vector<std::string> changed;
     for (const Key& key : all_keys())
-        if (text(run.find(key.name)) != text(given.find(key.name))) changed.emplace_back(key.name);
+        if (value_text(run, key.name) != value_text(given, key.name))
+            changed.emplace_back(key.name);
     return changed;
 }
 

@@ -45,7 +45,7 @@ Result<ObjectScores> Evaluator::score(std::uint32_t object) {
     SPLAT_ASSIGN(ObjectScores scores,
                  score_object(*context_, *network_, *data_, object, which, lpips_, &drawn_));
     drawn_object_ = object;
-    evaluation_.objects[object] = scores;
+    keep(object, scores);
     return scores;
 }
 
@@ -57,8 +57,13 @@ Result<ObjectScores> Evaluator::score_images(std::uint32_t object, std::span<con
     SPLAT_TRY(eval::score_images(lpips_, images, read,
                                  static_cast<std::uint32_t>(which.conditioning.size()),
                                  data_->resolution(), scores));
-    evaluation_.objects[object] = scores;
+    keep(object, scores);
     return scores;
+}
+
+void Evaluator::keep(std::uint32_t object, const ObjectScores& scores) {
+    const std::lock_guard lock(*mutex_);
+    evaluation_.objects[object] = scores;
 }
 
 }  // namespace splat::eval

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "eval/evaluation.h"
 
@@ -14,8 +15,8 @@ struct Protocol {
     std::uint32_t objects = 0;                ///< the first ones; 0: all
 };
 
-/// Scores the objects of a data set, one per call. Not thread-safe; it locks the context for each operation
-/// of the device.
+/// Scores the objects of a data set, one per call. Not thread-safe, except where a function says so; it locks
+/// the context for each operation of the device.
 class Evaluator {
   public:
     /// Score images of the caller.
@@ -31,7 +32,11 @@ class Evaluator {
     /// Objects to score.
     [[nodiscard]] std::uint32_t objects() const { return objects_; }
     [[nodiscard]] const predict::ViewSource& data() const { return *data_; }
-    [[nodiscard]] const Evaluation& evaluation() const { return evaluation_; }
+    /// A copy of the scores so far. Thread-safe, and never waits for score().
+    [[nodiscard]] Evaluation evaluation() const {
+        const std::lock_guard lock(*mutex_);
+        return evaluation_;
+    }
 
     /// The views of an object that are scored. Errors: kInvalidArgument for no such object; those of
     /// evaluated_views().
@@ -53,11 +58,14 @@ class Evaluator {
     [[nodiscard]] std::uint32_t drawn_object() const { return drawn_object_; }
 
   private:
+    void keep(std::uint32_t object, const ObjectScores& scores);
+
     std::unique_ptr<predict::ViewSource> data_;
     Protocol protocol_;
     Lpips lpips_;
     vk::Context* context_ = nullptr;  ///< of the network
     predict::Network* network_ = nullptr;
+    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< of evaluation_
     Evaluation evaluation_;
     std::uint32_t objects_;
     std::vector<float> drawn_;

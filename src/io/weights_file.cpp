@@ -54,6 +54,7 @@ Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
     Buffer head(std::min<std::uint64_t>(source.size(), kHeadBytes));
     SPLAT_TRY(source.read(0, head));
     const std::string_view text = as_text(head);
+    if (text.starts_with("PK\x05\x06")) return from_npz(source, limits);  // no entries
     if (text.starts_with("PK\x03\x04")) {
         SPLAT_ASSIGN(const Zip zip, Zip::open(source, "zip", limits));
         const bool pth = std::any_of(zip.entries().begin(), zip.entries().end(),

@@ -69,6 +69,7 @@ class Module {
     };
     [[nodiscard]] const Names& names() const { return names_; }
     [[nodiscard]] const std::string& type() const { return desc_.type; }
+    [[nodiscard]] bool has_gradients() const { return desc_.gradients; }
     [[nodiscard]] nn::ExecutorMemory memory() const { return executor_->memory(); }
 
   private:

@@ -43,6 +43,11 @@ Status check_picture(const config::PredictorConfig& network, std::size_t i,
                           custom ? network.embedding_length() : 0));
     SPLAT_TRY(check_count(i, "array of tokens", given.tokens.size(),
                           std::size_t{network.token_dim} * network.tokens));
+    if (network.views == 1 && given.world_to_camera)
+        return error(Code::kInvalidArgument,
+                     "pictures[%zu]: a pose is given, but the network takes one view, whose camera "
+                     "is the scene's frame: expected none",
+                     i);
     if (network.views == 1) return {};
     if (!given.world_to_camera)
         return error(Code::kInvalidArgument,

@@ -21,7 +21,7 @@ unsigned long long wide(std::uint64_t number) {
 }
 
 double psnr_of(double squared_error) {
-    return squared_error > 0 ? -10 * std::log10(squared_error) : 0;
+    return -10 * std::log10(squared_error);  // infinite for equal images
 }
 
 const char* not_drawn_text(const TrainStep& step) {
@@ -119,7 +119,7 @@ Status Training::after_step(const TrainStep& result, Event& event) {
     skipped_in_a_row_ = 0;
     event.step = step_ = result.step;
     loss_ = result.loss.total;
-    averaged_loss_ = averaged_loss_ == 0 ? loss_ : 0.98 * averaged_loss_ + 0.02 * loss_;
+    averaged_loss_ = std::isnan(averaged_loss_) ? loss_ : 0.98 * averaged_loss_ + 0.02 * loss_;
     event.averaged_loss = averaged_loss_;
     event.psnr = psnr_of(result.loss.squared);
     event.steps_per_second = static_cast<double>(step_ - begun_at_) / std::max(event.seconds, 1e-9);
@@ -244,7 +244,8 @@ Status Training::end(EventKind kind, Event& event) {
             break;
         default:
             state = "done";
-            text = format("done: %llu steps, loss %.6f", wide(step_), averaged_loss_);
+            text = format("done: %llu steps", wide(step_));
+            if (!std::isnan(averaged_loss_)) text += format(", loss %.6f", averaged_loss_);
             if (validation_ != nullptr)
                 text += format(", best validation PSNR %.2f dB", best_psnr_);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -50,7 +51,7 @@ struct Event {
     TrainStep result;  ///< of a step
     bool logged = false;
     double psnr = 0;
-    double averaged_loss = 0;  ///< over the latest steps
+    double averaged_loss = NAN;  ///< over the latest steps; NaN before one of this session
     double seconds = 0, steps_per_second = 0;
 
     std::uint32_t object = 0, objects = 0;  ///< of a validation
@@ -163,7 +164,8 @@ class Training {
     std::uint64_t saved_ = ~std::uint64_t{0};      ///< step of the latest state
     std::uint64_t validated_ = ~std::uint64_t{0};  ///< step of the latest validation
     std::uint64_t skipped_in_a_row_ = 0, not_drawn_in_a_row_ = 0;
-    double best_psnr_ = 0, last_psnr_ = 0, loss_ = 0, averaged_loss_ = 0;
+    double best_psnr_ = 0, last_psnr_ = 0;
+    double loss_ = NAN, averaged_loss_ = NAN;  ///< until a step of this process
     std::optional<std::chrono::steady_clock::time_point>
         begun_;  ///< the first step of this process
     std::uint64_t begun_at_ = 0;

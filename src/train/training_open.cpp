@@ -37,11 +37,6 @@ Result<Config> complete(const Config& config) {
     return read_config(config::merged_config_text(settings), config.what());
 }
 
-std::string value_of(const Config& config, const std::string& key) {
-    const ConfigEntry* const entry = config.find(key);
-    return entry == nullptr ? "nothing" : config_value_text(*entry);
-}
-
 /// The file in opt.pretrained_ckpt: the value itself, or what a run's folder holds.
 Result<std::string> pretrained_file(const std::string& path) {
     namespace fs = std::filesystem;
@@ -132,7 +127,8 @@ Status Training::configure(const TrainingDesc& desc) {
     if (!run) return {};
     SPLAT_ASSIGN(const Config whole, read_config(config_, "configuration"));
     for (const std::string& key : config::changed_keys(*run, whole)) {
-        const std::string before = value_of(*run, key), after = value_of(whole, key);
+        const std::string before = config::value_text(*run, key);
+        const std::string after = config::value_text(whole, key);
         if (!config::may_change_on_resume(key))
             return error(Code::kInvalidArgument,
                          "'%s' is %s, but %s in the run that is resumed, whose numbers depend on "

@@ -76,6 +76,10 @@ TEST(ApiCamera, OrbitsAScene) {
     ASSERT_DONE(splat_scene_create(&empty_desc, empty.out()));
     EXPECT_REFUSED(splat_camera_orbit(empty, nullptr, 1, cameras), SPLAT_ERROR_INVALID_ARGUMENT,
                    "");
+    EXPECT_DONE(splat_camera_orbit(empty, nullptr, 0, nullptr)) << "no cameras";
+    desc.struct_size = 0;
+    EXPECT_REFUSED(splat_camera_orbit(scene, &desc, 0, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "struct_size");
 }
 
 TEST(ApiCamera, FilesAreRead) {

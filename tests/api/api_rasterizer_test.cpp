@@ -344,9 +344,16 @@ TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
     const Scene scene = SampleScene(8).create();
     const Rasterizer plain = make_rasterizer(shared_device(), rasterizer_desc(8, kWidth, kHeight));
     std::vector<float> values(kPixels, 7);
-    EXPECT_REFUSED(
-        splat_rasterizer_read(plain, nullptr, SPLAT_OUTPUT_ALPHA, values.data(), kPixels * 4),
-        SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    for (const std::size_t bytes : {kPixels * 4, std::size_t{4}, std::size_t{0}})
+        EXPECT_REFUSED(
+            splat_rasterizer_read(plain, nullptr, SPLAT_OUTPUT_ALPHA, values.data(), bytes),
+            SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    const Tensor one = make_tensor(shared_device(), {1});
+    EXPECT_REFUSED(splat_rasterizer_output(plain, nullptr, SPLAT_OUTPUT_ALPHA, one),
+                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    const splat_image image = planes_image(values.data(), 1);
+    EXPECT_REFUSED(splat_rasterizer_read_images(plain, nullptr, SPLAT_OUTPUT_RGB, 0, &image, 1),
+                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
     ASSERT_DONE(forward(plain, scene));
     EXPECT_REFUSED(
         splat_rasterizer_read(plain, nullptr, SPLAT_OUTPUT_DEPTH, values.data(), kPixels * 4),
@@ -359,8 +366,12 @@ TEST(ApiRasterizer, RefusesWhatItWasNotMadeFor) {
                    "SPLAT_RASTERIZER_BACKWARD");
     const Rasterizer rasterizer = make_rasterizer(
         shared_device(), rasterizer_desc(8, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD));
-    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &gradients),
-                   SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    for (const splat_tensor tensor : {means.get(), one.get()}) {
+        gradients.grad_means = tensor;
+        EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &gradients),
+                       SPLAT_ERROR_INVALID_STATE, "drawn nothing");
+    }
+    gradients.grad_means = means;
     ASSERT_DONE(forward(rasterizer, scene));
     const Tensor depth = make_tensor(shared_device(), {1, kHeight, kWidth});
     const Tensor any = make_tensor(shared_device(), {8, 3});

@@ -268,6 +268,32 @@ TEST(ApiScene, IsMovedCutAndMerged) {
     EXPECT_EQ(info_of(merged).sh_degree, 2U);
 }
 
+TEST(ApiScene, MayBeEmpty) {
+    Scene empty;
+    ASSERT_DONE(splat_scene_merge(nullptr, 0, empty.out()));
+    EXPECT_EQ(info_of(empty).count, 0U);
+    EXPECT_EQ(info_of(empty).sh_degree, 0U);
+    for (const char* name : {"means", "scales", "rotations", "opacities", "sh"}) {
+        EXPECT_DONE(splat_scene_read(empty, name, nullptr, 0)) << name;
+        EXPECT_DONE(splat_scene_write(empty, name, nullptr, 0)) << name;
+    }
+    EXPECT_REFUSED(splat_scene_read(empty, "colour", nullptr, 0), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "name is 'colour'");
+    EXPECT_REFUSED(splat_scene_write(empty, "means", nullptr, 4), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "values is NULL");
+    EXPECT_REFUSED(splat_scene_read(SampleScene(1).create(), "means", nullptr, 0),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "values is NULL");
+    const splat_scene none[] = {empty, empty};
+    Scene merged;
+    ASSERT_DONE(splat_scene_merge(none, 2, merged.out()));
+    EXPECT_EQ(info_of(merged).count, 0U);
+    auto desc = sized<splat_scene_desc>();
+    desc.count = 1;
+    desc.mean_count = 3;
+    EXPECT_REFUSED(splat_scene_create(&desc, merged.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_scene_desc.means is NULL, but its length is 3");
+}
+
 TEST(ApiScene, FilterDropsWhatIsNotFinite) {
     SampleScene sample(5);
     sample.means[4] = NAN;

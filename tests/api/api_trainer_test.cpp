@@ -173,6 +173,25 @@ TEST_F(ApiTrainer, MergesConfigurations) {
                    SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
 }
 
+TEST_F(ApiTrainer, RefusesWhatTheCheckOfConfigurationsRefuses) {
+    const std::string hub = std::string(kSmallModel) + "\nopt: {pretrained_hf: true}";
+    const std::string adapters = std::string(kSmallModel) + "\nopt: {lora_rank: 8}";
+    for (const std::string& config : {hub, adapters}) {
+        EXPECT_REFUSED(splat_config_check(config.c_str(), nullptr, 0, nullptr, 0, nullptr),
+                       SPLAT_ERROR_INVALID_ARGUMENT, "configuration: 'opt.");
+        const std::string sentence = splat_last_error_message();
+        splat_trainer_desc desc = trainer_desc();
+        desc.config = config.c_str();
+        Trainer made;
+        EXPECT_REFUSED(splat_trainer_create(device_, &desc, made.out()),
+                       SPLAT_ERROR_INVALID_ARGUMENT, sentence);
+        Batches batches;
+        EXPECT_REFUSED(
+            splat_batches_create(make_training_dataset(), config.c_str(), 1, batches.out()),
+            SPLAT_ERROR_INVALID_ARGUMENT, sentence);
+    }
+}
+
 TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
     const Json keys = Json::parse(whole_text(splat_config_keys));
     ASSERT_GT(keys.size(), 90U);

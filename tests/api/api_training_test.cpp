@@ -1,4 +1,5 @@
 // Batches and training sessions through the C API.
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -119,6 +120,29 @@ TEST(ApiTraining, GoesOnWithTheSameBits) {
         EXPECT_TRUE(file_of(parts, "weights_last.safetensors") ==
                     file_of(whole, "weights_last.safetensors"));
     }
+}
+
+/// What was not computed is not told as a number.
+TEST(ApiTraining, AFinishedRunThatIsResumedTellsNoLoss) {
+    const Device device = open_device();
+    const Dataset dataset = make_training_dataset();
+    const std::string folder = run_folder();
+    splat_training_desc desc = training_desc(dataset, folder);
+    run(open(device, desc));
+    desc.flags = SPLAT_TRAINING_RESUME;
+    const Training training = open(device, desc);
+    auto event = sized<splat_training_event>();
+    std::string text;
+    while (event.kind < SPLAT_EVENT_DONE) {
+        ASSERT_DONE(splat_training_next(training, &event));
+        EXPECT_TRUE(std::isnan(event.averaged_loss));
+        if (event.text != nullptr) text = event.text;
+    }
+    EXPECT_EQ(text, "done: 2 steps");
+    const std::string report = whole_text([&](char* buffer, std::size_t size, std::size_t* needed) {
+        return splat_training_report(training, buffer, size, needed);
+    });
+    EXPECT_NE(report.find("\"loss\": null"), std::string::npos) << report;
 }
 
 TEST(ApiTraining, HasItsFolderForItself) {

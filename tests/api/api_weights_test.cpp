@@ -145,6 +145,41 @@ TEST(ApiWeights, LargeFilesWrittenInPlaceAreRefused) {
     std::filesystem::remove_all(folder);
 }
 
+TEST(ApiWeights, EmptyOnesAreWrittenAndReadInEveryFormat) {
+    Weights empty;
+    ASSERT_DONE(splat_weights_from_arrays(nullptr, 0, empty.out()));
+    for (const splat_weights_format format : {SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ})
+        for (const std::uint32_t flags : {std::uint32_t{0}, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
+            std::size_t bytes = 0;
+            EXPECT_EQ(splat_weights_save_memory(empty, format, flags, nullptr, 0, &bytes),
+                      SPLAT_INCOMPLETE);
+            std::vector<char> file(bytes);
+            ASSERT_DONE(
+                splat_weights_save_memory(empty, format, flags, file.data(), bytes, nullptr));
+            Weights read;
+            ASSERT_DONE(splat_weights_load_memory(file.data(), bytes, read.out())) << format;
+            std::uint32_t count = 7;
+            EXPECT_DONE(splat_weights_count(read, &count));
+            EXPECT_EQ(count, 0U);
+            const char* const name = format == SPLAT_WEIGHTS_NPZ ? "npz" : "safetensors";
+            EXPECT_NE(report_of(read).find(name), std::string::npos) << report_of(read);
+        }
+}
+
+TEST(ApiWeights, ATensorWithoutElementsNeedsNoRoom) {
+    splat_named_array none{};
+    none.name = "none";
+    none.rank = 2;
+    none.dims[1] = 3;
+    Weights weights;
+    ASSERT_DONE(splat_weights_from_arrays(&none, 1, weights.out()));
+    EXPECT_DONE(splat_weights_read(weights, 0, nullptr, 0));
+    EXPECT_REFUSED(splat_weights_read(weights, 0, nullptr, 4), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "values is NULL");
+    EXPECT_REFUSED(splat_weights_read(make_weights(), 0, nullptr, 0), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "values is NULL");
+}
+
 TEST(ApiWeights, DestroyedOnesAreRefused) {
     Weights weights = make_weights();
     const splat_weights stale = weights.destroy();

@@ -118,6 +118,18 @@ TEST(ConfigEffects, VectorsWithoutTheirFileAreRefused) {
                  Code::kInvalidArgument, "'data.tokens_file' is empty");
 }
 
+/// Of a trainer, whose batches bring them.
+TEST(ConfigEffects, VectorsOfTheCallerNeedNoFile) {
+    const Config config = yaml("model: {token_dim: 2, tokens: 3}");
+    EXPECT_ERROR(config::training_warnings(config).status(), Code::kInvalidArgument,
+                 "data.tokens_file");
+    EXPECT_OK(config::training_warnings(config, config::VectorsFrom::kCaller).status());
+    EXPECT_ERROR(
+        config::training_warnings(yaml("opt: {lora_rank: 8}"), config::VectorsFrom::kCaller)
+            .status(),
+        Code::kInvalidArgument, "opt.lora_rank");
+}
+
 TEST(ConfigEffects, AdaptersWithoutTheirSwitchAreRefused) {
     EXPECT_ERROR(config::training_warnings(yaml("opt: {lora_rank: 8}")).status(),
                  Code::kInvalidArgument,
@@ -170,6 +182,16 @@ TEST(ConfigEffects, ChangedKeysAreFoundAndSomeMayChange) {
     EXPECT_EQ(changed,
               (std::vector<std::string>{"data.use_pred_depth", "opt.iterations", "opt.base_lr"}));
     EXPECT_EQ(config::changed_keys(merged("{}"), merged("{}")).size(), 0U);
+    const Config plain = merged("{}");
+    const Config adapted = merged("opt: {lora_finetune: true, lora_rank: 4}");
+    EXPECT_EQ(config::changed_keys(plain, adapted).front(), "opt.lora_finetune");
+    EXPECT_EQ(config::value_text(plain, "opt.lora_finetune"), "false");
+    EXPECT_EQ(config::value_text(adapted, "opt.lora_finetune"), "true");
+    EXPECT_EQ(
+        config::changed_keys(adapted, merged("opt: {lora_finetune: true, lora_rank: 8}")).front(),
+        "opt.lora_rank");
+    EXPECT_EQ(config::changed_keys(plain, merged("opt: {freeze: [out.bias]}")),
+              (std::vector<std::string>{"opt.freeze"}));
     for (const char* key : {"opt.iterations", "logging.val_log", "data.root", "data.cache_mib"})
         EXPECT_TRUE(config::may_change_on_resume(key)) << key;
     for (const char* key : {"opt.base_lr", "data.use_pred_depth", "general.random_seed", "no.key"})

@@ -134,6 +134,10 @@ TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
     EXPECT_NEAR(scene::camera_center(views.cameras[1])[1], -0.5, 1e-6);
     EXPECT_EQ(made.value().facts[1].side, 60) << "whole pictures";
 
+    inputs[1].world_to_camera = scene::Mat4{};
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+                 "pictures[1]");
+    inputs[1].world_to_camera = second.value();
     inputs[1].crop = true;
     EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
                  "pictures[1]: one of 2 views is to be cut out");
@@ -172,8 +176,8 @@ TEST(Pictures, RefusesWhatTheNetworkDoesNotTake) {
     input.embedding = {1};
     expect_refused(network(), input, "the embedding has 1 numbers, expected 0");
     input = input_of(picture());
-    input.world_to_camera = scene::Mat4{};
-    expect_refused(network(), input, "pictures[0]");
+    input.world_to_camera = scene::Mat4{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    expect_refused(network(), input, "pictures[0]: a pose is given, but the network takes one");
 }
 
 }  // namespace

@@ -46,6 +46,8 @@ step=$(sed -n 's/^interrupted after step \([0-9]*\);.*/\1/p' "$temp/first")
 [ -n "$step" ] || fail "no 'interrupted after step': $(tail -n 3 "$temp/first")"
 
 expect 2 "'opt.base_lr' is 0.5, but 5e-05 in the run" --out "$temp/run" --resume --set opt.base_lr=0.5
+expect 2 "'opt.lora_finetune' is true, but false in the run" --out "$temp/run" --resume \
+    --set opt.lora_finetune=true --set opt.lora_rank=2
 echo '{"model": {"base_dim": 16}}' > "$temp/other.json"
 expect 2 "'data.training_resolution' is 128, but 16 in the run" "$temp/other.json" --out "$temp/run" --resume
 expect 0 "^opt.iterations 100000 -> $((step + 1))$" --out "$temp/run" --resume --set opt.iterations=$((step + 1))

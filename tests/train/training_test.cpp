@@ -4,6 +4,8 @@
 
 #include <thread>
 
+#include "io/image.h"
+
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
 #include "synthetic/sample_folder.h"
@@ -214,6 +216,28 @@ TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
     EXPECT_EQ(warned->step, 20U);
     EXPECT_NE(warned->text.find("drew nothing"), std::string::npos);
     EXPECT_NE(file("run", "run.json").find("\"nothing drawn\""), std::string::npos);
+}
+
+/// White images and Gaussians that are not drawn before white.
+TEST_F(TrainingTest, EqualImagesHaveAnInfinitePsnr) {
+    io::Image white;
+    white.width = white.height = 16;
+    white.channels = 3;
+    white.samples.assign(std::size_t{3} * 16 * 16, 255);
+    const auto png = io::write_png(white);
+    ASSERT_OK(png.status());
+    for (const auto& entry : fs::recursive_directory_iterator(cars_.path))
+        if (entry.path().parent_path().filename() == "rgb")
+            test::put_text(entry.path(), std::string(io::as_text(png.value())));
+    const auto training =
+        open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1", "logging.val_log=0"}));
+    ASSERT_NE(training, nullptr);
+    const std::vector<Event> events = run(*training);
+    const Event* const step = first_of(events, EventKind::kStep);
+    ASSERT_NE(step, nullptr);
+    EXPECT_EQ(step->result.loss.squared, 0);
+    EXPECT_EQ(step->psnr, INFINITY);
+    EXPECT_NE(file("run", "metrics.jsonl").find("\"psnr\":null"), std::string::npos);
 }
 
 TEST_F(TrainingTest, EndsWhereNothingIsFinite) {

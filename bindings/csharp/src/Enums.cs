@@ -589,7 +589,7 @@ namespace Splat
     /// splat_training_interrupt.
     ///
     ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-    ///   splat_training_event event = {sizeof event};
+    ///   splat_training_event event = {.struct_size = sizeof event};
     ///   splat_training_open(device, &amp;desc, &amp;training);
     ///   while (event.kind &lt; SPLAT_EVENT_DONE &amp;&amp; splat_training_next(training, &amp;event) == SPLAT_OK)
     ///       if (event.text) puts(event.text);

@@ -124,7 +124,7 @@ namespace Splat.Tests
                 Expect.Throws<ObjectDisposedException>(() => scene.ToBytes(SceneFormat.Ply));
                 Expect.Throws<ObjectDisposedException>(() => Scene.Merge(scene));
             }
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => Scene.Merge());
+            using (Scene none = Scene.Merge()) Expect.Equal(0L, none.Count);
             Expect.Throws<ArgumentNullException>(() => Scene.Load(null));
             Expect.Refused(ResultCode.ErrorNotFound, "none.ply", () =>
                 Scene.Load(Shared.PathOf("none.ply")));
@@ -191,8 +191,7 @@ namespace Splat.Tests
                 camera.WithOpenGl(new double[16]));
             using (Scene scene = Shared.ThreeGaussians())
             {
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "count", () =>
-                    Camera.Orbit(scene, 0));
+                Expect.Equal(0, Camera.Orbit(scene, 0).Length);
                 Expect.Throws<ArgumentOutOfRangeException>(() => Camera.Orbit(scene, -1));
                 Expect.Throws<ArgumentException>(
                     () => Camera.Orbit(scene, 1, new OrbitOptions { Up = new double[1] }));

@@ -129,7 +129,9 @@ class Cameras(Case):
         self.refused(splat.InvalidArgument, "", splat.Camera.from_fov, 4, 4, 7)
         self.refused(splat.FormatError, "", splat.Camera.load, b"{")
         self.refused(splat.NotFound, "", splat.Camera.load, self.folder / "transforms.json")
-        self.refused(splat.InvalidArgument, "count is 0", splat.Camera.orbit, scene(), 0)
+        self.refused(splat.InvalidArgument, "count is -1", splat.Camera.orbit, scene(), -1)
+        self.assertEqual(splat.Camera.orbit(scene(), 0), [])
+        self.assertEqual(splat.Scene.merge([]).info.count, 0)
 
 
 class Images(Case):

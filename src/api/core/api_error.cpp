@@ -68,6 +68,11 @@ Status check_struct_size(std::size_t given, const char* type, std::size_t first_
                  given, type, known_size);
 }
 
+Status check_reserved(std::uint32_t reserved, const char* type) {
+    if (reserved == 0) return {};
+    return error(Code::kInvalidArgument, "%s.reserved is %u, expected 0", type, reserved);
+}
+
 Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size) {
     const auto* const bytes = static_cast<const unsigned char*>(given);
     for (std::size_t i = known_size; i < size; ++i)

@@ -206,6 +206,7 @@ splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
         SPLAT_TRY(api::require(pointer, "pointer"));
+        SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(void* const host, api::host_pointer(*object));
         object->expose();
         *pointer = host;
@@ -218,6 +219,7 @@ splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersione
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
         SPLAT_TRY(api::require(managed, "managed"));
+        SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(*managed, api::dlpack_of(object));
         object->expose();
         return {};

@@ -112,7 +112,7 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
                                      splat_metric_comparison* metric) {
     return with_metric(comparison, index, [&](const eval::MetricFinding& finding) -> Status {
         SPLAT_TRY(api::require(metric, "metric"));
-        SPLAT_TRY(api::check_size(*metric, "splat_metric_comparison", sizeof *metric));
+        SPLAT_TRY(api::check_filled(*metric, "splat_metric_comparison", sizeof *metric));
         const eval::Comparison& c = finding.comparison;
         splat_metric_comparison filled{};
         filled.metric = metric_of(finding.samples.metric);

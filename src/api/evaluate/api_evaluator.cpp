@@ -26,6 +26,11 @@ Result<std::unique_ptr<predict::ViewSource>> evaluator_views(const splat_evaluat
     if (desc.dataset != nullptr && desc.data_path != nullptr)
         return error(Code::kInvalidArgument,
                      "splat_evaluator_desc: dataset and data_path are both given, expected one");
+    if (desc.dataset != nullptr && desc.split != nullptr)
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc.split is '%s', but dataset is given, which is of the "
+                     "split that it was opened with: expected NULL",
+                     desc.split);
     if (desc.dataset != nullptr) {
         SPLAT_ASSIGN(const auto object, api::Datasets::find(desc.dataset, "desc.dataset"));
         return views_of_dataset(object, settings);
@@ -40,13 +45,22 @@ Result<std::unique_ptr<predict::ViewSource>> evaluator_views(const splat_evaluat
 
 Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
                                           const config::Settings* settings) {
+    const bool listed = desc.conditioning_count > 0;
+    if (desc.inputs != 0 && (settings != nullptr || listed))
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc.inputs is %u, expected 0: the number of conditioning "
+                     "views is that of %s",
+                     desc.inputs, listed ? "conditioning_count" : "the predictor");
     eval::Protocol protocol;
     protocol.novel = desc.novel_views;
     protocol.objects = desc.objects;
     protocol.inputs = settings != nullptr ? settings->network.views
                       : desc.inputs != 0  ? desc.inputs
                                           : 1;
-    if (desc.conditioning_count == 0) return protocol;
+    if (!listed && desc.conditioning != nullptr)
+        return error(Code::kInvalidArgument,
+                     "splat_evaluator_desc.conditioning is given, but conditioning_count is 0");
+    if (!listed) return protocol;
     SPLAT_TRY(api::require(desc.conditioning, "desc.conditioning"));
     if (settings != nullptr && desc.conditioning_count != settings->network.views)
         return error(Code::kInvalidArgument,
@@ -107,7 +121,7 @@ splat_result score_with(splat_evaluator evaluator, std::uint32_t object,
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
         if (scores != nullptr)
-            SPLAT_TRY(api::check_size(*scores, "splat_object_scores", sizeof *scores));
+            SPLAT_TRY(api::check_filled(*scores, "splat_object_scores", sizeof *scores));
         SPLAT_ASSIGN(const eval::ObjectScores made, score(*found->evaluator));
         if (scores == nullptr) return {};
         splat_object_scores filled{};
@@ -217,7 +231,7 @@ splat_result splat_evaluator_summary(splat_evaluator evaluator, splat_evaluation
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
         SPLAT_TRY(api::require(summary, "summary"));
-        SPLAT_TRY(api::check_size(*summary, "splat_evaluation_summary", sizeof *summary));
+        SPLAT_TRY(api::check_filled(*summary, "splat_evaluation_summary", sizeof *summary));
         const eval::Summary made = eval::summary_of(found->evaluator->evaluation());
         splat_evaluation_summary filled{};
         filled.objects = made.objects;

@@ -52,6 +52,7 @@ splat_weights add_weights(io::WeightsFile file) {
 /// A copy of an array. Errors: kInvalidArgument, kShape, naming `argument`.
 Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::string& argument) {
     SPLAT_TRY(api::require(array.name, (argument + ".name").c_str()));
+    SPLAT_TRY(api::check_reserved(array.reserved, argument.c_str()));
     if (array.rank > SPLAT_MAX_RANK)
         return error(Code::kInvalidArgument, "%s.rank is %u, expected at most %d", argument.c_str(),
                      array.rank, SPLAT_MAX_RANK);
@@ -187,8 +188,8 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
     return api::guarded([&]() -> Status {
         std::shared_ptr<api::WeightsObject> object;
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
-        SPLAT_TRY(api::require(values, "values"));
         const std::size_t wanted = tensor->values.size() * sizeof(float);
+        if (wanted > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
         if (bytes < wanted)
             return error(Code::kInvalidArgument, "bytes is %zu, the tensor '%s' has %zu", bytes,
                          tensor->name.c_str(), wanted);

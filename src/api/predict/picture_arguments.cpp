@@ -85,6 +85,9 @@ Status read_source(const splat_picture_source& source, const std::string& name, 
 
 Status read_array(const float* values, std::uint64_t count, const std::string& name,
                   std::vector<float>& to) {
+    if (count == 0 && values != nullptr)
+        return error(Code::kInvalidArgument, "%s is given with a count of 0, expected its numbers",
+                     name.c_str());
     if (count == 0) return {};
     SPLAT_TRY(require(values, name.c_str()));
     to.assign(values, values + count);
@@ -108,6 +111,11 @@ Result<predict::PictureInput> picture_input(const splat_picture& from, const std
     SPLAT_TRY(read_source(from.depth, name + ".depth", Content::kDepth, input.picture.depth));
     SPLAT_TRY(read_source(from.normal, name + ".normal", Content::kNormal, input.picture.normal));
     input.crop = (from.flags & SPLAT_PICTURE_WHOLE) == 0;
+    if (!input.crop && from.foreground != 0)
+        return error(Code::kInvalidArgument,
+                     "%s.foreground is %g, but with SPLAT_PICTURE_WHOLE nothing is cut out: "
+                     "expected 0",
+                     name.c_str(), static_cast<double>(from.foreground));
     if (from.foreground != 0) input.foreground = static_cast<double>(from.foreground);
     input.focal = from.focal;
     input.origin_distance = from.origin_distance;

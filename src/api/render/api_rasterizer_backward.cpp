@@ -113,11 +113,11 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer, splat_raster
         api::TensorArguments arguments(*object->context, "rasterizer");
         GradientTensors tensors;
         const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(check_tensors(arguments, object->rasterizer->drawn_desc(), *gradients, tensors));
-        SPLAT_TRY(arguments.check_unmapped());
         if (!object->rasterizer->drawn())
             return error(Code::kInvalidState,
                          "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+        SPLAT_TRY(check_tensors(arguments, object->rasterizer->drawn_desc(), *gradients, tensors));
+        SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(pack(*object, tensors));
         api::RasterGradients& made = *object->gradients;
         SPLAT_TRY(object->rasterizer->backward(made.image.range(), made.depth.range(),

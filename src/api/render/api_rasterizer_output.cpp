@@ -163,9 +163,9 @@ splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_s
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;
         const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(check_drawn(*object));
         SPLAT_TRY(check_tensor(arguments, object->rasterizer->drawn_desc(), *row, tensor, view));
         SPLAT_TRY(arguments.check_unmapped());
-        SPLAT_TRY(check_drawn(*object));
         return copy_output(*object, *row, view);
     });
 }
@@ -177,12 +177,12 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         if (bytes > 0) SPLAT_TRY(api::require(values, "values"));
         SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
         const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(check_drawn(*object));
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
             return error(Code::kInvalidArgument, "bytes is %zu, but output %s takes %llu", bytes,
                          row->name, static_cast<unsigned long long>(needed));
-        SPLAT_TRY(check_drawn(*object));
         return read_output(*object, *row, values);
     });
 }
@@ -195,9 +195,9 @@ splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_ras
         if (count > 0) SPLAT_TRY(api::require(images, "images"));
         SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
         std::vector<api::ImageView> views;
-        SPLAT_TRY(check_images(*row, object->rasterizer->desc(), {images, count}, views));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(check_drawn(*object));
+        SPLAT_TRY(check_images(*row, object->rasterizer->desc(), {images, count}, views));
         const raster::RasterDesc& drawn = object->rasterizer->drawn_desc();
         if (std::uint64_t{first} + count > drawn.views)
             return error(

@@ -73,6 +73,10 @@ Result<io::CameraSet> load(const splat_camera_bytes* files, const splat_camera_f
         return io::Bytes(static_cast<const std::byte*>(data), size);
     };
     const io::Bytes cameras = bytes(given.cameras, given.camera_bytes);
+    if (given.images == nullptr && given.image_bytes != 0)
+        return error(Code::kInvalidArgument,
+                     "splat_camera_bytes.images is NULL, but image_bytes is %zu",
+                     given.image_bytes);
     if (given.images == nullptr)
         return io::read_transforms_json(cameras, reading.width, reading.height, reading.options);
     return io::read_colmap(cameras, bytes(given.images, given.image_bytes), reading.options);
@@ -169,9 +173,9 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                 splat_camera* cameras) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        SPLAT_TRY(api::require(cameras, "cameras"));
-        if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+        if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
         SPLAT_ASSIGN(scene::OrbitOptions options, orbit_options(desc));
+        if (count == 0) return {};
         options.count = count;
         scene::Statistics statistics;
         {

@@ -32,6 +32,10 @@ Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
     const auto fill = [](const char* name, const float* from, std::uint64_t length,
                          std::vector<float>& to) -> Status {
+        if (from == nullptr && length != 0)
+            return error(Code::kInvalidArgument,
+                         "splat_scene_desc.%s is NULL, but its length is %llu", name,
+                         static_cast<unsigned long long>(length));
         if (from == nullptr) return {};
         if (length != 0 && length < to.size())
             return error(Code::kInvalidArgument,
@@ -79,9 +83,10 @@ Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
 Result<const api::SceneAttribute*> attribute_of(const api::SceneObject& object, const char* name,
                                                 const float* values, std::size_t bytes) {
     SPLAT_TRY(api::require(name, "name"));
-    SPLAT_TRY(api::require(values, "values"));
     SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
-    SPLAT_TRY(check_bytes(name, (object.gaussians.*attribute->array).size(), bytes));
+    const std::size_t elements = (object.gaussians.*attribute->array).size();
+    if (elements > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
+    SPLAT_TRY(check_bytes(name, elements, bytes));
     return attribute;
 }
 
@@ -235,9 +240,7 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
 splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(scene, "scene"));
-        SPLAT_TRY(api::require(scenes, "scenes"));
-        if (count == 0)
-            return error(Code::kInvalidArgument, "count is 0, expected at least 1 scene");
+        if (count > 0) SPLAT_TRY(api::require(scenes, "scenes"));
         SPLAT_ASSIGN(const std::vector<scene::Gaussians> copies, copies_of(scenes, count));
         SPLAT_ASSIGN(scene::Gaussians merged, scene::merge(copies));
         *scene = add_scene(std::move(merged));

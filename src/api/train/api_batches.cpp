@@ -37,7 +37,8 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
         SPLAT_TRY(api::require(batches, "batches"));
-        SPLAT_ASSIGN(const config::Settings settings, api::settings_of(config, {}));
+        SPLAT_ASSIGN(const config::Settings settings,
+                     api::training_settings_of(config, config::VectorsFrom::kFiles));
         SPLAT_ASSIGN(auto views, predict::ViewSource::open(settings, api::dataset_of(found)));
         train::BatchSource source(std::move(views), settings, seed);
         SPLAT_TRY(source.check());
@@ -54,7 +55,7 @@ splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trai
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::AllBatches::find(batches, "batches"));
         SPLAT_TRY(api::require(batch, "batch"));
-        SPLAT_TRY(api::check_size(*batch, "splat_trainer_batch", sizeof(splat_trainer_batch)));
+        SPLAT_TRY(api::check_filled(*batch, "splat_trainer_batch", sizeof(splat_trainer_batch)));
         SPLAT_ASSIGN(object->batch, object->source->get(step));
         object->cameras.clear();
         for (const scene::Camera& camera : object->batch.cameras)

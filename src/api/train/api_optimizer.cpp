@@ -44,6 +44,12 @@ Status add_tensor(const splat_optimizer_item& item, const std::string& what,
     return {};
 }
 
+Status check_gradients(bool made, const std::string& what, const char* flag) {
+    if (made) return {};
+    return error(Code::kInvalidState, "%s was created without %s, so it has no gradients",
+                 what.c_str(), flag);
+}
+
 Status add_item(const splat_optimizer_item& item, const std::string& what,
                 const vk::Context& context, OptimizerItems& to) {
     const bool tensor = item.parameter != nullptr || item.gradient != nullptr;
@@ -57,12 +63,16 @@ Status add_item(const splat_optimizer_item& item, const std::string& what,
     if (item.model != nullptr) {
         SPLAT_ASSIGN(auto model, api::Models::find(item.model, (what + ".model").c_str()));
         SPLAT_TRY(on_device(*model, context, what + ".model"));
+        SPLAT_TRY(check_gradients(model->predictor->has_gradients(), what + ".model",
+                                  "SPLAT_MODEL_GRADIENTS"));
         SPLAT_TRY(train::add_parameters(to.adam, model->predictor->parameters(), prefix));
         to.models.push_back(std::move(model));
         return {};
     }
     SPLAT_ASSIGN(auto module, api::Modules::find(item.module, (what + ".module").c_str()));
     SPLAT_TRY(on_device(*module, context, what + ".module"));
+    SPLAT_TRY(check_gradients(module->module->has_gradients(), what + ".module",
+                              "SPLAT_MODULE_GRADIENTS"));
     SPLAT_TRY(train::add_parameters(to.adam, module->module->parameters(), prefix));
     to.modules.push_back(std::move(module));
     return {};

@@ -63,13 +63,26 @@ Status take(const splat_trainer_batch& from, const config::PredictorConfig& netw
     return {};
 }
 
-std::string report_of(train::Trainer& trainer) {
+/// Set what splat_trainer_report tells of the steps. The context's mutex is held.
+void publish(api::TrainerObject& object) {
+    object.counters.set({object.trainer->steps(), object.trainer->attempts()});
+}
+
+Status resume(api::TrainerObject& object, const io::WeightsFile& file) {
+    const Status done = object.trainer->resume(file);
+    publish(object);
+    return done;
+}
+
+std::string report_of(const api::TrainerObject& object) {
+    train::Trainer& trainer = *object.trainer;
     model::Predictor& predictor = trainer.predictor();
+    const auto counters = object.counters.get();
     std::uint64_t trainable = 0;
     for (const nn::Parameter& parameter : predictor.parameters().all())
         if (parameter.trainable) trainable += parameter.shape.elements();
     JsonWriter json;
-    json.begin_object().member("step", trainer.steps()).member("attempts", trainer.attempts());
+    json.begin_object().member("step", counters.steps).member("attempts", counters.attempts);
     json.member("parameters", predictor.parameters().elements()).member("trainable", trainable);
     json.key("config")
         .raw(config::merged_config_text({predictor.config(), trainer.config()}))
@@ -130,7 +143,8 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(trainer, "trainer"));
         SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
-        SPLAT_ASSIGN(const config::Settings made, api::settings_of(desc->config, {}));
+        SPLAT_ASSIGN(const config::Settings made,
+                     api::training_settings_of(desc->config, config::VectorsFrom::kCaller));
         auto object = std::make_shared<api::TrainerObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);
@@ -163,7 +177,9 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
         SPLAT_TRY(
             take(taken, object.trainer->predictor().config(), object.trainer->config(), arrays));
         train::TrainStep step;
-        SPLAT_TRY(object.trainer->step(arrays.batch, step));
+        const Status done = object.trainer->step(arrays.batch, step);
+        publish(object);
+        SPLAT_TRY(done);
         api::give(api::info_of(step), info);
         return {};
     });
@@ -173,7 +189,7 @@ splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t ca
                                   size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
-        return give(report_of(*object->trainer));
+        return give(report_of(*object));
     });
 }
 
@@ -215,7 +231,7 @@ splat_result splat_trainer_resume_memory(splat_trainer trainer, const void* data
         SPLAT_ASSIGN(const io::WeightsFile file,
                      io::read_weights(
                          io::MemorySource({static_cast<const std::byte*>(data), bytes}), "memory"));
-        return object.trainer->resume(file);
+        return resume(object, file);
     });
 }
 
@@ -223,7 +239,7 @@ splat_result splat_trainer_resume(splat_trainer trainer, const char* path) {
     return locked(trainer, [&](api::TrainerObject& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const io::WeightsFile file, io::load_weights(path));
-        return object.trainer->resume(file);
+        return resume(object, file);
     });
 }
 

@@ -43,6 +43,12 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
                      "splat_training_desc.init_flags has unknown bits %#x: bits of "
                      "splat_model_load without SPLAT_LOAD_ADAPTERS",
                      given.init_flags & ~kLoadFlags);
+    if (given.init == nullptr && given.init_flags != 0)
+        return error(
+            Code::kInvalidArgument,
+            "splat_training_desc.init_flags is %#x, but init is NULL, so that they have no "
+            "effect: expected 0",
+            given.init_flags);
     train::TrainingDesc desc;
     desc.folder = given.folder;
     desc.mode = (given.flags & SPLAT_TRAINING_RESUME) != 0      ? Mode::kResume
@@ -120,6 +126,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
         auto object = std::make_shared<api::TrainingObject>(owner->context);
         SPLAT_ASSIGN(object->training,
                      train::Training::open(owner->context, made, object->interrupt));
+        object->figures.set(object->training->figures());
         *training = api::Trainings::add(std::move(object));
         return {};
     });
@@ -129,8 +136,10 @@ splat_result splat_training_next(splat_training training, splat_training_event* 
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Trainings::find(training, "training"));
         SPLAT_TRY(api::require(event, "event"));
-        SPLAT_TRY(api::check_size(*event, "splat_training_event", sizeof(splat_training_event)));
-        SPLAT_TRY(object->training->next(object->event));
+        SPLAT_TRY(api::check_filled(*event, "splat_training_event", sizeof(splat_training_event)));
+        const Status done = object->training->next(object->event);
+        object->figures.set(object->training->figures());
+        SPLAT_TRY(done);
         api::give(value_of(*object), event);
         return {};
     });
@@ -145,7 +154,7 @@ splat_result splat_training_report(splat_training training, char* buffer, size_t
                                    size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Trainings::find(training, "training"));
-        return give(train::figures_json(object->training->figures()));
+        return give(train::figures_json(object->figures.get()));
     });
 }
 

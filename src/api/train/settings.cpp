@@ -2,6 +2,7 @@
 
 #include "api/api_guard.h"
 #include "config/config_file.h"
+#include "core/log.h"
 
 namespace splat::api {
 
@@ -11,6 +12,16 @@ Result<config::Settings> settings_of(const char* text, std::span<const std::stri
         SPLAT_ASSIGN(config, read_config(text, "configuration"));
     }
     SPLAT_ASSIGN(config, config::with_values(config, changes));
+    return config::settings_of(config);
+}
+
+Result<config::Settings> training_settings_of(const char* text, config::VectorsFrom vectors) {
+    Config config("configuration");
+    if (text != nullptr) {
+        SPLAT_ASSIGN(config, read_config(text, "configuration"));
+    }
+    SPLAT_ASSIGN(const auto warnings, config::training_warnings(config, vectors));
+    for (const std::string& warning : warnings) log(LogLevel::kWarning, warning);
     return config::settings_of(config);
 }
 

@@ -61,6 +61,14 @@ TEST(ApiHostPointer, IsStableAndSeesWhatCallsWrite) {
     void* again = nullptr;
     ASSERT_DONE(splat_tensor_host_pointer(x, &again, nullptr));
     EXPECT_EQ(again, in);
+    Output<DLManagedTensorVersioned*> managed;
+    ASSERT_DONE(splat_tensor_map(x, SPLAT_ACCESS_READ, &again, nullptr));
+    EXPECT_REFUSED(splat_tensor_host_pointer(x, &out, nullptr), SPLAT_ERROR_INVALID_STATE,
+                   "is mapped");
+    EXPECT_REFUSED(splat_tensor_to_dlpack(x, managed.out()), SPLAT_ERROR_INVALID_STATE,
+                   "is mapped");
+    EXPECT_TRUE(managed.untouched() && out == results);
+    EXPECT_DONE(splat_tensor_unmap(x));
 }
 
 TEST(ApiDlpack, DescribesTheTensorAndOutlivesIt) {

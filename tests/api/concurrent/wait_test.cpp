@@ -138,6 +138,7 @@ void describe(Stopwatch& watch, splat_device device, const Objects& objects) {
     watch.text("splat_predictor_report", splat_predictor_report, objects.predictor);
     watch.text("splat_dataset_report", splat_dataset_report, objects.dataset);
     watch.info("splat_evaluator_get_info", splat_evaluator_get_info, objects.evaluator.get());
+    watch.info("splat_evaluator_summary", splat_evaluator_summary, objects.evaluator.get());
     watch.text("splat_evaluator_report", splat_evaluator_report, objects.evaluator);
     watch.info("splat_comparison_get_info", splat_comparison_get_info, objects.comparison.get());
     watch.text("splat_comparison_report", splat_comparison_report, objects.comparison);

@@ -79,6 +79,20 @@ class ApiEvaluator : public testing::Test {
     Dataset dataset_ = white_dataset();
 };
 
+TEST_F(ApiEvaluator, WhatHasNoEffectIsRefused) {
+    auto desc = sized<splat_evaluator_desc>();
+    desc.predictor = predictor_;
+    desc.dataset = dataset_;
+    Evaluator made;
+    desc.inputs = 1;
+    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_evaluator_desc.inputs is 1, expected 0");
+    desc.inputs = 0;
+    desc.split = "train";
+    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_evaluator_desc.split is 'train', but dataset is given");
+}
+
 TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
     const Evaluator made = evaluator(predictor_);
     auto info = sized<splat_evaluator_info>();

@@ -41,6 +41,8 @@ bool Outputs::untouched() const {
 }
 
 MisuseTable::MisuseTable() {
+    const splat_camera camera = sample_camera(16, 16);
+    EXPECT_DONE(splat_rasterizer_forward_scene(drawn_, nullptr, scene_, &camera, 1, nullptr));
     stale_device_ = number(open_device().destroy());
     stale_tensor_ = number(make_tensor(device_, {1}).destroy());
     stale_op_ = number(make_op(device_, request_).destroy());

@@ -164,6 +164,7 @@ class MisuseTable {
     Scene scene_ = SampleScene(3).create();
     Rasterizer rasterizer_ =
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
+    Rasterizer drawn_ = make_rasterizer(device_, rasterizer_desc(3, 16, 16));
     RasterState state_ = make_state(rasterizer_);
     /// Of another rasterizer.
     RasterState foreign_state_ = make_state(make_rasterizer(device_, rasterizer_desc(3, 16, 16)));
@@ -314,6 +315,8 @@ void MisuseTable::descs(const char* function, const Desc& good,
     invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
     invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 20; });
     invalid("a next", [](Desc& desc) { desc.next = &desc; });
+    if constexpr (requires { good.reserved; })
+        invalid("a reserved member", [](Desc& desc) { desc.reserved = 1; });
 }
 
 }  // namespace splat::test

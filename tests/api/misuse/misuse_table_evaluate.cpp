@@ -27,6 +27,14 @@ void MisuseTable::evaluator_rows() {
     add("splat_evaluator_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
     invalid("neither predictor nor method", kArgument, [](auto& d) { d.method = nullptr; });
     invalid("a data set and a path", kArgument, [](auto& d) { d.data_path = "cars"; });
+    invalid("a split with a data set", kArgument, [](auto& d) { d.split = "test"; });
+    static const std::uint32_t first[] = {0};
+    invalid("conditioning views without a count", kArgument,
+            [](auto& d) { d.conditioning = first; });
+    invalid("conditioning views and their number", kArgument, [](auto& d) {
+        d.conditioning = first;
+        d.conditioning_count = d.inputs = 1;
+    });
     invalid("no data set without a predictor", kArgument, [](auto& d) { d.dataset = nullptr; });
     invalid("a count without conditioning views", kArgument,
             [](auto& d) { d.conditioning_count = 1; });

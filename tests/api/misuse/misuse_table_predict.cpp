@@ -24,6 +24,8 @@ struct WrongPicture {
     void (*change)(splat_picture&);
 };
 
+const float kEmbedding[] = {1};
+
 constexpr WrongPicture kWrongPictures[] = {
     {"no image", kArgument, [](splat_picture& p) { p.image = {}; }},
     {"a path and pixels", kArgument, [](splat_picture& p) { p.image.path = "a.png"; }},
@@ -38,6 +40,13 @@ constexpr WrongPicture kWrongPictures[] = {
     {"too few bytes", kArgument, [](splat_picture& p) { p.image.pixels.bytes -= 1; }},
     {"a width of 0", kArgument, [](splat_picture& p) { p.image.pixels.width = 0; }},
     {"a foreground of 2", kArgument, [](splat_picture& p) { p.foreground = 2; }},
+    {"a foreground of a whole picture", kArgument,
+     [](splat_picture& p) {
+         p.flags = SPLAT_PICTURE_WHOLE;
+         p.foreground = 0.5F;
+     }},
+    {"an embedding without a count", kArgument, [](splat_picture& p) { p.embedding = kEmbedding; }},
+    {"tokens without a count", kArgument, [](splat_picture& p) { p.tokens = kEmbedding; }},
     {"a mask of black", kArgument, [](splat_picture& p) { p.mask = p.image; }},
     {"a mask of another size", kArgument,
      [](splat_picture& p) {

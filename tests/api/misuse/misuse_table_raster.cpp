@@ -62,7 +62,7 @@ void MisuseTable::camera_rows() {
                             [this](const splat_orbit_desc* desc) {
                                 return splat_camera_orbit(scene_, desc, 1, outputs.camera.out());
                             });
-    add("splat_camera_orbit", "count", "0", kArgument,
+    add("splat_camera_orbit", "count", "0: no cameras", SPLAT_OK,
         [this] { return splat_camera_orbit(scene_, nullptr, 0, outputs.camera.out()); });
     add("splat_camera_orbit", "cameras", "NULL", kArgument,
         [this] { return splat_camera_orbit(scene_, nullptr, 1, nullptr); });
@@ -266,7 +266,7 @@ void MisuseTable::rasterizer_image_rows() {
         },
         kHandle);
     const auto read = [this](splat_output output, std::uint32_t first, const splat_image& image) {
-        return splat_rasterizer_read_images(rasterizer_, nullptr, output, first, &image, 1);
+        return splat_rasterizer_read_images(drawn_, nullptr, output, first, &image, 1);
     };
     static std::uint8_t bytes[16 * 16 * 4];
     const splat_image good = {bytes, sizeof bytes, SPLAT_PIXEL_U8, 16, 16, 4, 0, 0, 0};
@@ -277,9 +277,15 @@ void MisuseTable::rasterizer_image_rows() {
     add("splat_rasterizer_read_images", "images", "NULL", kArgument, [this] {
         return splat_rasterizer_read_images(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, 0, nullptr, 1);
     });
-    for (const char* parameter : {"first", "count"})
-        add("splat_rasterizer_read_images", parameter, "before a forward call", kState,
+    for (const char* parameter : {"first", "count"}) {
+        add("splat_rasterizer_read_images", parameter, "before a forward call", kState, [this] {
+            const splat_image none{};
+            return splat_rasterizer_read_images(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, 0, &none,
+                                                1);
+        });
+        add("splat_rasterizer_read_images", parameter, "beyond the views", kArgument,
             [read, good] { return read(SPLAT_OUTPUT_RGB, UINT32_MAX, good); });
+    }
     const auto invalid = [&](const char* what, splat_result expected,
                              void (*change)(splat_image&)) {
         splat_image image = good;
@@ -323,15 +329,13 @@ void MisuseTable::rasterizer_output_rows() {
         });
     }
     add("splat_rasterizer_output", "tensor", "of another shape", SPLAT_ERROR_SHAPE_MISMATCH,
-        [this] {
-            return splat_rasterizer_output(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, tensor_);
-        });
+        [this] { return splat_rasterizer_output(drawn_, nullptr, SPLAT_OUTPUT_RGB, tensor_); });
     add("splat_rasterizer_read", "values", "NULL", kArgument, [this] {
         return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS, nullptr, 64);
     });
     add("splat_rasterizer_read", "bytes", "too few", kArgument, [this] {
-        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS,
-                                     *outputs.values.out(), 11);
+        return splat_rasterizer_read(drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(),
+                                     11);
     });
     add("splat_rasterizer_read", "rasterizer", "before a forward call", kState, [this] {
         return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS,

@@ -162,8 +162,10 @@ void MisuseTable::scene_change_rows() {
     add("splat_scene_merge", "scenes", "no array", kArgument,
         [this] { return splat_scene_merge(nullptr, 1, outputs.scene.out()); });
     const splat_scene one = scene_;
-    add("splat_scene_merge", "count", "0", kArgument,
-        [this, one] { return splat_scene_merge(&one, 0, outputs.scene.out()); });
+    add("splat_scene_merge", "count", "0: an empty scene", SPLAT_OK, [one] {
+        Scene empty;
+        return splat_scene_merge(&one, 0, empty.out());
+    });
     add("splat_scene_merge", "scene", "NULL", kArgument,
         [one] { return splat_scene_merge(&one, 1, nullptr); });
     on_scenes("splat_scene_read", [this](splat_scene s) {

@@ -66,6 +66,8 @@ void MisuseTable::training_desc_rows() {
     wrong("nothing to resume", kState,
           [](splat_training_desc& d) { d.flags = SPLAT_TRAINING_RESUME; });
     wrong("unknown init_flags", kArgument, [](splat_training_desc& d) { d.init_flags = 1U << 31; });
+    wrong("init_flags without init", kArgument,
+          [](splat_training_desc& d) { d.init_flags = SPLAT_LOAD_GRAFT; });
     wrong("a data set of another resolution", kArgument, [](splat_training_desc&) {});
     wrong("no data", kArgument, [](splat_training_desc& d) { d.dataset = nullptr; });
     for (auto splat_training_desc::*field :

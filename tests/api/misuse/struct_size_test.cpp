@@ -49,5 +49,61 @@ TEST(ApiStructSize, ALaterInfoIsFilledAndItsTailStays) {
     EXPECT_EQ(info.added[1], 7U);
 }
 
+/// Structs that are filled need not be zero, but for their size.
+TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
+    const Dataset dataset = make_dataset();
+    const Evaluator evaluator = make_evaluator(dataset);
+    auto evaluated = sized<splat_evaluated_views>();
+    evaluated.reserved = 7;
+    EXPECT_REFUSED(splat_evaluator_read(evaluator, 0, &evaluated), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_evaluated_views.reserved is 7, expected 0");
+    auto views = sized<splat_dataset_views>();
+    views.reserved = 1;
+    EXPECT_REFUSED(splat_dataset_read(dataset, 0, nullptr, 0, &views), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_dataset_views.reserved");
+    auto prediction = sized<splat_prediction>();
+    prediction.reserved = 1;
+    EXPECT_REFUSED(splat_prediction_report(&prediction, nullptr, 0, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_prediction.reserved");
+    auto files = sized<splat_camera_bytes>();
+    files.reserved = 1;
+    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, nullptr, 0, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_camera_bytes.reserved");
+    splat_named_array array{};
+    array.name = "a";
+    array.reserved = 1;
+    Weights weights;
+    EXPECT_REFUSED(splat_weights_from_arrays(&array, 1, weights.out()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "arrays[0].reserved");
+    splat_scene_desc scene = sized<splat_scene_desc>();
+    scene.reserved = 1;
+    Scene made;
+    EXPECT_REFUSED(splat_scene_create(&scene, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "splat_scene_desc.reserved");
+    auto batch = sized<splat_trainer_batch>();
+    batch.reserved = 1;
+    EXPECT_DONE(splat_batches_next(make_batches(), 0, &batch));
+    EXPECT_EQ(batch.reserved, 0U);
+    batch.reserved = 1;
+    const Device device = open_device();
+    auto info = sized<splat_trainer_info>();
+    EXPECT_REFUSED(splat_trainer_step(make_trainer(device), &batch, &info),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_trainer_batch.reserved");
+}
+
+TEST(ApiStructSize, ATailOfAStructThatIsFilledMayHoldAnything) {
+    const Batches batches = make_batches();
+    LaterStruct<splat_trainer_batch> batch = {sized<splat_trainer_batch>(), {7, 7}};
+    batch.known.struct_size = sizeof batch;
+    ASSERT_DONE(splat_batches_next(batches, 0, &batch.known));
+    EXPECT_NE(batch.known.images, nullptr);
+    EXPECT_EQ(batch.added[0], 7U);
+    const Dataset dataset = make_dataset();
+    LaterStruct<splat_evaluation_summary> summary = {sized<splat_evaluation_summary>(), {7, 7}};
+    summary.known.struct_size = sizeof summary;
+    EXPECT_DONE(splat_evaluator_summary(make_evaluator(dataset), &summary.known));
+    EXPECT_EQ(summary.added[1], 7U);
+}
+
 }  // namespace
 }  // namespace splat::test

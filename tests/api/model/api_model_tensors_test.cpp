@@ -367,16 +367,16 @@ TEST_F(ApiModelTensors, OutliveTheModel) {
 TEST_F(ApiModelTensors, SharedMemoryIsNotGivenTwice) {
     const Model model = make();
     const Tensor all = tensor(model, kFirst);
-    const Tensor again = tensor(model, kFirst);
     const Tensor x = make_tensor(device_, {8, 3, 3, 3});
-    const OpRequest request("add", {x, x}, {all});
-    const Op op = make_op(device_, request);
+    const Op op = make_op(device_, OpRequest("add", {x, x}, {all}));
     EXPECT_DONE(splat_op_forward(op));
     const Rasterizer rasterizer =
         make_rasterizer(device_, rasterizer_desc(kPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD));
+    const auto camera = sample_camera(16, 16);
+    const Scene scene = SampleScene(kPixels).create();
+    EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
     auto desc = sized<splat_gradients_desc>();
-    const Tensor means = tensor(model, "means[0]");
-    const Tensor same = tensor(model, "means[0]");
+    const Tensor means = tensor(model, "means[0]"), same = tensor(model, "means[0]");
     desc.grad_means = means;
     desc.grad_scales = same;
     EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc),

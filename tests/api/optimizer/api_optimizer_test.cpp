@@ -302,7 +302,23 @@ TEST(ApiOptimizer, RefusesWhatHasNoEffect) {
     fixture.items[1] = {nullptr, frozen, nullptr, nullptr, nullptr};
     splat_optimizer_desc without = fixture.desc();
     EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()),
-                   SPLAT_ERROR_INVALID_STATE, "made without gradients");
+                   SPLAT_ERROR_INVALID_STATE,
+                   "items[1].model was created without SPLAT_MODEL_GRADIENTS");
+    const Module module = make_module(open_device());  // of another device
+    fixture.items[1] = {nullptr, nullptr, module, nullptr, nullptr};
+    refuse(fixture.desc(), "items[1].module is on another device");
+    const splat_port ports[] = {port_desc({2, 4}, "x"), port_desc({3, 4}, "weight")};
+    auto module_of = sized<splat_module_desc>();
+    module_of.type = "linear";
+    module_of.ports = ports;
+    module_of.port_count = 2;
+    Module linear;
+    ASSERT_DONE(splat_module_create(shared_device(), &module_of, linear.out()));
+    fixture.items[1] = {nullptr, nullptr, linear, nullptr, nullptr};
+    without = fixture.desc();
+    EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()),
+                   SPLAT_ERROR_INVALID_STATE,
+                   "items[1].module was created without SPLAT_MODULE_GRADIENTS");
 }
 
 }  // namespace

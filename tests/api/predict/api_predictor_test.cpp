@@ -126,6 +126,13 @@ TEST_F(ApiPredictor, GivesFactsOfAPrediction) {
     EXPECT_EQ(inputs[2], -1);
 }
 
+TEST_F(ApiPredictor, APoseWithoutEffectIsRefused) {
+    for (int i = 0; i < 4; ++i) picture_.world_to_camera[5 * i] = 1;
+    Scene scene;
+    EXPECT_REFUSED(splat_predictor_predict(predictor_, &picture_, 1, scene.out(), nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "pictures[0]: a pose is given");
+}
+
 TEST_F(ApiPredictor, FindsTheConfigurationBesideItsWeights) {
     const auto folder =
         std::filesystem::temp_directory_path() / ("splat_predictor_" + std::to_string(getpid()));

@@ -41,6 +41,14 @@ int predict(const PredictionOptions& options, bool json) {
                                        : "IMAGE and --data exclude each other");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
+    const bool cut = options.whole || options.foreground != 0 || !options.mask.empty() ||
+                     !options.depth.empty() || !options.normal.empty();
+    if (!options.data.empty() && cut)
+        throw Failure(kUsageError,
+                      "--mask, --depth, --normal, --whole and --foreground go with a picture, not "
+                      "with --data");
+    if (options.whole && options.foreground != 0)
+        throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     check_number("--elevation", options.elevation, -89, 89);
     check_number("--views", options.views, 1, 10000);
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);

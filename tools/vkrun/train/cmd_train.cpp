@@ -85,7 +85,7 @@ Training open_training(splat_device device, const TrainOptions& options) {
     const std::string config = options.config.empty() ? "" : read_text(options.config);
     auto desc = sized<splat_training_desc>();
     if (options.resume) desc.flags |= SPLAT_TRAINING_RESUME;
-    if (options.overwrite && !options.resume) desc.flags |= SPLAT_TRAINING_OVERWRITE;
+    if (options.overwrite) desc.flags |= SPLAT_TRAINING_OVERWRITE;
     desc.folder = options.out.c_str();
     if (!options.config.empty()) desc.config = config.c_str();
     desc.values = values.data();
@@ -120,6 +120,10 @@ int train(TrainOptions& options) {
         std::printf("%s\n", config.dump(2).c_str());
         return kSuccess;
     }
+    if (options.resume && options.overwrite)
+        throw Failure(kUsageError, "--resume and --overwrite exclude each other");
+    if (options.init.empty() && !options.init_channels.empty())
+        throw Failure(kUsageError, "--init-channels needs --init, the weights that have them");
     if (options.out.empty()) {
         if (options.resume)
             throw Failure(kUsageError, "--resume needs --out, the folder of the run");

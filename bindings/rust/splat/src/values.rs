@@ -1062,7 +1062,7 @@ impl std::fmt::Debug for Schedule {
 /// splat_training_interrupt.
 ///
 /// splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-/// splat_training_event event = {sizeof event};
+/// splat_training_event event = {.struct_size = sizeof event};
 /// splat_training_open(device, &desc, &training);
 /// while (event.kind \< SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
 /// if (event.text) puts(event.text);

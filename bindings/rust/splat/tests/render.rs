@@ -106,7 +106,7 @@ fn bad_scenes_are_refused() {
     let damaged = Scene::load_memory(b"ply\nformat", &Default::default()).unwrap_err();
     assert_eq!(damaged.code(), Code::Format);
     assert!(Scene::load_memory(&[], &Default::default()).is_err());
-    assert!(Scene::merge(&[]).is_err());
+    assert_eq!(Scene::merge(&[]).unwrap().get_info().unwrap().count, 0);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn cameras_keep_their_poses_in_files() {
     assert!(Camera::save_memory(&cameras, &names[..3]).is_err());
     assert!(Camera::from_fov(0, 1, 1.0).is_err());
     assert!(turned.look_at([0.0; 3], [0.0; 3], [0.0, 1.0, 0.0]).is_err());
-    assert!(Camera::orbit(&scene(30), &desc, 0).is_err());
+    assert!(Camera::orbit(&scene(30), &desc, 0).unwrap().is_empty());
 }
 
 #[test]
