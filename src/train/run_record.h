@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/json_writer.h"
 #include "data/dataset.h"
 #include "train/trainer.h"
 #include "vk/device.h"
@@ -15,7 +16,8 @@ struct RunFigures {
     std::uint64_t skipped = 0;  ///< attempts that updated nothing
     double loss = 0;            ///< of the latest step
     double validation_psnr = 0, best_validation_psnr = 0;
-    std::uint64_t peak_bytes = 0;  ///< of device memory
+    std::uint64_t peak_bytes = 0;   ///< of device memory
+    std::optional<TrainStep> last;  ///< the latest attempt of this process
 };
 
 /// The objects of a run's surroundings, for its record.
@@ -27,8 +29,11 @@ struct RunSurroundings {
     std::uint64_t seed = 0, parameters = 0, trainable = 0;
 };
 
+/// The member "ledger" of a report: what was drawn and finite in a step, or null.
+void add_ledger(JsonWriter& json, const std::optional<TrainStep>& step);
+
 /// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
-/// "peak_bytes"}.
+/// "peak_bytes", "ledger"}.
 std::string figures_json(const RunFigures& figures);
 
 /// The text of run.json: the figures, then {"state", "library", "device", "seed", "parameters", "trainable",

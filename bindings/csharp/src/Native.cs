@@ -134,11 +134,13 @@ namespace Splat.Interop
         public static extern ResultCode splat_device_destroy(IntPtr device);
 
         /// <summary>
-        /// Cancel the calls that run on a device or wait for it now, on any threads. Each returns
-        /// SPLAT_CANCELLED as soon as the command list that it runs ends, and what it was to write is
-        /// undefined, as after an error of the device. The objects stay usable, and later calls are not
+        /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
+        /// is undefined, as after an error of the device. The objects stay usable, and later calls are not
         /// affected. A training step that already updates the weights ends as usual; one that is cancelled
         /// leaves them as they were.
+        /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
+        /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
+        /// while it reads a file, compiles a shader or computes on the host.
         /// May be called from any thread and from a signal handler, except for handles that are not live.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).
         /// </summary>
@@ -1892,7 +1894,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
-        /// "config"}.
+        /// "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
+        /// "gradients_zero"} (see splat_trainer_info), "config"}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -2037,7 +2040,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
-        /// "best_val_psnr", "peak_bytes"}.
+        /// "best_val_psnr", "peak_bytes", "ledger" (of this session's last attempt, as in
+        /// splat_trainer_report)}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -3041,6 +3045,10 @@ namespace Splat.Interop
         /// <summary>v of the outputs' shapes</summary>
         public uint views;
         public uint reserved;
+        /// <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary>
+        public ulong culled;
+        /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite</summary>
+        public ulong non_finite;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3334,6 +3342,8 @@ namespace Splat.Interop
         /// <summary>1: every gradient of a parameter is 0, so nothing is learnt</summary>
         public uint gradients_zero;
         public uint reserved;
+        /// <summary>learning rate of this update, or of the one that was skipped</summary>
+        public double rate;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3791,9 +3801,10 @@ namespace Splat.Interop
                 "grad_depth:32:8 grad_means:40:8 grad_scales:48:8 grad_rotations:56:8 " +
                 "grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 grad_means2d:88:8 " +
                 "grad_means2d_abs:96:8 grad_world_to_camera:104:8"),
-            new NativeLayout(typeof(splat_rasterizer_info), 72, false,
+            new NativeLayout(typeof(splat_rasterizer_info), 88, false,
                 "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 " +
-                "empty_tiles:40:8 bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4"),
+                "empty_tiles:40:8 bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 " +
+                "culled:72:8 non_finite:80:8"),
             new NativeLayout(typeof(splat_image_info), 16, false,
                 "struct_size:0:4 bits:4:4 focal:8:8"),
             new NativeLayout(typeof(splat_image_scores), 32, false,
@@ -3834,11 +3845,11 @@ namespace Splat.Interop
                 "focals_count:64:8 embedding:72:8 embedding_count:80:8 tokens:88:8 " +
                 "tokens_count:96:8 targets:104:8 targets_count:112:8 cameras:120:8 " +
                 "cameras_count:128:8 channels:136:4 objects:140:4"),
-            new NativeLayout(typeof(splat_trainer_info), 120, false,
+            new NativeLayout(typeof(splat_trainer_info), 128, false,
                 "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 " +
                 "pixel_loss:40:8 ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 " +
                 "lpips:80:8 visible:88:8 culled:96:8 non_finite:104:8 gradients_zero:112:4 " +
-                "reserved:116:4"),
+                "reserved:116:4 rate:120:8"),
             new NativeLayout(typeof(splat_training_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 " +
                 "value_count:40:8 dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 " +

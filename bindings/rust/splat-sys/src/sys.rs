@@ -361,7 +361,7 @@ pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
 pub type splat_training_event_kind = i32;
 /// only a text
 pub const SPLAT_EVENT_MESSAGE: splat_training_event_kind = 0;
-/// one attempt of a step: info and the fields up to seconds
+/// one attempt of a step: info, with loss and rate, and the fields up to steps_per_second
 pub const SPLAT_EVENT_STEP: splat_training_event_kind = 1;
 /// one object of a validation: its scores and images
 pub const SPLAT_EVENT_VALIDATED_OBJECT: splat_training_event_kind = 2;
@@ -1730,6 +1730,10 @@ pub struct splat_rasterizer_info {
     /// v of the outputs' shapes
     pub views: u32,
     pub reserved: u32,
+    /// (Gaussian, view) pairs that are neither visible nor non_finite
+    pub culled: u64,
+    /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite
+    pub non_finite: u64,
 }
 
 impl Default for splat_rasterizer_info {
@@ -2136,6 +2140,8 @@ pub struct splat_trainer_info {
     /// 1: every gradient of a parameter is 0, so nothing is learnt
     pub gradients_zero: u32,
     pub reserved: u32,
+    /// learning rate of this update, or of the one that was skipped
+    pub rate: f64,
 }
 
 impl Default for splat_trainer_info {
@@ -2681,11 +2687,13 @@ extern "C" {
     pub fn splat_device_destroy(device: splat_device) -> splat_result;
 
     /// ```text
-    /// Cancel the calls that run on a device or wait for it now, on any threads. Each returns
-    /// SPLAT_CANCELLED as soon as the command list that it runs ends, and what it was to write is
-    /// undefined, as after an error of the device. The objects stay usable, and later calls are not
+    /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
+    /// is undefined, as after an error of the device. The objects stay usable, and later calls are not
     /// affected. A training step that already updates the weights ends as usual; one that is cancelled
     /// leaves them as they were.
+    /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
+    /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
+    /// while it reads a file, compiles a shader or computes on the host.
     /// May be called from any thread and from a signal handler, except for handles that are not live.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).
     /// ```
@@ -4383,7 +4391,8 @@ extern "C" {
 
     /// ```text
     /// JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
-    /// "config"}.
+    /// "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
+    /// "gradients_zero"} (see splat_trainer_info), "config"}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_trainer_report(
@@ -4523,7 +4532,8 @@ extern "C" {
 
     /// ```text
     /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
-    /// "best_val_psnr", "peak_bytes"}.
+    /// "best_val_psnr", "peak_bytes", "ledger" (of this session's last attempt, as in
+    /// splat_trainer_report)}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_training_report(
@@ -5218,7 +5228,7 @@ mod tests {
             grad_means2d_abs: 96, 8;
             grad_world_to_camera: 104, 8;
         );
-        layout!(splat_rasterizer_info, 72, 8,
+        layout!(splat_rasterizer_info, 88, 8,
             struct_size: 0, 4;
             passes: 4, 4;
             visible: 8, 8;
@@ -5231,6 +5241,8 @@ mod tests {
             gaussians: 60, 4;
             views: 64, 4;
             reserved: 68, 4;
+            culled: 72, 8;
+            non_finite: 80, 8;
         );
         layout!(splat_image_info, 16, 8,
             struct_size: 0, 4;
@@ -5374,7 +5386,7 @@ mod tests {
             channels: 136, 4;
             objects: 140, 4;
         );
-        layout!(splat_trainer_info, 120, 8,
+        layout!(splat_trainer_info, 128, 8,
             struct_size: 0, 4;
             skipped: 4, 4;
             step: 8, 8;
@@ -5392,6 +5404,7 @@ mod tests {
             non_finite: 104, 8;
             gradients_zero: 112, 4;
             reserved: 116, 4;
+            rate: 120, 8;
         );
         layout!(splat_training_desc, 80, 8,
             struct_size: 0, 4;
