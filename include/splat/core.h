@@ -321,11 +321,13 @@ SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_device_destroy(splat_device device);
 
-/* Cancel the calls that run on a device or wait for it now, on any threads. Each returns
- * SPLAT_CANCELLED as soon as the command list that it runs ends, and what it was to write is
- * undefined, as after an error of the device. The objects stay usable, and later calls are not
+/* Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
+ * is undefined, as after an error of the device. The objects stay usable, and later calls are not
  * affected. A training step that already updates the weights ends as usual; one that is cancelled
  * leaves them as they were.
+ * The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
+ * estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
+ * while it reads a file, compiles a shader or computes on the host.
  * May be called from any thread and from a signal handler, except for handles that are not live.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked). */
 SPLAT_API splat_result splat_device_cancel(splat_device device);

@@ -258,6 +258,10 @@ typedef struct splat_rasterizer_info {
     uint32_t gaussians; /* n of the outputs' shapes */
     uint32_t views;     /* v of the outputs' shapes */
     uint32_t reserved;
+    uint64_t culled; /* (Gaussian, view) pairs that are neither visible nor non_finite */
+    /* (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection
+     * or of its colour is NaN or infinite */
+    uint64_t non_finite;
 } splat_rasterizer_info;
 
 /* Describe the last forward call of a state; zeros before the first. Does not wait for a call that

@@ -367,6 +367,7 @@ typedef struct splat_trainer_info {
     uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
     uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
     uint32_t reserved;
+    double rate; /* learning rate of this update, or of the one that was skipped */
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.
@@ -378,7 +379,8 @@ SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_tra
                                           splat_trainer_info* info);
 
 /* JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
- * "config"}.
+ * "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
+ * "gradients_zero"} (see splat_trainer_info), "config"}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                             size_t* needed);
@@ -500,8 +502,9 @@ typedef struct splat_training_desc {
 
 typedef int32_t splat_training_event_kind;
 enum {
-    SPLAT_EVENT_MESSAGE = 0,          /* only a text */
-    SPLAT_EVENT_STEP = 1,             /* one attempt of a step: info and the fields up to seconds */
+    SPLAT_EVENT_MESSAGE = 0, /* only a text */
+    /* one attempt of a step: info, with loss and rate, and the fields up to steps_per_second */
+    SPLAT_EVENT_STEP = 1,
     SPLAT_EVENT_VALIDATED_OBJECT = 2, /* one object of a validation: its scores and images */
     SPLAT_EVENT_VALIDATION = 3,       /* the mean scores of a validation */
     SPLAT_EVENT_CHECKPOINT = 4,       /* a state was saved */
@@ -576,7 +579,8 @@ SPLAT_API splat_result splat_training_next(splat_training training, splat_traini
 SPLAT_API splat_result splat_training_interrupt(splat_training training);
 
 /* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
- * before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes"}.
+ * before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
+ * session's last attempt, as in splat_trainer_report)}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
                                              size_t* needed);

@@ -6,9 +6,10 @@
 #define SPLAT_EDGE_LOSS_GLSL
 
 #include "load.glsl"
-#include "params/edge_loss_params.h"
+#include "params/image_loss_params.h"
 
-layout(push_constant) uniform Push { EdgeLossParams dims; };
+layout(constant_id = kImageLossScharrId) const bool kScharr = false;
+layout(push_constant) uniform Push { ImageLossParams dims; };
 
 int column_of(uint i) { return int(i % dims.width); }
 int row_of(uint i) { return int(i / dims.width % dims.height); }
@@ -19,6 +20,7 @@ int reflected(int at, uint size) {
     return size == 1 ? 0 : inside;
 }
 
-float smoothing(int tap) { return tap == 0 ? dims.centre : dims.side; }
+// Such that a ramp of 1 per pixel, whose difference over two pixels is 2, has the derivative 1.
+float smoothing(int tap) { return tap == 0 ? (kScharr ? 10.0 / 32 : 2.0 / 8) : (kScharr ? 3.0 / 32 : 1.0 / 8); }
 
 #endif

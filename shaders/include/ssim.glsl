@@ -5,9 +5,9 @@
 #define SPLAT_SSIM_GLSL
 
 #include "load.glsl"
-#include "params/ssim_params.h"
+#include "params/image_loss_params.h"
 
-layout(push_constant) uniform Push { SsimParams dims; };
+layout(push_constant) uniform Push { ImageLossParams dims; };
 
 const int kTaps = 11;
 const float kWindow[kTaps] =

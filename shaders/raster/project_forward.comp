@@ -2,17 +2,19 @@
 // Project every Gaussian into every view, count the tiles it can reach and, if a pixel may see it, evaluate
 // its colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
 // One invocation computes one item (gl_WorkGroupID.z is the view). Items that are culled or not finite get
-// radius 0, no tiles and the key 0xFFFFFFFF.
+// radius 0, no tiles and the key 0xFFFFFFFF; those that are not finite are counted.
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
-// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2.
+// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2, stats
+// (include/params/tile_bin_params.h; kStatNotFinite starts as 0).
 // Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
 #include "store.glsl"
+#include "params/tile_bin_params.h"
 #include "projection.glsl"
 #include "sh.glsl"
 #include "tile_footprint.glsl"
@@ -28,6 +30,7 @@ layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
 PAIRS_OUT(5, keys);
 PAIRS_OUT(6, radii);
 PAIRS_OUT(7, footprints);
+layout(set = 0, binding = 8, std430) buffer Stats { uint stats[]; };  // accumulates
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -122,16 +125,16 @@ void main() {
     LOAD_VIEW(view, cameras, view_index);
 
     const float q2 = dot(q, q);
-    bool valid = finite(g0) && finite(g1.xyz) && finite(q) && g0.w > 0.0 &&
-                 q2 >= kQuaternionMin * kQuaternionMin;
+    bool all_finite = finite(g0) && finite(g1.xyz) && finite(q);
+    bool valid = all_finite && g0.w > 0.0 && q2 >= kQuaternionMin * kQuaternionMin;
     if (is_set(kFlagGsplat)) q *= inversesqrt(max(q2, kQuaternionMin * kQuaternionMin));
     const Projection p = project(view, g0.xyz, g1.xyz, q);
     const float z = p.m.z;
     valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane
                                           : z > params.near_plane && z <= params.far_plane);
-    valid = valid && finite(p.det) && finite(vec3(p.a, p.b, p.c));
     const vec2 mean = image_mean(view, p.m);
-    valid = valid && finite(vec3(mean, 0.0));
+    if (valid) all_finite = finite(p.det) && finite(vec3(p.a, p.b, p.c)) && finite(vec3(mean, 0.0));
+    valid = valid && all_finite;
     float opacity = g0.w;
     if (is_set(kFlagAntialias)) opacity *= max(kCompensationMin, sqrt(p.det0 / p.det));
 
@@ -153,12 +156,13 @@ void main() {
         if (!finite(color)) {
             color = vec3(0);
             if (dense) {
-                valid = false;
+                all_finite = valid = false;
                 a = vec4(0);
                 count = 0;
             }
         }
     }
+    if (!all_finite) atomicAdd(stats[kStatNotFinite], 1u);
     ST4(splats, item * 3, a);
     ST4(splats, item * 3 + 1, b);
     ST4(splats, item * 3 + 2, vec4(color, half_size));

@@ -154,9 +154,10 @@ Status Executor::forward() {
     if (parameters_.outside()->exposed > 0) parameters_.changed();
     const std::uint64_t revision = parameters_.revision();
     if (plan_ != nullptr && ran_revision_ == revision) {
-        const std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
+        std::unique_ptr<ExecutorPlan> plan = std::move(plan_);
         const Status kept = keep_prepared(*plan);  // tried once: passes work without
-        if (kept.code() == Code::kDeviceLost) return kept;
+        if (kept.code() == Code::kCancelled) plan_ = std::move(plan);
+        if (kept.code() == Code::kCancelled || kept.code() == Code::kDeviceLost) return kept;
         if (!kept.ok())
             log(LogLevel::kInfo, "weights are prepared in every pass: " + kept.message());
     }

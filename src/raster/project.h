@@ -12,6 +12,7 @@ struct ItemViews {
     vk::BufferView keys;        ///< [V*N,2] uint32: bits of the depth, 0xFFFFFFFF if culled; item
     vk::BufferView radii;       ///< [V*N,2] float32: pixels; 0 if culled
     vk::BufferView footprints;  ///< [V*N,2] uint32: tiles, packed; see tile_footprint.glsl
+    vk::BufferView stats;       ///< kStatWords uint32: adds to kStatNotFinite
 };
 
 /// Project and cull Gaussians, count their tiles in the window, and evaluate the colours of those

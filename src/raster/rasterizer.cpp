@@ -107,12 +107,14 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         std::array<std::uint32_t, params::kStatWords> words{};
         SPLAT_TRY(context_.read(space_.stats.range(), words.data(), sizeof words));
         sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
+        sum.non_finite = std::max<std::uint64_t>(sum.non_finite, words[params::kStatNotFinite]);
         sum.pairs += words[params::kStatPairs];
         sum.longest = std::max<std::uint64_t>(sum.longest, words[params::kStatLongest]);
         sum.empty_tiles += words[params::kStatEmptyTiles];
         needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
         if (needed > space_.capacity) return {};  // all passes have to run again
     }
+    sum.culled = now_.items() - sum.visible - sum.non_finite;
     sum.tiles = std::uint64_t{now_.tiles_x()} * now_.tiles_y() * now_.views;
     sum.passes = passes_;
     sum.runs = stats_.runs;

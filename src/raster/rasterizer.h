@@ -11,6 +11,8 @@ namespace splat::raster {
 struct RasterStats {
     std::uint64_t visible = 0;      ///< (Gaussian, view) sorted, in the pass with most: those that
                                     ///< reach a tile or, without skips.cull, those not culled
+    std::uint64_t non_finite = 0;   ///< (Gaussian, view) refused: a value is not finite
+    std::uint64_t culled = 0;       ///< all other (Gaussian, view)
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
     std::uint64_t empty_tiles = 0;  ///< of all views

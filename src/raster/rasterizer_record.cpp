@@ -31,6 +31,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGauss
                                    .key_bits = tile_key_bits(now_, window),
                                    .second = now_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
+    SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
     SPLAT_TRY(
         project_forward(recorder, now_, window, scene, space_.cameras.range(), space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,

@@ -42,7 +42,8 @@ class Workspace {
                 .counts = counts.range(),
                 .keys = item_keys.range(),
                 .radii = radii.range(),
-                .footprints = footprints.range()};
+                .footprints = footprints.range(),
+                .stats = stats.range()};
     }
     [[nodiscard]] RecordViews records() const {
         return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range(),

@@ -1,10 +1,14 @@
 #include "train/run_record.h"
 
 #include "core/json_tree.h"
-#include "core/json_writer.h"
 
 namespace splat::train {
 namespace {
+
+void add_counts(JsonWriter& json, const TrainStep& step) {
+    json.member("visible", step.visible).member("culled", step.culled);
+    json.member("non_finite", step.non_finite).member("gradients_zero", step.gradients_zero);
+}
 
 void add_figures(JsonWriter& json, const RunFigures& figures) {
     json.newline(2).member("schema", 1).newline(2).member("folder", figures.folder);
@@ -13,7 +17,8 @@ void add_figures(JsonWriter& json, const RunFigures& figures) {
     json.newline(2).member("skipped", figures.skipped).newline(2).member("loss", figures.loss);
     json.newline(2).member("val_psnr", figures.validation_psnr);
     json.newline(2).member("best_val_psnr", figures.best_validation_psnr);
-    json.newline(2).member("peak_bytes", figures.peak_bytes);
+    json.newline(2).member("peak_bytes", figures.peak_bytes).newline(2);
+    add_ledger(json, figures.last);
 }
 
 void add_features(JsonWriter& json, const vk::DeviceInfo& info) {
@@ -91,6 +96,17 @@ bool is_true(const JsonTree* value) {
 
 }  // namespace
 
+void add_ledger(JsonWriter& json, const std::optional<TrainStep>& step) {
+    json.key("ledger");
+    if (!step) {
+        json.raw("null");
+        return;
+    }
+    json.begin_object();
+    add_counts(json, *step);
+    json.end();
+}
+
 std::string figures_json(const RunFigures& figures) {
     JsonWriter json;
     json.begin_object();
@@ -136,7 +152,7 @@ std::string step_json(const TrainStep& step, const StepFacts& facts,
                       const config::TrainConfig& config) {
     JsonWriter json(JsonWriter::Style::kCompact);
     json.begin_object().member("step", step.step).member("loss", step.loss.total);
-    json.member("psnr", facts.psnr).member("pixel_loss", step.loss.pixel);
+    json.member("psnr", facts.psnr).member("pixel_loss", step.loss.pixel).member("rate", step.rate);
     json.member("pairs", step.pairs).member("network_ms", 1e3 * step.network_seconds);
     json.member("render_ms", 1e3 * step.render_seconds);
     json.member("update_ms", 1e3 * step.update_seconds).member("skipped", facts.skipped);
@@ -145,7 +161,8 @@ std::string step_json(const TrainStep& step, const StepFacts& facts,
     if (config.edge_weight > 0) json.member("edge", step.loss.edge);
     if (config.lpips_weight > 0 && step.step > config.lpips_after)
         json.member("lpips", step.loss.lpips);
-    return json.member("visible", step.visible).end().text();
+    add_counts(json, step);
+    return json.end().text();
 }
 
 }  // namespace splat::train

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/json_writer.h"
 #include "data/dataset.h"
 #include "model/weights.h"
 #include "train/trainer.h"
@@ -16,7 +17,8 @@ struct RunFigures {
     std::uint64_t skipped = 0;  ///< attempts that updated nothing
     double loss = 0;            ///< of the latest step
     double validation_psnr = 0, best_validation_psnr = 0;
-    std::uint64_t peak_bytes = 0;  ///< of device memory
+    std::uint64_t peak_bytes = 0;   ///< of device memory
+    std::optional<TrainStep> last;  ///< the latest attempt of this process
 };
 
 /// The weights that a run was started from by its caller; no file: those of the configuration, else random.
@@ -36,8 +38,11 @@ struct RunSurroundings {
     std::string error;  ///< what made it fail
 };
 
+/// The member "ledger" of a report: what was drawn and finite in a step, or null.
+void add_ledger(JsonWriter& json, const std::optional<TrainStep>& step);
+
 /// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
-/// "peak_bytes"}.
+/// "peak_bytes", "ledger"}.
 std::string figures_json(const RunFigures& figures);
 
 /// The text of run.json: the figures, then {"state", "library", "device", "seed", "parameters", "trainable",

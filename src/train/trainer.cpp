@@ -177,14 +177,17 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     SPLAT_ASSIGN(const GradientStats gradients, optimiser_->measure_gradients());
     result.gradients_zero = gradients.zero;
     result.skipped = gradients.non_finite > 0 || !std::isfinite(result.loss.total);
+    result.rate = config_.rate(steps() + 1);
     if (!result.skipped) {
         const vk::Uncancelled whole(context_.mutex);
-        SPLAT_TRY(optimiser_->step(config_.rate(steps() + 1)));
+        SPLAT_TRY(optimiser_->step(result.rate));
     }
     watch.add_to(result.update_seconds);
     steps_ = optimiser_->steps();
     result.step = steps_;
     ++attempts_;
+    const std::lock_guard lock(last_mutex_);
+    last_ = result;
     return {};
 }
 

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "io/weights_file.h"
@@ -36,6 +37,7 @@ struct TrainStep {
     std::uint64_t culled = 0;      ///< (Gaussian, target) that do not
     std::uint64_t non_finite = 0;  ///< numbers that the network gave which are NaN or infinite
     bool gradients_zero = false;   ///< those of all parameters, to the last bit
+    double rate = 0;               ///< learning rate of this update, or of the one that was skipped
     double network_seconds = 0, render_seconds = 0, update_seconds = 0;
 };
 
@@ -63,6 +65,12 @@ class Trainer {
 
     /// Calls of step() that ran to their end, including skipped ones.
     [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
+
+    /// The result of the latest call of step() that ran to its end. Thread-safe.
+    [[nodiscard]] std::optional<TrainStep> last() const {
+        const std::lock_guard lock(last_mutex_);
+        return last_;
+    }
 
     /// The averaged weights as a state dict, or the current ones without averaging.
     Result<io::NamedTensors> averaged_state();
@@ -97,6 +105,8 @@ class Trainer {
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
     std::atomic<std::uint64_t> steps_ = 0;        ///< those of optimiser_
     std::atomic<std::uint64_t> attempts_ = 0;
+    mutable std::mutex last_mutex_;  ///< of last_
+    std::optional<TrainStep> last_;
 };
 
 }  // namespace splat::train

@@ -280,9 +280,9 @@ Status Training::write_run(const char* state) const {
 }
 
 RunFigures Training::figures() const {
-    return {folder_->path(""), step_,       settings_.training.iterations,
-            skipped_,          loss_,       last_psnr_,
-            best_psnr_,        peak_bytes()};
+    return {folder_->path(""), step_,        settings_.training.iterations,
+            skipped_,          loss_,        last_psnr_,
+            best_psnr_,        peak_bytes(), trainer_->last()};
 }
 
 double Training::seconds() const {

@@ -36,7 +36,8 @@ CommandList::Objects::~Objects() {
     for (const VkBufferView view : texel_views)
         device->vk.vkDestroyBufferView(handle, view, nullptr);
     if (queries != VK_NULL_HANDLE) device->vk.vkDestroyQueryPool(handle, queries, nullptr);
-    if (fence != VK_NULL_HANDLE) device->vk.vkDestroyFence(handle, fence, nullptr);
+    for (const VkFence fence : fences)
+        if (fence != VK_NULL_HANDLE) device->vk.vkDestroyFence(handle, fence, nullptr);
     if (descriptors != VK_NULL_HANDLE)
         device->vk.vkDestroyDescriptorPool(handle, descriptors, nullptr);
     if (command_pool != VK_NULL_HANDLE)
@@ -160,10 +161,13 @@ Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
         "vkAllocateCommandBuffers"));
     VkFenceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-    return device->check(SPLAT_FAULT("vk.create_fence")
-                             ? VK_ERROR_OUT_OF_HOST_MEMORY
-                             : device->vk.vkCreateFence(device->handle(), &info, nullptr, &fence),
-                         "vkCreateFence");
+    for (std::size_t i = 0; i < std::min(fences.size(), segments.size()); ++i)
+        SPLAT_TRY(device->check(
+            SPLAT_FAULT("vk.create_fence")
+                ? VK_ERROR_OUT_OF_HOST_MEMORY
+                : device->vk.vkCreateFence(device->handle(), &info, nullptr, &fences[i]),
+            "vkCreateFence"));
+    return {};
 }
 
 Status CommandList::Objects::make_queries() {
@@ -176,8 +180,6 @@ Status CommandList::Objects::make_queries() {
 }
 
 Status CommandList::Objects::encode() {
-    for (const Command& command : commands)
-        if (command.pipeline != nullptr) SPLAT_TRY(pipelines->wait(*command.pipeline));
     for (std::size_t i = 0; i < segments.size(); ++i) {
         VkCommandBufferBeginInfo begin{};
         begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -24,7 +25,7 @@ struct CommandList::Objects {
     void cut(const DeviceInfo& info, Kernels kernels);
     Status make_command_buffers(std::uint32_t queue_family);
     Status make_queries();
-    Status encode();
+    Status encode();  ///< once the pipelines are compiled
     void encode(VkCommandBuffer to, std::size_t index);
     void encode_dispatch(VkCommandBuffer to, const Command& command);
 
@@ -36,7 +37,10 @@ struct CommandList::Objects {
     VkDescriptorPool descriptors = VK_NULL_HANDLE;
     VkCommandPool command_pool = VK_NULL_HANDLE;
     std::vector<VkCommandBuffer> buffers;  ///< one per segment
-    VkFence fence = VK_NULL_HANDLE;
+    /// Of segments by turns, so that one runs and one waits in the queue; a single segment has one.
+    std::array<VkFence, 2> fences{};
+    std::size_t submitted = 0;             ///< segments of the latest run
+    std::size_t ended = 0;                 ///< those that are known to have ended
     VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every command; null without profile
     bool encoded = false;
 };

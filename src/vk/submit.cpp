@@ -1,6 +1,7 @@
 #include "vk/submit.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "core/fault.h"
 #include "core/log.h"
@@ -18,6 +19,11 @@ Status Queue::make_ready(CommandList& list) {
     SPLAT_TRY(device_.alive());
     SPLAT_TRY(settle());  // a running list must not be encoded again
     if (list.objects_ == nullptr || list.objects_->encoded) return {};
+    for (const Command& command : list.objects_->commands) {
+        if (command.pipeline == nullptr) continue;
+        SPLAT_TRY(mutex_.check());
+        SPLAT_TRY(list.objects_->pipelines->wait(*command.pipeline));
+    }
     return list.objects_->encode();
 }
 
@@ -25,47 +31,71 @@ Status Queue::run(CommandList& list, Profile* profile) {
     SPLAT_TRY(make_ready(list));
     if (list.objects_ == nullptr) return {};
     CommandList::Objects& objects = *list.objects_;
-    SPLAT_TRY(submit(objects));
-    SPLAT_TRY(wait(list.objects_));
-    if (profile != nullptr && objects.queries != VK_NULL_HANDLE)
-        SPLAT_TRY(read_times(objects, *profile));
-    return mutex_.check();
+    objects.submitted = objects.ended = 0;
+    std::uint64_t left_ns = timeout_ns_;
+    for (std::size_t i = 0; i < objects.segments.size(); ++i) {
+        if (i >= objects.fences.size()) {
+            SPLAT_TRY(wait(list.objects_, i + 1 - objects.fences.size(), left_ns));
+            if (!mutex_.check().ok()) break;
+        }
+        SPLAT_TRY(submit(objects, i));
+    }
+    SPLAT_TRY(wait(list.objects_, objects.submitted, left_ns));
+    SPLAT_TRY(mutex_.check());
+    if (profile == nullptr || objects.queries == VK_NULL_HANDLE) return {};
+    return read_times(objects, *profile);
 }
 
-Status Queue::submit(CommandList::Objects& objects) {
-    SPLAT_TRY(device_.check(device_.vk.vkResetFences(device_.handle(), 1, &objects.fence),
-                            "vkResetFences"));
-    for (std::size_t i = 0; i < objects.buffers.size(); ++i) {
-        VkSubmitInfo info{};
-        info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-        info.commandBufferCount = 1;
-        info.pCommandBuffers = &objects.buffers[i];
-        const bool last = i + 1 == objects.buffers.size();
-        const VkResult result =
-            SPLAT_FAULT("vk.queue_submit")
-                ? VK_ERROR_DEVICE_LOST
-                : device_.vk.vkQueueSubmit(device_.queue(), 1, &info,
-                                           last ? objects.fence : VK_NULL_HANDLE);
-        if (result >= VK_SUCCESS) continue;
-        if (i > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the earlier pieces are running
-        return device_.check(result, "vkQueueSubmit");
+Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
+    VkFence& fence = objects.fences[segment % objects.fences.size()];
+    SPLAT_TRY(
+        device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"));
+    VkSubmitInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+    info.commandBufferCount = 1;
+    info.pCommandBuffers = &objects.buffers[segment];
+    const VkResult result = SPLAT_FAULT("vk.queue_submit")
+                                ? VK_ERROR_DEVICE_LOST
+                                : device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);
+    if (result >= VK_SUCCESS) {
+        ++objects.submitted;
+        return {};
     }
-    return {};
+    if (segment > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the segment before is running
+    return device_.check(result, "vkQueueSubmit");
 }
 
 /// Wait in pieces: a stop of the process, or sleep of the machine, ends one piece and not the whole wait.
-VkResult Queue::wait_for(VkFence fence) const {
+VkResult Queue::wait_for(VkFence fence, std::uint64_t& left_ns) const {
+    using Clock = std::chrono::steady_clock;
     constexpr std::uint64_t kPieceNs = 500'000'000;
-    for (std::uint64_t left = timeout_ns_;; left -= kPieceNs) {
-        const VkResult result = device_.vk.vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE,
-                                                           std::min(left, kPieceNs));
-        if (result != VK_TIMEOUT || left <= kPieceNs) return result;
+    for (;;) {
+        const std::uint64_t piece = std::min(left_ns, kPieceNs);
+        const auto begin = Clock::now();
+        const VkResult result =
+            device_.vk.vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE, piece);
+        if (result == VK_TIMEOUT) {
+            left_ns -= piece;
+            if (left_ns == 0) return result;
+            continue;
+        }
+        const std::chrono::nanoseconds waited = Clock::now() - begin;
+        left_ns -= std::min(static_cast<std::uint64_t>(waited.count()), piece);
+        return result;
     }
 }
 
-Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects) {
-    const VkResult result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(objects->fence);
-    if (result != VK_TIMEOUT && result >= VK_SUCCESS) {
+/// Wait until the first `count` segments have ended.
+Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count,
+                   std::uint64_t& left_ns) {
+    VkResult result = VK_SUCCESS;
+    for (; objects->ended < count; ++objects->ended) {
+        const VkFence fence = objects->fences[objects->ended % objects->fences.size()];
+        result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(fence, left_ns);
+        if (result != VK_SUCCESS) break;
+    }
+    if (result == VK_SUCCESS) {
+        if (objects->ended < objects->submitted) return {};
         pending_ = nullptr;
         memory_.defer_frees(false);
         return {};
@@ -85,7 +115,8 @@ Status Queue::settle() {
     SPLAT_TRY(mutex_.check());
     if (pending_ == nullptr) return {};
     const auto objects = pending_;
-    return wait(objects);
+    std::uint64_t left_ns = timeout_ns_;
+    return wait(objects, objects->submitted, left_ns);
 }
 
 Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) {

@@ -12,7 +12,7 @@ namespace splat::vk {
 /// Submits command lists and waits; the only place that waits for the device.
 class Queue {
   public:
-    /// `timeout_ns` bounds each wait; a suspension of the process counts as at most 0.5 s.
+    /// `timeout_ns` bounds the wait for a list; a suspension of the process counts as at most 0.5 s.
     Queue(Device& device, Memory& memory, const DeviceMutex& mutex, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), mutex_(mutex), timeout_ns_(timeout_ns) {}
     ~Queue();
@@ -20,21 +20,23 @@ class Queue {
     Queue& operator=(const Queue&) = delete;
 
     /// Wait for a list that timed out before, compile this one's pipelines, and encode it. run() does it if
-    /// this was not called.
+    /// this was not called. Errors: kCancelled between pipelines too; those of run().
     Status make_ready(CommandList& list);
 
-    /// Run a list to its end. Errors: kTimeout if the device did not finish (it may later; the next call
-    /// first waits for it, and buffers freed meanwhile are not reused), kDeviceLost for ever after a loss,
-    /// kCancelled before or after the list if the call was cancelled, and the driver's.
+    /// Run a list to its end, one segment ahead of the device. Errors: kTimeout if the device did not finish
+    /// (it may later; the next call first waits for it, and buffers freed meanwhile are not reused; segments
+    /// not yet submitted do not run), kDeviceLost for ever after a loss, kCancelled if the call was cancelled,
+    /// once the segments submitted have ended, and the driver's.
     Status run(CommandList& list, Profile* profile);
 
     /// Wait for a list that timed out before, if there is one. Errors: those of run().
     Status settle();
 
   private:
-    Status submit(CommandList::Objects& objects);
-    [[nodiscard]] VkResult wait_for(VkFence fence) const;
-    Status wait(const std::shared_ptr<CommandList::Objects>& objects);
+    Status submit(CommandList::Objects& objects, std::size_t segment);
+    VkResult wait_for(VkFence fence, std::uint64_t& left_ns) const;
+    Status wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count,
+                std::uint64_t& left_ns);
     Status read_times(const CommandList::Objects& objects, Profile& profile);
 
     Device& device_;

@@ -330,7 +330,7 @@ const Layout kGradientsDesc = {  // clang-format off
 const Layout kRasterizerInfo = {  // clang-format off
     "splat_rasterizer_info",
     sizeof(splat_rasterizer_info),
-    72,
+    88,
     {
     SPLAT_FIELD(splat_rasterizer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_rasterizer_info, passes, 4, 4),
@@ -343,7 +343,9 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, runs, 56, 4),
     SPLAT_FIELD(splat_rasterizer_info, gaussians, 60, 4),
     SPLAT_FIELD(splat_rasterizer_info, views, 64, 4),
-    SPLAT_FIELD(splat_rasterizer_info, reserved, 68, 4),}
+    SPLAT_FIELD(splat_rasterizer_info, reserved, 68, 4),
+    SPLAT_FIELD(splat_rasterizer_info, culled, 72, 8),
+    SPLAT_FIELD(splat_rasterizer_info, non_finite, 80, 8),}
 };  // clang-format on
 
 const Layout kLayouts[] = {

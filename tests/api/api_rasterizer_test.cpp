@@ -1,6 +1,7 @@
 // Behaviour of rasterizers. api_raster_equal_test.cpp compares what they compute.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "api/raster_calls.h"
 
@@ -202,6 +203,48 @@ TEST(ApiRasterizer, MemoryOfStatesCounts) {
     EXPECT_GT(used(), 0U) << "the state keeps what it needs";
     state.destroy();
     EXPECT_EQ(used(), 0U);
+}
+
+/// Every Gaussian is counted once: visible, culled, or not finite in any of its numbers.
+TEST(ApiRasterizer, CountsWhatIsDrawnAndWhatIsNot) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfinite = std::numeric_limits<float>::infinity();
+    constexpr std::size_t kCount = 60;
+    const Scene scene = SampleScene(kCount).create();
+    const GaussianTensors tensors(shared_device(), scene);
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(kCount, kWidth, kHeight));
+    const splat_camera camera = sample_camera(kWidth, kHeight);
+    const auto draw = [&] {
+        const splat_gaussians_desc desc = tensors.desc();
+        auto info = sized<splat_rasterizer_info>();
+        EXPECT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, nullptr));
+        EXPECT_DONE(splat_rasterizer_get_info(rasterizer, nullptr, &info));
+        EXPECT_EQ(info.visible + info.culled + info.non_finite, kCount);
+        return info;
+    };
+    const auto change = [](const Tensor& tensor, std::size_t at, float value) {
+        std::vector<float> values = download(tensor);
+        values[at] = value;
+        EXPECT_DONE(
+            splat_tensor_write(tensor, values.data(), values.size() * sizeof(float), nullptr));
+    };
+    const splat_rasterizer_info whole = draw();
+    EXPECT_EQ(whole.non_finite, 0U);
+    const std::vector<float> seen = output(rasterizer, SPLAT_OUTPUT_VISIBILITY, kCount);
+    ASSERT_EQ(std::vector<float>(seen.begin(), seen.begin() + 7), std::vector<float>(7, 1.0F));
+    change(tensors.means, 2, -100);  // behind the camera
+    EXPECT_EQ(draw().non_finite, 0U);
+    EXPECT_EQ(draw().culled, whole.culled + 1);
+    change(tensors.means, 3, kNan);
+    change(tensors.scales, 6, kInfinite);
+    change(tensors.rotations, 12, kNan);
+    change(tensors.opacities, 4, kInfinite);
+    change(tensors.sh, 5 * 4 * 3, kNan);
+    change(tensors.scales, 18, 1e30F);  // its square is infinite
+    EXPECT_EQ(draw().non_finite, 6U);
+    EXPECT_EQ(draw().culled, whole.culled + 1);
+    EXPECT_EQ(draw().visible, whole.visible - 7);
 }
 
 TEST(ApiRasterizer, NoViews) {

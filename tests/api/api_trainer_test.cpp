@@ -131,11 +131,18 @@ TEST_F(ApiTrainer, TellsWhatWasVisible) {
     const Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);
     const std::uint64_t pairs = 2 * 2 * kSide * kSide;  // objects, targets, Gaussians
+    const auto report = [&] {
+        return Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_trainer_report(trainer, buffer, capacity, needed);
+        }));
+    };
+    EXPECT_TRUE(report().at("ledger").is_null());
     const splat_trainer_info seen = step(trainer);
     EXPECT_GT(seen.visible, 0U);
     EXPECT_EQ(seen.visible + seen.culled, pairs);
     EXPECT_EQ(seen.non_finite, 0U);
     EXPECT_EQ(seen.gradients_zero, 0U);
+    EXPECT_EQ(seen.rate, 1e-3);
     TrainerBatch away = batch_;
     for (splat_camera& camera : away.cameras)  // half a turn about y
         camera.world_to_camera[0] = camera.world_to_camera[10] = -1;
@@ -145,6 +152,9 @@ TEST_F(ApiTrainer, TellsWhatWasVisible) {
     EXPECT_EQ(info.visible, 0U);
     EXPECT_EQ(info.culled, pairs);
     EXPECT_EQ(info.gradients_zero, 1U);
+    EXPECT_EQ(
+        report().at("ledger"),
+        (Json{{"visible", 0}, {"culled", pairs}, {"non_finite", 0}, {"gradients_zero", true}}));
     auto about = sized<splat_model_info>();
     ASSERT_DONE(splat_model_get_info(model, &about));
     EXPECT_EQ(about.predicted, about.objects * kSide * kSide);

@@ -122,7 +122,35 @@ TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     EXPECT_EQ(again.kind, EventKind::kDone);
     EXPECT_NE(file("run", "run.json").find("\"state\": \"done\""), std::string::npos);
     EXPECT_NE(file("run", "log.txt").find("validation PSNR"), std::string::npos);
-    EXPECT_NE(file("run", "metrics.jsonl").find("\"visible\":"), std::string::npos);
+}
+
+/// Each line of a step, and the reports, tell what was drawn and finite, and the line the rate.
+TEST_F(TrainingTest, KeepsALedger) {
+    const TrainingDesc asked = desc("run");
+    const auto training = open(asked);
+    ASSERT_NE(training, nullptr);
+    EXPECT_NE(file("run", "run.json").find("\"ledger\": null"), std::string::npos);
+    const std::vector<Event> events = run(*training);
+    const Event* const first = first_of(events, EventKind::kStep);
+    EXPECT_EQ(first->result.rate, training->settings().training.rate(1));
+    std::vector<const TrainStep*> steps;
+    for (const Event& event : events)
+        if (event.kind == EventKind::kStep) steps.push_back(&event.result);
+    ASSERT_EQ(steps.size(), 4U);
+    const auto counts = [](const TrainStep& step, const char* colon, const char* comma) {
+        return format(
+            "\"visible\"%s%llu%s\"culled\"%s%llu%s\"non_finite\"%s0%s\"gradients_zero\"%sfalse}",
+            colon, static_cast<unsigned long long>(step.visible), comma, colon,
+            static_cast<unsigned long long>(step.culled), comma, colon, comma, colon);
+    };
+    const std::string metrics = file("run", "metrics.jsonl");
+    EXPECT_NE(metrics.find(counts(*steps[0], ":", ",")), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find(counts(*steps[3], ":", ",")), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find(format("\"rate\":%.17g,", first->result.rate)), std::string::npos)
+        << metrics;
+    const std::string last = "\"ledger\": {" + counts(*steps[3], ": ", ", ");
+    EXPECT_NE(file("run", "run.json").find(last), std::string::npos) << file("run", "run.json");
+    EXPECT_NE(figures_json(training->figures()).find(last), std::string::npos);
 }
 
 TEST_F(TrainingTest, GoesOnBitByBitFromAnyPlace) {

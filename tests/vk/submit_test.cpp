@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -209,6 +211,64 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
         return g_submit(queue, count, info, fence);
     };
     EXPECT_ERROR(context->run(list), Code::kOutOfDeviceMemory, "vkQueueSubmit");
+    EXPECT_OK(context->run(list));
+    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+}
+
+TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
+    const auto& context = scaling_->context;
+    const Buffer y = device_buffer(*context, 64);
+    Recorder recorder(*context);
+    EXPECT_OK(
+        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
+    CommandList list = std::move(recorder.finish().value());
+    const auto segments = static_cast<int>(list.submit_count());
+    ASSERT_GT(segments, 3);
+    static int submits, cancelled_at;
+    static Interrupt* interrupt;
+    interrupt = &context->mutex.interrupt();
+    g_submit = context->device().vk.vkQueueSubmit;
+    context->device().vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count,
+                                            const VkSubmitInfo* info, VkFence fence) {
+        if (++submits == cancelled_at) interrupt->raise();
+        return g_submit(queue, count, info, fence);
+    };
+    const auto run = [&](int cancel_at) {
+        submits = 0;
+        cancelled_at = cancel_at;
+        const std::lock_guard lock(context->mutex);  // a call begins
+        return context->run(list);
+    };
+    for (const int at : {1, 2, 3}) {
+        EXPECT_ERROR(run(at), Code::kCancelled, "splat_device_cancel");
+        EXPECT_EQ(submits, std::max(at, 2)) << "one runs, one waits";
+    }
+    EXPECT_OK(run(0));
+    EXPECT_EQ(submits, segments);
+    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    const std::lock_guard lock(context->mutex);
+    const Uncancelled whole(context->mutex);
+    submits = 0;
+    cancelled_at = 2;
+    EXPECT_OK(context->run(list));
+    EXPECT_EQ(submits, segments);
+}
+
+/// What was submitted is waited for; segments that were not submitted do not run.
+TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
+    const auto& context = scaling_->context;
+    const Buffer y = device_buffer(*context, 64);
+    Recorder recorder(*context);
+    EXPECT_OK(
+        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
+    CommandList list = std::move(recorder.finish().value());
+    ASSERT_GT(list.submit_count(), 3U);
+    time_out(*context, kStuck);
+    EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
+    EXPECT_ERROR(context->run(list), Code::kTimeout, "did not finish");
+    g_timeouts = 0;
     EXPECT_OK(context->run(list));
     const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
     for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);

@@ -619,7 +619,7 @@ namespace Splat
     {
         /// <summary>only a text</summary>
         Message = 0,
-        /// <summary>one attempt of a step: info and the fields up to seconds</summary>
+        /// <summary>one attempt of a step: info, with loss and rate, and the fields up to steps_per_second</summary>
         Step = 1,
         /// <summary>one object of a validation: its scores and images</summary>
         ValidatedObject = 2,

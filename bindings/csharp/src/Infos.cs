@@ -203,6 +203,10 @@ namespace Splat
         public int Gaussians { get; }
         /// <summary>v of the outputs' shapes</summary>
         public int Views { get; }
+        /// <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary>
+        public long Culled { get; }
+        /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite</summary>
+        public long NonFinite { get; }
 
         internal unsafe RasterizerInfo(splat_rasterizer_info* from)
         {
@@ -216,6 +220,8 @@ namespace Splat
             Runs = checked((int)from->runs);
             Gaussians = checked((int)from->gaussians);
             Views = checked((int)from->views);
+            Culled = checked((long)from->culled);
+            NonFinite = checked((long)from->non_finite);
         }
     }
 
@@ -396,6 +402,8 @@ namespace Splat
         public long NonFinite { get; }
         /// <summary>1: every gradient of a parameter is 0, so nothing is learnt</summary>
         public bool GradientsZero { get; }
+        /// <summary>learning rate of this update, or of the one that was skipped</summary>
+        public double Rate { get; }
 
         internal unsafe TrainerInfo(splat_trainer_info* from)
         {
@@ -414,6 +422,7 @@ namespace Splat
             Culled = checked((long)from->culled);
             NonFinite = checked((long)from->non_finite);
             GradientsZero = from->gradients_zero != 0;
+            Rate = from->rate;
         }
     }
 

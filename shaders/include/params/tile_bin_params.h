@@ -23,6 +23,7 @@ SPLAT_STAT kStatPairs = 2u;       // pairs made: 0 if there are more than fit
 SPLAT_STAT kStatLongest = 3u;     // longest list of a tile
 SPLAT_STAT kStatEmptyTiles = 4u;  // tiles without a list
 SPLAT_STAT kStatLarge = 5u;       // footprints that are not packed
+SPLAT_STAT kStatNotFinite = 6u;   // items refused for a value that is not finite; by project_forward
 SPLAT_STAT kStatWords = 8u;
 
 struct TileBinParams {

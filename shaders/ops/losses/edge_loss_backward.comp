@@ -4,7 +4,7 @@
 // Bindings: slopes (two planes of quads), grad_loss [1], grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#include "params/edge_loss_params.h"
+#include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "edge_loss.glsl"

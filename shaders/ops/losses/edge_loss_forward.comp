@@ -5,9 +5,10 @@
 // partial [chunks].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#include "params/edge_loss_params.h"
+#include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kImageLossWeightedId) const bool kWeighted = false;
 #include "edge_loss.glsl"
 #include "store.glsl"
 QUADS(0, a);
@@ -37,7 +38,7 @@ vec4 edges_of(uint i) {
         dy += smoothing(k - 1) * (d[2][k] - d[0][k]);
     }
     const uint pixel = i % (dims.n * dims.height * dims.width);
-    const float by = dims.weighted != 0 ? LD4(weight, pixel).x : 1.0;
+    const float by = kWeighted ? LD4(weight, pixel).x : 1.0;
     ST4(slopes, i, by * sign(dx));
     ST4(slopes, dims.quads + i, by * sign(dy));
     return by * (abs(dx) + abs(dy));

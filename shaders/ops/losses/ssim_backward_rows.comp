@@ -3,7 +3,7 @@
 // Bindings: slopes, rows: three planes of quads each.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#include "params/ssim_params.h"
+#include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "ssim.glsl"

@@ -246,6 +246,8 @@ void api::RasterStateObject::describe() {
     if (rasterizer->drawn()) {
         filled.passes = stats.passes;
         filled.visible = stats.visible;
+        filled.culled = stats.culled;
+        filled.non_finite = stats.non_finite;
         filled.pairs = stats.pairs;
         filled.longest = stats.longest;
         filled.tiles = stats.tiles;

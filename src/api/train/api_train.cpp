@@ -5,7 +5,7 @@
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
 #include "config/config_file.h"
-#include "core/json_writer.h"
+#include "train/run_record.h"
 
 using namespace splat;
 
@@ -84,6 +84,7 @@ std::string report_of(const api::TrainerObject& object) {
     JsonWriter json;
     json.begin_object().member("step", counters.steps).member("attempts", counters.attempts);
     json.member("parameters", predictor.parameters().elements()).member("trainable", trainable);
+    train::add_ledger(json, trainer.last());
     json.key("config")
         .raw(config::merged_config_text({predictor.config(), trainer.config()}))
         .end();
@@ -110,6 +111,7 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.culled = step.culled;
     info.non_finite = step.non_finite;
     info.gradients_zero = step.gradients_zero ? 1 : 0;
+    info.rate = step.rate;
     return info;
 }
 

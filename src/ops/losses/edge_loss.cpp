@@ -1,6 +1,6 @@
 #include "ops/losses/edge_loss.h"
 
-#include "params/edge_loss_params.h"
+#include "params/image_loss_params.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
@@ -20,18 +20,16 @@ Status record(vk::Recorder& recorder, const EdgeLossDesc& desc, EdgePass pass) {
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups groups = pass.sum ? vk::groups_for(recorder.device(), loss_chunks(dims), 1)
                                        : vk::groups_for(recorder.device(), dims.quads(), size);
-    // So that a ramp of 1 per pixel, whose difference over two pixels is 2, gives 1.
-    const float side = desc.scharr ? 3.0F / 32 : 1.0F / 8;
-    const float centre = desc.scharr ? 10.0F / 32 : 2.0F / 8;
     const double bytes = static_cast<double>(dims.bytes());
     return recorder.dispatch({
         .op = pass.kernel,
         .shader = pass.kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::EdgeLossParams{desc.n, desc.height, desc.width,
-                                       static_cast<std::uint32_t>(dims.quads()), kLossChunk,
-                                       loss_scale(dims), groups[0], desc.weighted ? 1U : 0U, centre,
-                                       side},
+        .constants = {{params::kWorkgroupSizeId, size},
+                      {params::kImageLossScharrId, desc.scharr ? 1U : 0U},
+                      {params::kImageLossWeightedId, desc.weighted ? 1U : 0U}},
+        .push = params::ImageLossParams{desc.n, desc.c, desc.height, desc.width,
+                                        static_cast<std::uint32_t>(dims.quads()), kLossChunk,
+                                        loss_scale(dims), groups[0]},
         .accesses = std::move(pass.accesses),
         .groups = groups,
         .work = {.flops = kFlops * bytes / 4, .bytes = 4 * bytes},

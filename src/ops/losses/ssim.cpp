@@ -1,7 +1,7 @@
 #include "ops/losses/ssim.h"
 
 #include "core/checked_math.h"
-#include "params/ssim_params.h"
+#include "params/image_loss_params.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
@@ -28,9 +28,9 @@ Status record(vk::Recorder& recorder, const SsimDesc& desc, Stage pass) {
         .op = pass.kernel,
         .shader = pass.kernel,
         .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::SsimParams{desc.n, desc.c, desc.height, desc.width,
-                                   static_cast<std::uint32_t>(dims.quads()), kLossChunk,
-                                   loss_scale(dims), groups[0]},
+        .push = params::ImageLossParams{desc.n, desc.c, desc.height, desc.width,
+                                        static_cast<std::uint32_t>(dims.quads()), kLossChunk,
+                                        loss_scale(dims), groups[0]},
         .accesses = std::move(pass.accesses),
         .groups = groups,
         .work = {.flops = kTaps * pass.planes * bytes / 2, .bytes = 2 * pass.planes * bytes},

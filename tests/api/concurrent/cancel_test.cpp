@@ -1,5 +1,7 @@
 // Cancelling the calls on a device.
+#include <algorithm>
 #include <csignal>
+#include <cstdio>
 
 #include "api/concurrent/long_call.h"
 #include "api/raster_calls.h"
@@ -58,6 +60,52 @@ TEST(ApiCancel, WorksFromASignalHandler) {
     ASSERT_EQ(std::raise(SIGUSR1), 0);
     EXPECT_EQ(call.finish(), SPLAT_CANCELLED);
     std::signal(SIGUSR1, before);
+}
+
+/// The published network: a pass of seconds, of which the device gets a few hundredths at a time.
+TEST(ApiCancelNetwork, EndsAPassSoon) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kMostMs = 1500;
+    const Device device = open_device();
+    auto desc = sized<splat_model_desc>();
+    Model model;
+    ASSERT_DONE(splat_model_create(device, &desc, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    constexpr std::size_t kSide = 128;
+    std::vector<float> images(3 * kSide * kSide), opacities(kSide * kSide);
+    for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<float>(i % 251) / 251;
+    auto input = sized<splat_model_input>();
+    input.images = images.data();
+    const auto forward = [&] { return splat_model_forward(model, &input); };
+    const auto result = [&] {
+        EXPECT_DONE(splat_model_read(model, "opacities", opacities.data(),
+                                     opacities.size() * sizeof(float)));
+        return opacities;
+    };
+    ASSERT_DONE(forward());  // compiles its shaders
+    const std::vector<float> expected = result();
+    ASSERT_DONE(forward());  // prepares the weights
+    const auto begin = Clock::now();
+    ASSERT_DONE(forward());
+    const double whole_ms = milliseconds_since(begin);
+    if (whole_ms < 2 * kMostMs)
+        GTEST_SKIP() << "a pass takes this device only " << whole_ms << " ms";
+    for (const double part : {0.02, 0.2}) {
+        Clock::time_point cancelled;
+        std::jthread cancelling([&] {
+            std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(part * whole_ms));
+            cancelled = Clock::now();
+            EXPECT_DONE(splat_device_cancel(device));
+        });
+        EXPECT_REFUSED(forward(), SPLAT_CANCELLED, "splat_device_cancel");
+        cancelling.join();
+        const double ms = milliseconds_since(cancelled);
+        std::printf("cancelled after %.0f of %.0f ms; the call ended %.0f ms later\n",
+                    part * whole_ms, whole_ms, ms);
+        EXPECT_LT(ms, std::min(kMostMs * timeout_scale(), whole_ms / 4));
+    }
+    ASSERT_DONE(forward());
+    EXPECT_TRUE(same_bits(result(), expected));
 }
 
 /// Cancel again and again while `call` repeats; then it works as it did before.

@@ -14,8 +14,8 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin);
 /// SPLAT_TIMEOUT_SCALE, by which slow machines multiply times.
 double timeout_scale();
 
-/// A forward call that keeps a device busy on another thread, in one command list, for at least
-/// `least_ms` when it was measured.
+/// A forward call of one dispatch that keeps a device busy on another thread, for at least `least_ms` when
+/// it was measured.
 class LongCall {
   public:
     LongCall(splat_device device, double least_ms);

@@ -157,7 +157,7 @@ inline const Layout kTrainerBatch = {  // clang-format off
 inline const Layout kTrainerInfo = {  // clang-format off
     "splat_trainer_info",
     sizeof(splat_trainer_info),
-    120,
+    128,
     {
     SPLAT_FIELD(splat_trainer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_info, skipped, 4, 4),
@@ -175,7 +175,8 @@ inline const Layout kTrainerInfo = {  // clang-format off
     SPLAT_FIELD(splat_trainer_info, culled, 96, 8),
     SPLAT_FIELD(splat_trainer_info, non_finite, 104, 8),
     SPLAT_FIELD(splat_trainer_info, gradients_zero, 112, 4),
-    SPLAT_FIELD(splat_trainer_info, reserved, 116, 4),}
+    SPLAT_FIELD(splat_trainer_info, reserved, 116, 4),
+    SPLAT_FIELD(splat_trainer_info, rate, 120, 8),}
 };  // clang-format on
 
 inline const Layout kModuleDesc = {  // clang-format off

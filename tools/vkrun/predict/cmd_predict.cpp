@@ -20,8 +20,8 @@ its difference from the colour of the border, and centred in a white square. Ins
 --object take an object of a data set, and the prediction is compared with its images.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
-which holds all pictures and facts. Gaussians with an opacity below 1/255 are left out of the scene, because no
-image shows them.
+which holds all pictures and facts. Gaussians with an opacity below 1/255, which no image shows, and those with
+numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
 
 Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
 
@@ -57,10 +57,12 @@ int predict(const PredictionOptions& options, bool json) {
         print_json(result);
         return kSuccess;
     }
-    std::printf("%u Gaussians (%u more were invisible) in %.0f ms; %u images in %.0f ms\n",
-                result.at("gaussians").get<unsigned>(), result.at("left_out").get<unsigned>(),
-                result.at("predict_ms").get<double>(), result.at("images").get<unsigned>(),
-                result.at("draw_ms").get<double>());
+    std::printf(
+        "%u Gaussians (%u faint and %u not finite ones were left out) in %.0f ms; %u images "
+        "in %.0f ms\n",
+        result.at("gaussians").get<unsigned>(), result.at("faint").get<unsigned>(),
+        result.at("not_finite").get<unsigned>(), result.at("predict_ms").get<double>(),
+        result.at("images").get<unsigned>(), result.at("draw_ms").get<double>());
     if (result.contains("psnr"))
         std::printf(
             "against the truth: PSNR %.2f dB, SSIM %.4f on %u novel views (input view %.2f dB)\n",

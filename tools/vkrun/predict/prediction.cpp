@@ -51,7 +51,7 @@ struct Task {
     Json photo;
     std::vector<std::string> warnings;
     double predict_ms = 0;
-    std::uint64_t left_out = 0;
+    std::uint64_t faint = 0, not_finite = 0;  ///< Gaussians that were left out
 };
 
 /// A library call that blames the data for its errors.
@@ -123,7 +123,8 @@ void take_facts(const splat_predictor_info& info, Facts facts, Task& task) {
     }
     task.cameras = std::move(facts.cameras);
     task.predict_ms = facts.prediction.network_ms;
-    task.left_out = facts.prediction.not_finite + facts.prediction.faint;
+    task.faint = facts.prediction.faint;
+    task.not_finite = facts.prediction.not_finite;
 }
 
 Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
@@ -335,8 +336,9 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     std::vector<std::pair<std::string, std::string>> facts = {
         {"Input", result.at("input")},
         {"Weights", std::filesystem::path(result.at("weights").get<std::string>()).filename()},
-        {"Gaussians", format("%.0f, and %.0f that cannot be seen were left out",
-                             number(result, "gaussians"), number(result, "left_out"))},
+        {"Gaussians", format("%.0f; left out: %.0f that cannot be seen, %.0f that are not finite",
+                             number(result, "gaussians"), number(result, "faint"),
+                             number(result, "not_finite"))},
         {"Time",
          format("%.0f ms to predict, %.0f ms to draw %.0f images", number(result, "predict_ms"),
                 number(result, "draw_ms"), number(result, "images"))},
@@ -402,10 +404,15 @@ Json run_prediction(const PredictionOptions& options) {
     const Stopwatch drawing;
     const std::vector<float> images =
         draw_scene(loaded.device.get(), task.scene, cameras, loaded.info.background);
-    Json result = {{"input", task.name},       {"weights", file},
-                   {"gaussians", info.count},  {"left_out", task.left_out},
-                   {"images", cameras.size()}, {"predict_ms", task.predict_ms},
-                   {"draw_ms", drawing.ms()},  {"device", info_of(loaded.device.get()).name}};
+    Json result = {{"input", task.name},
+                   {"weights", file},
+                   {"gaussians", info.count},
+                   {"faint", task.faint},
+                   {"images", cameras.size()},
+                   {"not_finite", task.not_finite},
+                   {"draw_ms", drawing.ms()},
+                   {"predict_ms", task.predict_ms},
+                   {"device", info_of(loaded.device.get()).name}};
     if (!task.photo.is_null()) result["photo"] = task.photo;
     if (!task.warnings.empty()) result["warnings"] = task.warnings;
     if (!task.truths.empty()) add_scores(options.object, task, images, result);

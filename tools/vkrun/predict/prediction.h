@@ -20,8 +20,9 @@ struct PredictionOptions {
     std::string device = "best";
 };
 
-/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, left_out, predict_ms,
-/// draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
+/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, faint, not_finite,
+/// predict_ms, draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a
+/// Failure.
 Json run_prediction(const PredictionOptions& options);
 
 }  // namespace vkrun

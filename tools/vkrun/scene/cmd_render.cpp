@@ -240,6 +240,8 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
             {"height", view.camera.height},
             {"ms", ms},
             {"visible", info.visible},
+            {"culled", info.culled},
+            {"non_finite", info.non_finite},
             {"pairs", info.pairs},
             {"files", std::move(files)}};
 }

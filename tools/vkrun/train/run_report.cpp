@@ -59,7 +59,7 @@ void add_run(HtmlPage& page, const Run& run) {
     page.heading(run.folder);
     std::vector<std::pair<std::string, std::string>> rows;
     for (const auto& [key, value] : run.facts.items())
-        if (!value.is_object())
+        if (!value.is_object() && !value.is_null())
             rows.emplace_back(key, value.is_string()         ? value.get<std::string>()
                                    : value.is_number_float() ? format("%.6g", value.get<double>())
                                                              : value.dump());
@@ -71,6 +71,17 @@ void add_run(HtmlPage& page, const Run& run) {
                           format("%s, %u objects with %u views, trained on at %u pixels",
                                  data.value("format", "").c_str(), data.value("objects", 0U),
                                  data.value("views", 0U), data.value("resolution", 0U)));
+    }
+    if (run.facts.contains("ledger") && run.facts.at("ledger").is_object()) {
+        const Json& ledger = run.facts.at("ledger");
+        rows.emplace_back(
+            "last step",
+            format("%.0f pairs of a Gaussian and a target were visible, %.0f culled; %.0f numbers "
+                   "of the network were not finite; %s",
+                   ledger.value("visible", 0.0), ledger.value("culled", 0.0),
+                   ledger.value("non_finite", 0.0),
+                   ledger.value("gradients_zero", false) ? "all gradients were zero"
+                                                         : "gradients were not zero"));
     }
     page.facts(rows);
     page.picture(latest_render(run),

@@ -38,14 +38,17 @@ void TrainingView::show(const splat_training_event& event) {
 void TrainingView::show_step(const splat_training_event& event) {
     const splat_trainer_info& info = *event.info;
     if (event.logged != 0)
-        board_.scalars(event.step, {{"train/loss", info.loss}, {"train/psnr", event.psnr}});
+        board_.scalars(
+            event.step,
+            {{"train/loss", info.loss}, {"train/psnr", event.psnr}, {"train/rate", info.rate}});
     const std::string memory = bytes_text(event.peak_bytes);
     if (!bar_) {
         if (event.logged == 0) return;
         std::fprintf(stderr,
-                     "step %llu/%llu: loss %.6f, PSNR %.2f dB, %.0f ms (network %.0f, render %.0f, "
-                     "update %.0f), device memory at most %s\n",
-                     wide(event.step), wide(event.iterations), info.loss, event.psnr,
+                     "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %llu of %llu visible, "
+                     "%.0f ms (network %.0f, render %.0f, update %.0f), device memory at most %s\n",
+                     wide(event.step), wide(event.iterations), info.loss, event.psnr, info.rate,
+                     wide(info.visible), wide(info.visible + info.culled),
                      info.network_ms + info.render_ms + info.update_ms, info.network_ms,
                      info.render_ms, info.update_ms, memory.c_str());
         return;

@@ -1337,6 +1337,8 @@ class splat_rasterizer_info(Structure):
     gaussians: int
     views: int
     reserved: int
+    culled: int
+    non_finite: int
     _fields_ = [
         ("struct_size", c_uint32),
         ("passes", c_uint32),
@@ -1350,6 +1352,8 @@ class splat_rasterizer_info(Structure):
         ("gaussians", c_uint32),
         ("views", c_uint32),
         ("reserved", c_uint32),
+        ("culled", c_uint64),
+        ("non_finite", c_uint64),
     ]
 
 
@@ -1693,6 +1697,7 @@ class splat_trainer_info(Structure):
     non_finite: int
     gradients_zero: int
     reserved: int
+    rate: float
     _fields_ = [
         ("struct_size", c_uint32),
         ("skipped", c_uint32),
@@ -1711,6 +1716,7 @@ class splat_trainer_info(Structure):
         ("non_finite", c_uint64),
         ("gradients_zero", c_uint32),
         ("reserved", c_uint32),
+        ("rate", c_double),
     ]
 
 
@@ -2268,10 +2274,11 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("grad_sh", 72, 8), ("grad_colors", 80, 8), ("grad_means2d", 88, 8),
         ("grad_means2d_abs", 96, 8), ("grad_world_to_camera", 104, 8),
     )),
-    "splat_rasterizer_info": (splat_rasterizer_info, False, 72, (
+    "splat_rasterizer_info": (splat_rasterizer_info, False, 88, (
         ("struct_size", 0, 4), ("passes", 4, 4), ("visible", 8, 8), ("pairs", 16, 8),
         ("longest", 24, 8), ("tiles", 32, 8), ("empty_tiles", 40, 8), ("bytes", 48, 8),
         ("runs", 56, 4), ("gaussians", 60, 4), ("views", 64, 4), ("reserved", 68, 4),
+        ("culled", 72, 8), ("non_finite", 80, 8),
     )),
     "splat_image_info": (splat_image_info, False, 16, (
         ("struct_size", 0, 4), ("bits", 4, 4), ("focal", 8, 8),
@@ -2335,12 +2342,12 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("cameras", 120, 8), ("cameras_count", 128, 8), ("channels", 136, 4),
         ("objects", 140, 4),
     )),
-    "splat_trainer_info": (splat_trainer_info, False, 120, (
+    "splat_trainer_info": (splat_trainer_info, False, 128, (
         ("struct_size", 0, 4), ("skipped", 4, 4), ("step", 8, 8), ("pairs", 16, 8),
         ("loss", 24, 8), ("squared_error", 32, 8), ("pixel_loss", 40, 8), ("ssim", 48, 8),
         ("network_ms", 56, 8), ("render_ms", 64, 8), ("update_ms", 72, 8), ("lpips", 80, 8),
         ("visible", 88, 8), ("culled", 96, 8), ("non_finite", 104, 8),
-        ("gradients_zero", 112, 4), ("reserved", 116, 4),
+        ("gradients_zero", 112, 4), ("reserved", 116, 4), ("rate", 120, 8),
     )),
     "splat_training_desc": (splat_training_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8),

@@ -255,13 +255,15 @@ class RasterizerInfo:
     runs: int
     gaussians: int
     views: int
+    culled: int
+    non_finite: int
 
     @classmethod
     def of(cls, raw: Any) -> "RasterizerInfo":
         """From a `splat_rasterizer_info`."""
         return cls(
             raw.passes, raw.visible, raw.pairs, raw.longest, raw.tiles, raw.empty_tiles,
-            raw.bytes, raw.runs, raw.gaussians, raw.views,
+            raw.bytes, raw.runs, raw.gaussians, raw.views, raw.culled, raw.non_finite,
         )
 
 
@@ -338,6 +340,7 @@ class TrainerInfo:
     culled: int
     non_finite: int
     gradients_zero: int
+    rate: float
 
     @classmethod
     def of(cls, raw: Any) -> "TrainerInfo":
@@ -345,7 +348,7 @@ class TrainerInfo:
         return cls(
             raw.skipped, raw.step, raw.pairs, raw.loss, raw.squared_error, raw.pixel_loss,
             raw.ssim, raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips, raw.visible,
-            raw.culled, raw.non_finite, raw.gradients_zero,
+            raw.culled, raw.non_finite, raw.gradients_zero, raw.rate,
         )
 
 

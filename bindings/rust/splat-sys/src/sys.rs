@@ -339,7 +339,7 @@ pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
 /// splat_training_interrupt.
 ///
 ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {.struct_size = sizeof event};
+///   splat_training_event event = {sizeof event};
 ///   splat_training_open(device, &desc, &training);
 ///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
 ///       if (event.text) puts(event.text);
@@ -361,7 +361,7 @@ pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
 pub type splat_training_event_kind = i32;
 /// only a text
 pub const SPLAT_EVENT_MESSAGE: splat_training_event_kind = 0;
-/// one attempt of a step: info and the fields up to seconds
+/// one attempt of a step: info, with loss and rate, and the fields up to steps_per_second
 pub const SPLAT_EVENT_STEP: splat_training_event_kind = 1;
 /// one object of a validation: its scores and images
 pub const SPLAT_EVENT_VALIDATED_OBJECT: splat_training_event_kind = 2;
@@ -546,9 +546,8 @@ pub struct splat_optimizer_s {
 ///
 /// Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
 ///
-///   splat_optimizer_item items[] = {
-///       {.model = model}, {.name = "offset", .parameter = offset, .gradient = grad_offset}};
-///   splat_optimizer_group groups[] = {{.pattern = "*.bias", .rate_factor = 0.1}};
+///   splat_optimizer_item items[] = {{NULL, model}, {"offset", NULL, NULL, offset, grad_offset}};
+///   splat_optimizer_group groups[] = {{"*.bias", 0.1}};
 ///   splat_optimizer_desc desc = {sizeof desc, .items = items, .item_count = 2, .groups = groups,
 ///                                .group_count = 1, .rate = 1e-3};
 ///   splat_optimizer_create(device, &desc, &optimizer);
@@ -569,7 +568,7 @@ pub struct splat_batches_s {
 /// the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
 /// caller synchronises calls on one object.
 ///
-///   splat_trainer_batch batch = {.struct_size = sizeof batch};
+///   splat_trainer_batch batch = {sizeof batch};
 ///   splat_batches_create(dataset, config, seed, &batches);
 ///   for (uint64_t n = 0; n < 1000; ++n) {
 ///       splat_batches_next(batches, n, &batch);
@@ -589,7 +588,7 @@ pub struct splat_training_s {
 /// splat_training_interrupt.
 ///
 ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {.struct_size = sizeof event};
+///   splat_training_event event = {sizeof event};
 ///   splat_training_open(device, &desc, &training);
 ///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
 ///       if (event.text) puts(event.text);
@@ -1399,13 +1398,13 @@ pub struct splat_picture {
     pub normal: splat_picture_source,
     /// SPLAT_PICTURE_*
     pub flags: u32,
-    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
+    /// the object's longer side, as a part of the square's; 0: 0.65
     pub foreground: f32,
     /// pixels of the image; 0: by its Exif data, else not known
     pub focal: f64,
     /// along the camera's axis, where the network takes it; else 0
     pub origin_distance: f64,
-    /// as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none
+    /// as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures
     pub world_to_camera: [f64; 16],
     /// of a custom embedding, or NULL
     pub embedding: *const f32,
@@ -1731,6 +1730,10 @@ pub struct splat_rasterizer_info {
     /// v of the outputs' shapes
     pub views: u32,
     pub reserved: u32,
+    /// (Gaussian, view) pairs that are neither visible nor non_finite
+    pub culled: u64,
+    /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite
+    pub non_finite: u64,
 }
 
 impl Default for splat_rasterizer_info {
@@ -2137,6 +2140,8 @@ pub struct splat_trainer_info {
     /// 1: every gradient of a parameter is 0, so nothing is learnt
     pub gradients_zero: u32,
     pub reserved: u32,
+    /// learning rate of this update, or of the one that was skipped
+    pub rate: f64,
 }
 
 impl Default for splat_trainer_info {
@@ -2167,7 +2172,7 @@ pub struct splat_training_desc {
     pub validation: splat_dataset,
     /// file of weights to start from; NULL: opt.pretrained_ckpt, else random
     pub init: *const c_char,
-    /// SPLAT_LOAD_ bits; 0 without `init`
+    /// SPLAT_LOAD_ bits
     pub init_flags: u32,
     pub reserved: u32,
 }
@@ -2204,9 +2209,9 @@ pub struct splat_training_event {
     pub peak_bytes: u64,
     /// NULL unless the event is a step
     pub info: *const splat_trainer_info,
-    /// dB, of the step's targets; infinite if drawn exactly
+    /// dB, of the step's targets
     pub psnr: f64,
-    /// over this session's latest steps; NaN before the first
+    /// over the latest steps
     pub averaged_loss: f64,
     /// since the first step of this session
     pub seconds: f64,
@@ -2264,7 +2269,7 @@ pub struct splat_evaluator_desc {
     pub dataset: splat_dataset,
     /// a folder, opened as the predictor's configuration says; both NULL: its data.root
     pub data_path: *const c_char,
-    /// of that folder; NULL: test; NULL with `dataset`
+    /// of that folder; NULL: test
     pub split: *const c_char,
     /// a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor
     pub method: *const c_char,
@@ -2274,7 +2279,7 @@ pub struct splat_evaluator_desc {
     pub conditioning: *const u32,
     /// 0: by the protocol; else as many as the network has inputs
     pub conditioning_count: u64,
-    /// conditioning views without a predictor and without their numbers; else 0. 0: 1
+    /// conditioning views without a predictor; 0: 1
     pub inputs: u32,
     /// of each object, evenly spread; 0: all
     pub novel_views: u32,
@@ -2682,11 +2687,13 @@ extern "C" {
     pub fn splat_device_destroy(device: splat_device) -> splat_result;
 
     /// ```text
-    /// Cancel the calls that run on a device or wait for it now, on any threads. Each returns
-    /// SPLAT_CANCELLED as soon as the command list that it runs ends, and what it was to write is
-    /// undefined, as after an error of the device. The objects stay usable, and later calls are not
+    /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
+    /// is undefined, as after an error of the device. The objects stay usable, and later calls are not
     /// affected. A training step that already updates the weights ends as usual; one that is cancelled
     /// leaves them as they were.
+    /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
+    /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
+    /// while it reads a file, compiles a shader or computes on the host.
     /// May be called from any thread and from a signal handler, except for handles that are not live.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).
     /// ```
@@ -2831,7 +2838,6 @@ extern "C" {
     /// pointer   out, owned by the library
     /// bytes     out, may be NULL
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, or
-    ///   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
     ///   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
     ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
     /// ```
@@ -3040,9 +3046,8 @@ extern "C" {
     pub fn splat_scene_filter(scene: splat_scene, flags: u32, min_opacity: f64) -> splat_result;
 
     /// ```text
-    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
-    /// scenes make an empty one.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
     ///   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
     /// ```
     pub fn splat_scene_merge(
@@ -3121,8 +3126,8 @@ extern "C" {
     /// desc      may be NULL for defaults
     /// cameras   out, `count` of them
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
-    ///                                     extent if distance is 0
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
+    ///                                     without extent if distance is 0
     /// ```
     pub fn splat_camera_orbit(
         scene: splat_scene,
@@ -4354,10 +4359,8 @@ extern "C" {
     pub fn splat_optimizer_destroy(optimizer: splat_optimizer) -> splat_result;
 
     /// ```text
-    /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
-    /// the log.
-    /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
-    ///   of vectors are not needed.
+    /// Create a trainer; the parameters of its network are zero.
+    /// Returns as splat_model_create.
     /// ```
     pub fn splat_trainer_create(
         device: splat_device,
@@ -4388,7 +4391,8 @@ extern "C" {
 
     /// ```text
     /// JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
-    /// "config"}.
+    /// "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
+    /// "gradients_zero"} (see splat_trainer_info), "config"}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_trainer_report(
@@ -4527,8 +4531,9 @@ extern "C" {
     pub fn splat_training_interrupt(training: splat_training) -> splat_result;
 
     /// ```text
-    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-    /// before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes"}.
+    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
+    /// "best_val_psnr", "peak_bytes", "ledger" (of this session's last attempt, as in
+    /// splat_trainer_report)}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_training_report(
@@ -5223,7 +5228,7 @@ mod tests {
             grad_means2d_abs: 96, 8;
             grad_world_to_camera: 104, 8;
         );
-        layout!(splat_rasterizer_info, 72, 8,
+        layout!(splat_rasterizer_info, 88, 8,
             struct_size: 0, 4;
             passes: 4, 4;
             visible: 8, 8;
@@ -5236,6 +5241,8 @@ mod tests {
             gaussians: 60, 4;
             views: 64, 4;
             reserved: 68, 4;
+            culled: 72, 8;
+            non_finite: 80, 8;
         );
         layout!(splat_image_info, 16, 8,
             struct_size: 0, 4;
@@ -5379,7 +5386,7 @@ mod tests {
             channels: 136, 4;
             objects: 140, 4;
         );
-        layout!(splat_trainer_info, 120, 8,
+        layout!(splat_trainer_info, 128, 8,
             struct_size: 0, 4;
             skipped: 4, 4;
             step: 8, 8;
@@ -5397,6 +5404,7 @@ mod tests {
             non_finite: 104, 8;
             gradients_zero: 112, 4;
             reserved: 116, 4;
+            rate: 120, 8;
         );
         layout!(splat_training_desc, 80, 8,
             struct_size: 0, 4;

@@ -1111,7 +1111,7 @@ pub struct TrainingEventKind(pub i32);
 impl TrainingEventKind {
     /// only a text
     pub const MESSAGE: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_MESSAGE);
-    /// one attempt of a step: info and the fields up to seconds
+    /// one attempt of a step: info, with loss and rate, and the fields up to steps_per_second
     pub const STEP: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_STEP);
     /// one object of a validation: its scores and images
     pub const VALIDATED_OBJECT: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_VALIDATED_OBJECT);
@@ -1450,6 +1450,10 @@ pub struct RasterizerInfo {
     pub gaussians: u32,
     /// v of the outputs' shapes
     pub views: u32,
+    /// (Gaussian, view) pairs that are neither visible nor non_finite
+    pub culled: u64,
+    /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite
+    pub non_finite: u64,
 }
 
 impl RasterizerInfo {
@@ -1466,6 +1470,8 @@ impl RasterizerInfo {
             runs: raw.runs,
             gaussians: raw.gaussians,
             views: raw.views,
+            culled: raw.culled,
+            non_finite: raw.non_finite,
         }
     }
 }
@@ -1793,6 +1799,8 @@ pub struct TrainerInfo {
     pub non_finite: u64,
     /// 1: every gradient of a parameter is 0, so nothing is learnt
     pub gradients_zero: bool,
+    /// learning rate of this update, or of the one that was skipped
+    pub rate: f64,
 }
 
 impl TrainerInfo {
@@ -1814,6 +1822,7 @@ impl TrainerInfo {
             culled: raw.culled,
             non_finite: raw.non_finite,
             gradients_zero: raw.gradients_zero != 0,
+            rate: raw.rate,
         }
     }
 }

@@ -1,5 +1,5 @@
-#ifndef SPLAT_SSIM_PARAMS_H
-#define SPLAT_SSIM_PARAMS_H
+#ifndef SPLAT_IMAGE_LOSS_PARAMS_H
+#define SPLAT_IMAGE_LOSS_PARAMS_H
 
 #include "params/spec_ids.h"
 
@@ -9,8 +9,12 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// Images as quads [ceil(c/4)][n * height * width].
-struct SsimParams {
+// Of edge_loss.
+SPLAT_SPEC_ID kImageLossScharrId = 10u;
+SPLAT_SPEC_ID kImageLossWeightedId = 11u;
+
+// Losses of images as quads [ceil(c/4)][n * height * width].
+struct ImageLossParams {
     uint n;
     uint c;
     uint height;
@@ -22,7 +26,7 @@ struct SsimParams {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(SsimParams) <= 128);
+static_assert(sizeof(ImageLossParams) <= 128);
 }
 #endif
 
