@@ -596,10 +596,11 @@ namespace Splat
     ///
     /// The folder holds
     ///   config.json            every value of the configuration; what makes the folder a run
-    ///   run.json               state, versions, device, data, seed
+    ///   run.json               state, error, versions, device, data, seed, start
     ///   log.txt                the texts of events
     ///   metrics.jsonl          one JSON object per line, of steps and of validations
-    ///   checkpoints/           the last two states; one of step 0 is saved before step 1
+    ///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
+    ///                          resumed run could not read are renamed to *.unreadable
     ///   weights_last.safetensors, weights_best.safetensors   averaged weights
     ///   lock                   the process that has the folder; the lock ends with it
     /// </summary>
@@ -608,9 +609,9 @@ namespace Splat
     {
         /// <summary>Nothing: the default.</summary>
         None = 0,
-        /// <summary>go on from the latest state that can be read</summary>
+        /// <summary>go on from the latest state that can be read; begin again if none was saved yet</summary>
         Resume = 1,
-        /// <summary>replace the run in the folder</summary>
+        /// <summary>replace the run in the folder; other files in it stay</summary>
         Overwrite = 2,
     }
 

@@ -389,6 +389,8 @@ namespace Splat
         public double PixelLoss { get; }
         /// <summary>0 unless opt.lambda_ssim &gt; 0</summary>
         public double Ssim { get; }
+        /// <summary>0 unless opt.lambda_edge &gt; 0</summary>
+        public double EdgeLoss { get; }
         public double NetworkMs { get; }
         public double RenderMs { get; }
         public double UpdateMs { get; }
@@ -414,6 +416,7 @@ namespace Splat
             SquaredError = from->squared_error;
             PixelLoss = from->pixel_loss;
             Ssim = from->ssim;
+            EdgeLoss = from->edge_loss;
             NetworkMs = from->network_ms;
             RenderMs = from->render_ms;
             UpdateMs = from->update_ms;

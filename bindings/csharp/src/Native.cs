@@ -288,6 +288,7 @@ namespace Splat.Interop
         /// pointer   out, owned by the library
         /// bytes     out, may be NULL
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, or
+        ///   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
         ///   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
         ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
         /// </summary>
@@ -503,8 +504,9 @@ namespace Splat.Interop
             double min_opacity);
 
         /// <summary>
-        /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
+        /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
+        /// scenes make an empty one.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
         ///   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -587,8 +589,8 @@ namespace Splat.Interop
         /// desc      may be NULL for defaults
         /// cameras   out, `count` of them
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
-        ///                                     without extent if distance is 0
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
+        ///                                     extent if distance is 0
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_camera_orbit(
@@ -1859,8 +1861,10 @@ namespace Splat.Interop
         public static extern ResultCode splat_optimizer_destroy(IntPtr optimizer);
 
         /// <summary>
-        /// Create a trainer; the parameters of its network are zero.
-        /// Returns as splat_model_create.
+        /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
+        /// the log.
+        /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
+        ///   of vectors are not needed.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_trainer_create(
@@ -2039,9 +2043,9 @@ namespace Splat.Interop
         public static extern ResultCode splat_training_interrupt(SafeTrainingHandle training);
 
         /// <summary>
-        /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
-        /// "best_val_psnr", "peak_bytes", "ledger" (of this session's last attempt, as in
-        /// splat_trainer_report)}.
+        /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+        /// before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
+        /// session's last attempt, as in splat_trainer_report)}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -2790,13 +2794,13 @@ namespace Splat.Interop
         public splat_picture_source normal;
         /// <summary>SPLAT_PICTURE_*</summary>
         public PictureFlags flags;
-        /// <summary>the object's longer side, as a part of the square's; 0: 0.65</summary>
+        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE</summary>
         public float foreground;
         /// <summary>pixels of the image; 0: by its Exif data, else not known</summary>
         public double focal;
         /// <summary>along the camera's axis, where the network takes it; else 0</summary>
         public double origin_distance;
-        /// <summary>as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures</summary>
+        /// <summary>as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none</summary>
         public fixed double world_to_camera[16];
         /// <summary>of a custom embedding, or NULL</summary>
         public float* embedding;
@@ -3328,6 +3332,8 @@ namespace Splat.Interop
         public double pixel_loss;
         /// <summary>0 unless opt.lambda_ssim &gt; 0</summary>
         public double ssim;
+        /// <summary>0 unless opt.lambda_edge &gt; 0</summary>
+        public double edge_loss;
         public double network_ms;
         public double render_ms;
         public double update_ms;
@@ -3365,7 +3371,7 @@ namespace Splat.Interop
         public IntPtr validation;
         /// <summary>file of weights to start from; NULL: opt.pretrained_ckpt, else random</summary>
         public byte* init;
-        /// <summary>SPLAT_LOAD_ bits</summary>
+        /// <summary>SPLAT_LOAD_ bits; 0 without `init`</summary>
         public LoadFlags init_flags;
         public uint reserved;
     }
@@ -3393,9 +3399,9 @@ namespace Splat.Interop
         public ulong peak_bytes;
         /// <summary>NULL unless the event is a step</summary>
         public splat_trainer_info* info;
-        /// <summary>dB, of the step's targets</summary>
+        /// <summary>dB, of the step's targets; infinite if drawn exactly</summary>
         public double psnr;
-        /// <summary>over the latest steps</summary>
+        /// <summary>over this session's latest steps; NaN before the first</summary>
         public double averaged_loss;
         /// <summary>since the first step of this session</summary>
         public double seconds;
@@ -3444,7 +3450,7 @@ namespace Splat.Interop
         public IntPtr dataset;
         /// <summary>a folder, opened as the predictor's configuration says; both NULL: its data.root</summary>
         public byte* data_path;
-        /// <summary>of that folder; NULL: test</summary>
+        /// <summary>of that folder; NULL: test; NULL with `dataset`</summary>
         public byte* split;
         /// <summary>a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor</summary>
         public byte* method;
@@ -3454,7 +3460,7 @@ namespace Splat.Interop
         public uint* conditioning;
         /// <summary>0: by the protocol; else as many as the network has inputs</summary>
         public ulong conditioning_count;
-        /// <summary>conditioning views without a predictor; 0: 1</summary>
+        /// <summary>conditioning views without a predictor and without their numbers; else 0. 0: 1</summary>
         public uint inputs;
         /// <summary>of each object, evenly spread; 0: all</summary>
         public uint novel_views;
@@ -3845,11 +3851,11 @@ namespace Splat.Interop
                 "focals_count:64:8 embedding:72:8 embedding_count:80:8 tokens:88:8 " +
                 "tokens_count:96:8 targets:104:8 targets_count:112:8 cameras:120:8 " +
                 "cameras_count:128:8 channels:136:4 objects:140:4"),
-            new NativeLayout(typeof(splat_trainer_info), 128, false,
+            new NativeLayout(typeof(splat_trainer_info), 136, false,
                 "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 " +
-                "pixel_loss:40:8 ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 " +
-                "lpips:80:8 visible:88:8 culled:96:8 non_finite:104:8 gradients_zero:112:4 " +
-                "reserved:116:4 rate:120:8"),
+                "pixel_loss:40:8 ssim:48:8 edge_loss:56:8 network_ms:64:8 render_ms:72:8 " +
+                "update_ms:80:8 lpips:88:8 visible:96:8 culled:104:8 non_finite:112:8 " +
+                "gradients_zero:120:4 reserved:124:4 rate:128:8"),
             new NativeLayout(typeof(splat_training_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 " +
                 "value_count:40:8 dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 " +

@@ -1688,6 +1688,7 @@ class splat_trainer_info(Structure):
     squared_error: float
     pixel_loss: float
     ssim: float
+    edge_loss: float
     network_ms: float
     render_ms: float
     update_ms: float
@@ -1707,6 +1708,7 @@ class splat_trainer_info(Structure):
         ("squared_error", c_double),
         ("pixel_loss", c_double),
         ("ssim", c_double),
+        ("edge_loss", c_double),
         ("network_ms", c_double),
         ("render_ms", c_double),
         ("update_ms", c_double),
@@ -2342,12 +2344,12 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("cameras", 120, 8), ("cameras_count", 128, 8), ("channels", 136, 4),
         ("objects", 140, 4),
     )),
-    "splat_trainer_info": (splat_trainer_info, False, 128, (
+    "splat_trainer_info": (splat_trainer_info, False, 136, (
         ("struct_size", 0, 4), ("skipped", 4, 4), ("step", 8, 8), ("pairs", 16, 8),
         ("loss", 24, 8), ("squared_error", 32, 8), ("pixel_loss", 40, 8), ("ssim", 48, 8),
-        ("network_ms", 56, 8), ("render_ms", 64, 8), ("update_ms", 72, 8), ("lpips", 80, 8),
-        ("visible", 88, 8), ("culled", 96, 8), ("non_finite", 104, 8),
-        ("gradients_zero", 112, 4), ("reserved", 116, 4), ("rate", 120, 8),
+        ("edge_loss", 56, 8), ("network_ms", 64, 8), ("render_ms", 72, 8), ("update_ms", 80, 8),
+        ("lpips", 88, 8), ("visible", 96, 8), ("culled", 104, 8), ("non_finite", 112, 8),
+        ("gradients_zero", 120, 4), ("reserved", 124, 4), ("rate", 128, 8),
     )),
     "splat_training_desc": (splat_training_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8),

@@ -339,23 +339,24 @@ pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
 /// splat_training_interrupt.
 ///
 ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {sizeof event};
+///   splat_training_event event = {.struct_size = sizeof event};
 ///   splat_training_open(device, &desc, &training);
 ///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
 ///       if (event.text) puts(event.text);
 ///
 /// The folder holds
 ///   config.json            every value of the configuration; what makes the folder a run
-///   run.json               state, versions, device, data, seed
+///   run.json               state, error, versions, device, data, seed, start
 ///   log.txt                the texts of events
 ///   metrics.jsonl          one JSON object per line, of steps and of validations
-///   checkpoints/           the last two states; one of step 0 is saved before step 1
+///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
+///                          resumed run could not read are renamed to *.unreadable
 ///   weights_last.safetensors, weights_best.safetensors   averaged weights
 ///   lock                   the process that has the folder; the lock ends with it
 /// ```
-/// go on from the latest state that can be read
+/// go on from the latest state that can be read; begin again if none was saved yet
 pub const SPLAT_TRAINING_RESUME: u32 = 1;
-/// replace the run in the folder
+/// replace the run in the folder; other files in it stay
 pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
 
 pub type splat_training_event_kind = i32;
@@ -546,8 +547,9 @@ pub struct splat_optimizer_s {
 ///
 /// Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
 ///
-///   splat_optimizer_item items[] = {{NULL, model}, {"offset", NULL, NULL, offset, grad_offset}};
-///   splat_optimizer_group groups[] = {{"*.bias", 0.1}};
+///   splat_optimizer_item items[] = {
+///       {.model = model}, {.name = "offset", .parameter = offset, .gradient = grad_offset}};
+///   splat_optimizer_group groups[] = {{.pattern = "*.bias", .rate_factor = 0.1}};
 ///   splat_optimizer_desc desc = {sizeof desc, .items = items, .item_count = 2, .groups = groups,
 ///                                .group_count = 1, .rate = 1e-3};
 ///   splat_optimizer_create(device, &desc, &optimizer);
@@ -568,7 +570,7 @@ pub struct splat_batches_s {
 /// the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
 /// caller synchronises calls on one object.
 ///
-///   splat_trainer_batch batch = {sizeof batch};
+///   splat_trainer_batch batch = {.struct_size = sizeof batch};
 ///   splat_batches_create(dataset, config, seed, &batches);
 ///   for (uint64_t n = 0; n < 1000; ++n) {
 ///       splat_batches_next(batches, n, &batch);
@@ -588,17 +590,18 @@ pub struct splat_training_s {
 /// splat_training_interrupt.
 ///
 ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {sizeof event};
+///   splat_training_event event = {.struct_size = sizeof event};
 ///   splat_training_open(device, &desc, &training);
 ///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
 ///       if (event.text) puts(event.text);
 ///
 /// The folder holds
 ///   config.json            every value of the configuration; what makes the folder a run
-///   run.json               state, versions, device, data, seed
+///   run.json               state, error, versions, device, data, seed, start
 ///   log.txt                the texts of events
 ///   metrics.jsonl          one JSON object per line, of steps and of validations
-///   checkpoints/           the last two states; one of step 0 is saved before step 1
+///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
+///                          resumed run could not read are renamed to *.unreadable
 ///   weights_last.safetensors, weights_best.safetensors   averaged weights
 ///   lock                   the process that has the folder; the lock ends with it
 /// ```
@@ -1398,13 +1401,13 @@ pub struct splat_picture {
     pub normal: splat_picture_source,
     /// SPLAT_PICTURE_*
     pub flags: u32,
-    /// the object's longer side, as a part of the square's; 0: 0.65
+    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
     pub foreground: f32,
     /// pixels of the image; 0: by its Exif data, else not known
     pub focal: f64,
     /// along the camera's axis, where the network takes it; else 0
     pub origin_distance: f64,
-    /// as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures
+    /// as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none
     pub world_to_camera: [f64; 16],
     /// of a custom embedding, or NULL
     pub embedding: *const f32,
@@ -2126,6 +2129,8 @@ pub struct splat_trainer_info {
     pub pixel_loss: f64,
     /// 0 unless opt.lambda_ssim \> 0
     pub ssim: f64,
+    /// 0 unless opt.lambda_edge \> 0
+    pub edge_loss: f64,
     pub network_ms: f64,
     pub render_ms: f64,
     pub update_ms: f64,
@@ -2172,7 +2177,7 @@ pub struct splat_training_desc {
     pub validation: splat_dataset,
     /// file of weights to start from; NULL: opt.pretrained_ckpt, else random
     pub init: *const c_char,
-    /// SPLAT_LOAD_ bits
+    /// SPLAT_LOAD_ bits; 0 without `init`
     pub init_flags: u32,
     pub reserved: u32,
 }
@@ -2209,9 +2214,9 @@ pub struct splat_training_event {
     pub peak_bytes: u64,
     /// NULL unless the event is a step
     pub info: *const splat_trainer_info,
-    /// dB, of the step's targets
+    /// dB, of the step's targets; infinite if drawn exactly
     pub psnr: f64,
-    /// over the latest steps
+    /// over this session's latest steps; NaN before the first
     pub averaged_loss: f64,
     /// since the first step of this session
     pub seconds: f64,
@@ -2269,7 +2274,7 @@ pub struct splat_evaluator_desc {
     pub dataset: splat_dataset,
     /// a folder, opened as the predictor's configuration says; both NULL: its data.root
     pub data_path: *const c_char,
-    /// of that folder; NULL: test
+    /// of that folder; NULL: test; NULL with `dataset`
     pub split: *const c_char,
     /// a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor
     pub method: *const c_char,
@@ -2279,7 +2284,7 @@ pub struct splat_evaluator_desc {
     pub conditioning: *const u32,
     /// 0: by the protocol; else as many as the network has inputs
     pub conditioning_count: u64,
-    /// conditioning views without a predictor; 0: 1
+    /// conditioning views without a predictor and without their numbers; else 0. 0: 1
     pub inputs: u32,
     /// of each object, evenly spread; 0: all
     pub novel_views: u32,
@@ -2838,6 +2843,7 @@ extern "C" {
     /// pointer   out, owned by the library
     /// bytes     out, may be NULL
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, or
+    ///   SPLAT_ERROR_INVALID_STATE         the tensor is mapped
     ///   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
     ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
     /// ```
@@ -3046,8 +3052,9 @@ extern "C" {
     pub fn splat_scene_filter(scene: splat_scene, flags: u32, min_opacity: f64) -> splat_result;
 
     /// ```text
-    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (count 0, NULL),
+    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
+    /// scenes make an empty one.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
     ///   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
     /// ```
     pub fn splat_scene_merge(
@@ -3126,8 +3133,8 @@ extern "C" {
     /// desc      may be NULL for defaults
     /// cameras   out, `count` of them
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      count 0, options that do not give a valid camera, or a scene
-    ///                                     without extent if distance is 0
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
+    ///                                     extent if distance is 0
     /// ```
     pub fn splat_camera_orbit(
         scene: splat_scene,
@@ -4359,8 +4366,10 @@ extern "C" {
     pub fn splat_optimizer_destroy(optimizer: splat_optimizer) -> splat_result;
 
     /// ```text
-    /// Create a trainer; the parameters of its network are zero.
-    /// Returns as splat_model_create.
+    /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
+    /// the log.
+    /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
+    ///   of vectors are not needed.
     /// ```
     pub fn splat_trainer_create(
         device: splat_device,
@@ -4531,9 +4540,9 @@ extern "C" {
     pub fn splat_training_interrupt(training: splat_training) -> splat_result;
 
     /// ```text
-    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss", "val_psnr",
-    /// "best_val_psnr", "peak_bytes", "ledger" (of this session's last attempt, as in
-    /// splat_trainer_report)}.
+    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+    /// before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
+    /// session's last attempt, as in splat_trainer_report)}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_training_report(
@@ -5386,7 +5395,7 @@ mod tests {
             channels: 136, 4;
             objects: 140, 4;
         );
-        layout!(splat_trainer_info, 128, 8,
+        layout!(splat_trainer_info, 136, 8,
             struct_size: 0, 4;
             skipped: 4, 4;
             step: 8, 8;
@@ -5395,16 +5404,17 @@ mod tests {
             squared_error: 32, 8;
             pixel_loss: 40, 8;
             ssim: 48, 8;
-            network_ms: 56, 8;
-            render_ms: 64, 8;
-            update_ms: 72, 8;
-            lpips: 80, 8;
-            visible: 88, 8;
-            culled: 96, 8;
-            non_finite: 104, 8;
-            gradients_zero: 112, 4;
-            reserved: 116, 4;
-            rate: 120, 8;
+            edge_loss: 56, 8;
+            network_ms: 64, 8;
+            render_ms: 72, 8;
+            update_ms: 80, 8;
+            lpips: 88, 8;
+            visible: 96, 8;
+            culled: 104, 8;
+            non_finite: 112, 8;
+            gradients_zero: 120, 4;
+            reserved: 124, 4;
+            rate: 128, 8;
         );
         layout!(splat_training_desc, 80, 8,
             struct_size: 0, 4;

@@ -1069,19 +1069,20 @@ impl std::fmt::Debug for Schedule {
 ///
 /// The folder holds
 /// config.json            every value of the configuration; what makes the folder a run
-/// run.json               state, versions, device, data, seed
+/// run.json               state, error, versions, device, data, seed, start
 /// log.txt                the texts of events
 /// metrics.jsonl          one JSON object per line, of steps and of validations
-/// checkpoints/           the last two states; one of step 0 is saved before step 1
+/// checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
+/// resumed run could not read are renamed to *.unreadable
 /// weights_last.safetensors, weights_best.safetensors   averaged weights
 /// lock                   the process that has the folder; the lock ends with it
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrainingFlags(pub u32);
 
 impl TrainingFlags {
-    /// go on from the latest state that can be read
+    /// go on from the latest state that can be read; begin again if none was saved yet
     pub const RESUME: TrainingFlags = TrainingFlags(sys::SPLAT_TRAINING_RESUME);
-    /// replace the run in the folder
+    /// replace the run in the folder; other files in it stay
     pub const OVERWRITE: TrainingFlags = TrainingFlags(sys::SPLAT_TRAINING_OVERWRITE);
 
     /// Whether all bits of `other` are set.
@@ -1783,6 +1784,8 @@ pub struct TrainerInfo {
     pub pixel_loss: f64,
     /// 0 unless opt.lambda_ssim \> 0
     pub ssim: f64,
+    /// 0 unless opt.lambda_edge \> 0
+    pub edge_loss: f64,
     /// `network_ms` of C.
     pub network_ms: f64,
     /// `render_ms` of C.
@@ -1814,6 +1817,7 @@ impl TrainerInfo {
             squared_error: raw.squared_error,
             pixel_loss: raw.pixel_loss,
             ssim: raw.ssim,
+            edge_loss: raw.edge_loss,
             network_ms: raw.network_ms,
             render_ms: raw.render_ms,
             update_ms: raw.update_ms,
