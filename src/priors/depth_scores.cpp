@@ -35,8 +35,9 @@ Result<DepthPairs> pairs_inside(std::span<const float> prediction, std::span<con
 
 Result<DepthPairs> pairs_of(std::span<const float> prediction, std::span<const float> truth,
                             DepthRule rule) {
-    SPLAT_TRY(check_map(prediction, truth.size(), "the predicted depth"));
-    SPLAT_TRY(check_map(truth, truth.size(), "the true depth"));
+    constexpr const char* kRemedy = "; leave such pixels out with a mask";
+    SPLAT_TRY(check_map(prediction, truth.size(), "the predicted depth", kRemedy));
+    SPLAT_TRY(check_map(truth, truth.size(), "the true depth", kRemedy));
     DepthPairs pairs;
     for (std::size_t i = 0; i < truth.size(); ++i) {
         const auto p = static_cast<double>(prediction[i]);

@@ -6,9 +6,9 @@
 
 namespace splat::priors {
 
-/// Closing and opening of a binary mask by a square of 3 x 3 pixels: pixels are set that every square touching
-/// no set pixel leaves out, and cleared that no square of set pixels covers. Outside of the mask nothing is
-/// known: a square is cut at the border.
+/// Closing (dilation, then erosion) and opening (erosion, then dilation) of a binary mask by a square of 3 x 3
+/// pixels: closing fills holes and gaps that no such square fits into, opening clears what no such square fits
+/// into. The part of a square outside of the mask is ignored.
 ///
 /// mask       [height, width], 0 or not; its size is the caller's to check
 /// Returns    0 or 1

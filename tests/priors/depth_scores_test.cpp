@@ -94,6 +94,18 @@ TEST(DepthScores, OnePixelIsPerfect) {
     EXPECT_EQ(scores.value().pixels, 1U);
 }
 
+TEST(DepthScores, ANegativeDepthIsWithinNoFactor) {
+    // Aligned: -0.72, 1.73, 4.18; only the last is within 1.25 of its truth.
+    const std::vector<float> p = {0, 1, 2}, g = {0.1F, 0.1F, 5};
+    const auto valid = compare_depth(p, g),
+               published = compare_depth(p, g, {}, DepthRule::kPublished);
+    ASSERT_OK(valid.status());
+    ASSERT_OK(published.status());
+    EXPECT_NEAR(valid.value().within[0], 1.0 / 3, 1e-15);
+    EXPECT_NEAR(valid.value().within[2], 1.0 / 3, 1e-15);
+    EXPECT_NEAR(published.value().within[0], 2.0 / 3, 1e-15);
+}
+
 TEST(DepthScores, OnlyAsPublishedDoesAPixelWithoutDepthCount) {
     const std::vector<float> p = {1, 2, 3, 4}, g = {2, 4, 6, 0};
     const auto valid = compare_depth(p, g);
@@ -108,7 +120,8 @@ TEST(DepthScores, OnlyAsPublishedDoesAPixelWithoutDepthCount) {
 
 TEST(DepthScores, AMaskHidesWhatIsNotFinite) {
     const std::vector<float> p = {1, 2, kNan, 4}, g = {2, 4, 6, kNan};
-    EXPECT_ERROR(compare_depth(p, g).status(), Code::kInvalidArgument, "nan at number 2");
+    EXPECT_ERROR(compare_depth(p, g).status(), Code::kInvalidArgument,
+                 "nan at number 2, expected finite numbers; leave such pixels out");
     const auto scores = compare_depth(p, g, std::vector<float>{1, 0.75F, 0.5F, 0});
     ASSERT_OK(scores.status());
     EXPECT_EQ(scores.value().pixels, 2U);

@@ -155,7 +155,8 @@ TEST(PriorsPlots, AreSvgsOfAllPanels) {
     // The quartiles are 2 and 4, so 9 lies beyond the whiskers; one row has no values.
     const std::string boxes = box_svg({{"one & two", {{"m < n", {1, 2, 3, 4, 9}}, {"none", {}}}},
                                        {"empty", {}},
-                                       {"constant", {{"m", {2, 2}}}}});
+                                       {"constant", {{"m", {2, 2}}}},
+                                       {"long", {{std::string(50, 'a') + "/end", {1}}}}});
     for (const char* part : {"<svg ", "one &amp; two", "m &lt; n", ">none<", ">empty<", "</svg>"})
         EXPECT_NE(boxes.find(part), std::string::npos) << part;
     const auto count = [](const std::string& text, const std::string& part) {
@@ -166,6 +167,7 @@ TEST(PriorsPlots, AreSvgsOfAllPanels) {
         return found;
     };
     EXPECT_EQ(count(boxes, "<circle "), 1U);
+    EXPECT_EQ(count(boxes, ">..." + std::string(29, 'a') + "/end<"), 1U) << "the end of a path";
     const std::string dots =
         scatter_svg({{"x", "y", {{1, 2}, {3, 4}, {3, 3}}, true}, {"u", "v", {}, false}});
     EXPECT_EQ(count(dots, "<circle "), 3U);

@@ -22,6 +22,12 @@ std::string svg_of(double width, double height, const std::string& content) {
            content + "</svg>\n";
 }
 
+/// The end of a long label, such as a path.
+std::string label_text(const std::string& label) {
+    constexpr std::size_t kMost = 36;  // characters in kLabels pixels
+    return label.size() <= kMost ? label : "..." + label.substr(label.size() - kMost + 3);
+}
+
 std::string line_svg(double x1, double y1, double x2, double y2, const char* color) {
     return format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", x1, y1,
                   x2, y2, color);
@@ -86,7 +92,7 @@ std::string panel_of(const BoxPanel& panel, double top) {
     svg += svg_text(kBoxWidth - kEdge, bottom + 13, "end", format("%.4g", x.high()));
     double y = top + kTitle + kRow / 2;
     for (const auto& [name, values] : panel.rows) {
-        svg += svg_text(kLabels - 10, y + 4, "end", name);
+        svg += svg_text(kLabels - 10, y + 4, "end", label_text(name));
         if (!values.empty()) svg += box_of(values, x, y);
         y += kRow;
     }
@@ -104,9 +110,9 @@ std::string panel_of(const ScatterPanel& panel, double left) {
         ys = xs;
     }
     const double right = left + kScatterMargin + kScatterSide, bottom = kEdge + kScatterSide;
-    std::string svg =
-        svg_text((left + kScatterMargin + right) / 2, bottom + 30, "middle", panel.x_label);
-    svg += svg_text(left + kScatterMargin, kEdge - 6, "start", panel.y_label);
+    std::string svg = svg_text((left + kScatterMargin + right) / 2, bottom + 30, "middle",
+                               label_text(panel.x_label));
+    svg += svg_text(left + kScatterMargin, kEdge - 6, "start", label_text(panel.y_label));
     svg += line_svg(left + kScatterMargin, bottom, right, bottom, "#888");
     svg += line_svg(left + kScatterMargin, kEdge, left + kScatterMargin, bottom, "#888");
     if (xs.empty()) return svg;
