@@ -6,6 +6,7 @@
  *   splat/render.h  rasterizer, image files, scores of images
  *   splat/model.h   weights, operators, networks
  *   splat/predict.h pictures of an object to a scene
+ *   splat/priors.h  depth maps, normals and masks: how good they are
  *   splat/train.h   configurations, data sets, training
  *   splat/evaluate.h scores of networks on data sets, and their comparison
  */
@@ -16,6 +17,7 @@
 #include "splat/evaluate.h"
 #include "splat/model.h"
 #include "splat/predict.h"
+#include "splat/priors.h"
 #include "splat/render.h"
 #include "splat/scene.h"
 #include "splat/train.h"

@@ -36,7 +36,8 @@ OUTPUTS = [
     "splat_weights_info", "splat_port", "splat_model_info", "splat_picture_info",
     "splat_predictor_info", "splat_optimizer_info", "splat_trainer_info", "splat_evaluator_info",
     "splat_scores", "splat_ledger", "splat_object_scores", "splat_evaluation_summary",
-    "splat_comparison_info", "splat_metric_comparison",
+    "splat_comparison_info", "splat_metric_comparison", "splat_depth_scores",
+    "splat_normal_scores", "splat_mask_scores", "splat_fidelity_scores", "splat_point_scores",
 ]
 # Structs without pointers that the library reads.
 INPUTS = ["splat_scene_file_desc", "splat_orbit_desc", "splat_camera_file_desc",

@@ -39,6 +39,7 @@ internal static class Smoke
             Render(device, scene);
             Gradient(device, scene);
             Prediction(device);
+            Judge(scene);
             Errors();
             Cancel(device, folder);
             Busy(scene);
@@ -181,6 +182,45 @@ internal static class Smoke
             Print("predict", "\"gaussians\":" + result.Gaussians + ",\"ply\":" +
                              Hash(result.Scene.ToBytes(SceneFormat.Ply)) + ",\"found\":" +
                              (int)result.Pictures[0].Found);
+    }
+
+    private static string Hash(params double[][] values)
+    {
+        var all = new List<double>();
+        foreach (double[] some in values) all.AddRange(some);
+        return Hash(MemoryMarshal.AsBytes(new ReadOnlySpan<double>(all.ToArray())));
+    }
+
+    /// <summary>48 x 48 pixels: the numbers of each, channels interleaved.</summary>
+    private static float[] Map(Func<float, float, float[]> numbers)
+    {
+        var map = new List<float>();
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 48; ++x)
+                map.AddRange(numbers(((3 * x * y + x + 2 * y) % 64 + 1) / 64f,
+                                     ((x * y + 3 * x + 5 * y) % 64 + 1) / 64f));
+        return map.ToArray();
+    }
+
+    private static void Judge(Scene scene)
+    {
+        Image p = Image.FromFloats(48, 48, 1, Map((a, b) => new[] { a }));
+        Image g = Image.FromFloats(48, 48, 1, Map((a, b) => new[] { b }));
+        DepthScores d = Priors.CompareDepth(p, g);
+        NormalScores n = Priors.CompareNormals(
+            Image.FromFloats(48, 48, 3, Map((a, b) => new[] { a, b, 1 })),
+            Image.FromFloats(48, 48, 3, Map((a, b) => new[] { b, a, 1 })));
+        MaskScores m = Priors.CompareMasks(p, g);
+        PointScores s = scene.ComparePoints(Map((a, b) => new[] { a, b, a - b }), 0.25, 0);
+        Print("judge",
+              "\"depth\":" + Hash(new[] { d.AbsRel, d.Rmse, d.SiRmse }, d.Within,
+                                   new[] { d.Scale, d.Shift }) +
+              ",\"normal\":" + Hash(new[] { n.Mean, n.Median, n.Rmse }, n.Within) +
+              ",\"mask\":" + Hash(new[] { m.Mae, m.Iou, m.Precision, m.Recall, m.FBeta }) +
+              ",\"fidelity\":" + Hash(new[] { Priors.CompareFidelity(p, g).Vif }) +
+              ",\"edges\":" + Hash(Priors.FilterMap(g, MapFilter.Canny).ToFloats()) +
+              ",\"points\":" + Hash(new[] { s.Accuracy, s.Completeness, s.Chamfer, s.ChamferSquared,
+                                            s.Precision, s.Recall, s.FScore }));
     }
 
     private static unsafe void Errors()

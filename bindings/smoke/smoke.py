@@ -86,6 +86,30 @@ def case_gradient(device: splat.Device, scene: splat.Scene) -> None:
     tell("gradient", **{name: fnv(tensor.numpy()) for name, tensor in found.items()})
 
 
+def doubles(*values: Any) -> str:
+    return fnv(np.hstack(values).astype(np.float64))
+
+
+def case_judge(scene: splat.Scene) -> None:
+    y, x = np.mgrid[:48, :48]
+    p, g = ((value % 64 + 1).astype(np.float32) / 64
+            for value in (3 * x * y + x + 2 * y, x * y + 3 * x + 5 * y))
+    one = np.ones_like(p)
+    depth = splat.compare_depth(p, g)
+    normal = splat.compare_normals(np.stack([p, g, one], -1), np.stack([g, p, one], -1))
+    mask = splat.compare_masks(p, g)
+    points = scene.compare_points(np.stack([p, g, p - g], -1).reshape(-1, 3), 0.25, 0)
+    tell("judge",
+         depth=doubles(depth.abs_rel, depth.rmse, depth.si_rmse, depth.within, depth.scale,
+                       depth.shift),
+         normal=doubles(normal.mean, normal.median, normal.rmse, normal.within),
+         mask=doubles(mask.mae, mask.iou, mask.precision, mask.recall, mask.f_beta),
+         fidelity=doubles(splat.compare_fidelity(p, g).vif),
+         edges=fnv(splat.filter_map(g, "canny")),
+         points=doubles(points.accuracy, points.completeness, points.chamfer,
+                        points.chamfer_squared, points.precision, points.recall, points.f_score))
+
+
 def case_errors(scene: splat.Scene) -> None:
     try:
         splat.describe(9999)
@@ -184,6 +208,7 @@ def main(folder: Path) -> None:
     prediction = predictor.predict(picture())
     tell("predict", gaussians=prediction.report["gaussians"], ply=ply(prediction.scene),
          found=int(prediction.pictures[0].found))
+    case_judge(scene)
     case_errors(scene)
     case_cancel(device, predictor, folder)
     case_busy()

@@ -1,10 +1,10 @@
-//! The ten cases of bindings/smoke/README.md in Rust. One argument: the folder of the data.
+//! The eleven cases of bindings/smoke/README.md in Rust. One argument: the folder of the data.
 
 use splat::{
-    sys, Camera, Code, Device, Gaussians, Gradients, ImageView, ImageViewMut, OrbitDesc, Output,
-    Picture, Predictor, RasterState, Rasterizer, RasterizerDesc, RasterizerFlags, Result, Scene,
-    SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training, TrainingDesc, TrainingEventKind,
-    TrainingFlags,
+    prior_scores, sys, Camera, Code, Device, Gaussians, Gradients, ImageView, ImageViewMut,
+    MapFilter, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
+    RasterizerFlags, Result, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training,
+    TrainingDesc, TrainingEventKind, TrainingFlags,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -168,6 +168,72 @@ fn predict(predictor: &Predictor, pictures: &[Picture<'_>]) -> Result<()> {
     Ok(())
 }
 
+fn doubles(values: &[f64]) -> String {
+    fnv(values.iter().flat_map(|value| value.to_le_bytes()))
+}
+
+fn judge(scene: &Scene) -> Result<()> {
+    const SIZE: [u32; 2] = [48, 48];
+    let map = |a: usize, b: usize, c: usize| -> Vec<f32> {
+        let place = |i: usize| (i % 48, i / 48);
+        (0..48 * 48)
+            .map(|i| {
+                let (x, y) = place(i);
+                ((a * x * y + b * x + c * y) % 64 + 1) as f32 / 64.0
+            })
+            .collect()
+    };
+    let (p, g) = (map(3, 1, 2), map(1, 3, 5));
+    let join = |third: &dyn Fn(f32, f32) -> f32, first: &[f32], second: &[f32]| -> Vec<f32> {
+        let pairs = first.iter().zip(second);
+        pairs.flat_map(|(a, b)| [*a, *b, third(*a, *b)]).collect()
+    };
+    let (predicted, truth) = (join(&|_, _| 1.0, &p, &g), join(&|_, _| 1.0, &g, &p));
+    let points = join(&|a, b| a - b, &p, &g);
+    let (a, b) = (ImageView::new(&p, SIZE, 1)?, ImageView::new(&g, SIZE, 1)?);
+    let depth = prior_scores::compare_depth(a, b, None, Default::default())?;
+    let normal = prior_scores::compare_normals(
+        ImageView::new(&predicted, SIZE, 3)?,
+        ImageView::new(&truth, SIZE, 3)?,
+        None,
+        Default::default(),
+    )?;
+    let mask = prior_scores::compare_masks(a, b, Default::default())?;
+    let fidelity = prior_scores::compare_fidelity(a, b, Default::default())?;
+    let mut edges = vec![0_f32; 48 * 48];
+    prior_scores::filter_map(b, MapFilter::CANNY, ImageViewMut::new(&mut edges, SIZE, 1)?)?;
+    let s = scene.compare_points(&points, 0.25, 0.0)?;
+    let [d0, d1, d2] = depth.within;
+    let [n0, n1, n2] = normal.within;
+    println!(
+        r#"{{"case":"judge","depth":"{}","normal":"{}","mask":"{}","fidelity":"{}","edges":"{}","points":"{}"}}"#,
+        doubles(&[
+            depth.abs_rel,
+            depth.rmse,
+            depth.si_rmse,
+            d0,
+            d1,
+            d2,
+            depth.scale,
+            depth.shift
+        ]),
+        doubles(&[normal.mean, normal.median, normal.rmse, n0, n1, n2]),
+        doubles(&[mask.mae, mask.iou, mask.precision, mask.recall, mask.f_beta]),
+        doubles(&[fidelity.vif]),
+        floats(&edges),
+        doubles(&[
+            s.accuracy,
+            s.completeness,
+            s.chamfer,
+            s.chamfer_squared,
+            s.precision,
+            s.recall,
+            s.f_score
+        ])
+    );
+    Ok(())
+}
+
 fn errors() {
     let error = Device::describe(9999).expect_err("there is a device 9999");
     let (code, message) = (error.code(), quoted(error.message()));
@@ -309,6 +375,7 @@ fn run(folder: &str) -> Result<()> {
     let pictures = [Picture::pixels(ImageView::new(&pixels, [80, 64], 4)?)];
     let predictor = Predictor::create(&device, &Default::default())?;
     predict(&predictor, &pictures)?;
+    judge(&scene()?)?;
     errors();
     cancel(&device, &predictor, &pictures, folder)?;
     busy(&pictures)?;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <charconv>
 #include <string>
 #include <utility>
 
@@ -77,6 +78,85 @@ class Reader {
     std::size_t position_ = 0;
     std::string what_;
     std::endian order_;
+};
+
+/// Lines of text, with numbers for messages.
+class Lines {
+  public:
+    /// `what` names the text in messages, e.g. "OBJ".
+    Lines(Bytes file, const char* what) : text_(as_text(file)), what_(what) {}
+
+    /// The next line, or false at the end.
+    bool next(std::string_view& line) {
+        if (text_.empty()) return false;
+        const std::size_t end = std::min(text_.find('\n'), text_.size());
+        line = text_.substr(0, end);
+        text_.remove_prefix(std::min(end + 1, text_.size()));
+        ++number_;
+        return true;
+    }
+
+    /// The next line that is neither empty nor a comment.
+    bool next_record(std::string_view& line) {
+        while (next(line)) {
+            const std::size_t start = line.find_first_not_of(" \t\r");
+            if (start != std::string_view::npos && line[start] != '#') return true;
+        }
+        return false;
+    }
+
+    [[nodiscard]] std::size_t number() const { return number_; }
+
+    /// kFormat, naming this line.
+    [[nodiscard]] Status bad(const std::string& problem) const {
+        return error(Code::kFormat, "%s line %zu: %s", what_, number_, problem.c_str());
+    }
+
+  private:
+    std::string_view text_;
+    const char* what_;
+    std::size_t number_ = 0;
+};
+
+/// Takes words and numbers from the front of a line.
+class Words {
+  public:
+    Words(std::string_view line, const Lines& lines) : line_(line), lines_(lines) {}
+
+    [[nodiscard]] bool done() const {
+        return line_.find_first_not_of(" \t\r") == std::string_view::npos;
+    }
+
+    Result<std::string_view> word(const char* field) {
+        const std::size_t start = line_.find_first_not_of(" \t\r");
+        if (start == std::string_view::npos) return lines_.bad(std::string("there is no ") + field);
+        line_.remove_prefix(start);
+        const std::size_t end = std::min(line_.find_first_of(" \t\r"), line_.size());
+        const std::string_view found = line_.substr(0, end);
+        line_.remove_prefix(end);
+        return found;
+    }
+
+    template <class T>
+    Status read(T& value, const char* field) {
+        SPLAT_ASSIGN(const std::string_view text, word(field));
+        const char* const end = text.data() + text.size();
+        const auto [stop, failed] = std::from_chars(text.data(), end, value);
+        if (failed == std::errc() && stop == end) return {};
+        return lines_.bad(std::string(field) + " is '" + std::string(text.substr(0, 40)) +
+                          "', expected a number");
+    }
+
+    /// The rest of the line: names of images may hold blanks.
+    [[nodiscard]] std::string rest() const {
+        const std::size_t start = line_.find_first_not_of(" \t\r");
+        if (start == std::string_view::npos) return "";
+        return std::string(line_.substr(start, line_.find_last_not_of(" \t\r") - start + 1));
+    }
+
+  private:
+    std::string_view line_;
+    const Lines& lines_;
 };
 
 }  // namespace splat::io

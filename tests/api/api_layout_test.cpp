@@ -12,6 +12,7 @@
 #include "api/layout/layout_network.h"
 #include "api/layout/layout_optimizer.h"
 #include "api/layout/layout_predict.h"
+#include "api/layout/layout_priors.h"
 #include "api/layout/layout_training.h"
 #include "api/public_headers.h"
 
@@ -361,7 +362,8 @@ const Layout kLayouts[] = {
     kOptimizerDesc,  kOptimizerInfo,     kImageInfo,      kNamedArray,     kCameraBytes,
     kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,         kObjectScores,
     kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
-    kComparisonInfo, kMetricComparison};
+    kComparisonInfo, kMetricComparison,  kDepthScores,    kNormalScores,   kMaskScores,
+    kFidelityScores, kPointScores};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

@@ -34,7 +34,7 @@ foreach(compiler IN ITEMS gcc clang)
     header_test(Header.${compiler}_${standard} ${${program}} c++ ${standard}
                 ${CMAKE_CURRENT_SOURCE_DIR}/header_unit.c)
   endforeach()
-  foreach(header IN ITEMS core scene render model predict train evaluate)
+  foreach(header IN ITEMS core scene render model predict priors train evaluate)
     header_test(Header.${compiler}_${header}_alone ${${program}} c c99
                 ${PROJECT_SOURCE_DIR}/include/splat/${header}.h)
   endforeach()

@@ -64,3 +64,8 @@ splat_object_scores sample_object_scores;
 splat_score sample_score;
 splat_score_set sample_score_set;
 splat_scores sample_scores;
+splat_depth_scores sample_depth_scores;
+splat_normal_scores sample_normal_scores;
+splat_mask_scores sample_mask_scores;
+splat_fidelity_scores sample_fidelity_scores;
+splat_point_scores sample_point_scores;

@@ -76,6 +76,7 @@ int run_main(int argc, char** argv) {
     add_eval(app, exit_code);
     add_compare(app, exit_code);
     add_report(app, exit_code);
+    add_priors(app, exit_code);
     add_weights(app, exit_code);
     add_bench(app, exit_code);
     try {

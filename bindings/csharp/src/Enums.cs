@@ -673,4 +673,65 @@ namespace Splat
         /// <summary>SPLAT_VERDICT_NOT_COMPARABLE</summary>
         NotComparable = 3,
     }
+
+    /// <summary>splat_depth_flags of the C API.</summary>
+    [Flags]
+    public enum DepthFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth &gt; 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask</summary>
+        AsPublished = 1,
+    }
+
+    /// <summary>splat_normal_flags of the C API.</summary>
+    [Flags]
+    public enum NormalFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them</summary>
+        Vectors = 1,
+    }
+
+    /// <summary>splat_mask_flags of the C API.</summary>
+    [Flags]
+    public enum MaskFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>the true mask is where alpha &gt; 0.5; else where alpha &gt; 0</summary>
+        AlphaHalf = 1,
+    }
+
+    /// <summary>splat_fidelity_flags of the C API.</summary>
+    [Flags]
+    public enum FidelityFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition expects</summary>
+        Range1 = 1,
+        /// <summary>average in alpha, as published; where it is constant and equal it counts as 1</summary>
+        WithAlpha = 2,
+    }
+
+    /// <summary>splat_map_filter of the C API.</summary>
+    public enum MapFilter : int
+    {
+        /// <summary>Nothing: the default.</summary>
+        Default = 0,
+        /// <summary>Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as OpenCV 4.6</summary>
+        Canny = 1,
+        /// <summary>length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1</summary>
+        Sobel = 2,
+        /// <summary>the same with weights 3 10 3</summary>
+        Scharr = 3,
+        /// <summary>the same with weights 1 1 1</summary>
+        Prewitt = 4,
+        /// <summary>the mask map &gt; 0.5 with its holes filled: closing by a square of 3 x 3 pixels</summary>
+        Closing = 5,
+        /// <summary>the mask map &gt; 0.5 without specks: opening</summary>
+        Opening = 6,
+    }
 }

@@ -699,4 +699,139 @@ namespace Splat
             NB = checked((long)from->n_b);
         }
     }
+
+    /// <summary>Errors of an aligned depth map p against the true one g, in its units.</summary>
+    public sealed class DepthScores
+    {
+        /// <summary>counted</summary>
+        public long Pixels { get; }
+        /// <summary>mean of |p - g| / g</summary>
+        public double AbsRel { get; }
+        /// <summary>root of the mean of (p - g)^2</summary>
+        public double Rmse { get; }
+        /// <summary>standard deviation of ln max(p, 1e-8) - ln g</summary>
+        public double SiRmse { get; }
+        /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
+        public double[] Within { get; }
+        /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
+        public double Scale { get; }
+        public double Shift { get; }
+
+        internal unsafe DepthScores(splat_depth_scores* from)
+        {
+            Pixels = checked((long)from->pixels);
+            AbsRel = from->abs_rel;
+            Rmse = from->rmse;
+            SiRmse = from->si_rmse;
+            Within = Values.Copy(from->within, 3);
+            Scale = from->scale;
+            Shift = from->shift;
+        }
+    }
+
+    /// <summary>Angles between predicted and true normals, in degrees.</summary>
+    public sealed class NormalScores
+    {
+        /// <summary>counted</summary>
+        public long Pixels { get; }
+        /// <summary>of these, without a prediction; their angle is 180 degrees</summary>
+        public long Missing { get; }
+        public double Mean { get; }
+        public double Median { get; }
+        public double Rmse { get; }
+        /// <summary>shares of pixels with an angle below 11.25, 22.5, 30 degrees</summary>
+        public double[] Within { get; }
+
+        internal unsafe NormalScores(splat_normal_scores* from)
+        {
+            Pixels = checked((long)from->pixels);
+            Missing = checked((long)from->missing);
+            Mean = from->mean;
+            Median = from->median;
+            Rmse = from->rmse;
+            Within = Values.Copy(from->within, 3);
+        }
+    }
+
+    /// <summary>
+    /// How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
+    /// denominators, as published: an empty truth scores 0.
+    /// </summary>
+    public sealed class MaskScores
+    {
+        public long PredictedPixels { get; }
+        public long TruePixels { get; }
+        /// <summary>mean of |p - truth|</summary>
+        public double Mae { get; }
+        public double Iou { get; }
+        public double Precision { get; }
+        public double Recall { get; }
+        /// <summary>with beta^2 = 0.3</summary>
+        public double FBeta { get; }
+
+        internal unsafe MaskScores(splat_mask_scores* from)
+        {
+            PredictedPixels = checked((long)from->predicted_pixels);
+            TruePixels = checked((long)from->true_pixels);
+            Mae = from->mae;
+            Iou = from->iou;
+            Precision = from->precision;
+            Recall = from->recall;
+            FBeta = from->f_beta;
+        }
+    }
+
+    /// <summary>Visual information fidelity of the channels of an image.</summary>
+    public sealed class FidelityScores
+    {
+        /// <summary>left out: the true channel is constant</summary>
+        public int ConstantChannels { get; }
+        /// <summary>mean over the other channels, 1 for equal images; NaN: none</summary>
+        public double Vif { get; }
+        /// <summary>NaN: constant, left out, or not there</summary>
+        public double[] Channels { get; }
+
+        internal unsafe FidelityScores(splat_fidelity_scores* from)
+        {
+            ConstantChannels = checked((int)from->constant_channels);
+            Vif = from->vif;
+            Channels = Values.Copy(from->channels, 4);
+        }
+    }
+
+    /// <summary>
+    /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
+    /// nearest point of T.
+    /// </summary>
+    public sealed class PointScores
+    {
+        /// <summary>counted: P</summary>
+        public long Gaussians { get; }
+        /// <summary>mean over P of d(p, T)</summary>
+        public double Accuracy { get; }
+        /// <summary>mean over T of d(t, P)</summary>
+        public double Completeness { get; }
+        /// <summary>mean of the two</summary>
+        public double Chamfer { get; }
+        /// <summary>sum of the means of the squared distances</summary>
+        public double ChamferSquared { get; }
+        /// <summary>share of P with d(p, T) &lt; threshold</summary>
+        public double Precision { get; }
+        /// <summary>share of T with d(t, P) &lt; threshold</summary>
+        public double Recall { get; }
+        /// <summary>harmonic mean of the two</summary>
+        public double FScore { get; }
+
+        internal unsafe PointScores(splat_point_scores* from)
+        {
+            Gaussians = checked((long)from->gaussians);
+            Accuracy = from->accuracy;
+            Completeness = from->completeness;
+            Chamfer = from->chamfer;
+            ChamferSquared = from->chamfer_squared;
+            Precision = from->precision;
+            Recall = from->recall;
+            FScore = from->f_score;
+        }
+    }
 }

@@ -2252,6 +2252,146 @@ namespace Splat.Interop
         /// <summary>Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_comparison_destroy(IntPtr comparison);
+
+        /// <summary>
+        /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
+        /// larger ones for farther pixels.
+        /// prediction, truth   of one channel
+        /// mask      of one channel, may be NULL; pixels &gt; 0.5 count, else those with a truth &gt; 0
+        /// flags     SPLAT_DEPTH_AS_PUBLISHED
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, no pixel that counts, numbers
+        ///                                     that are not finite, a truth &lt;= 0 inside of the mask
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_compare_depth(
+            splat_image* prediction,
+            splat_image* truth,
+            splat_image* mask,
+            DepthFlags flags,
+            splat_depth_scores* scores);
+
+        /// <summary>
+        /// Compare normal maps. Lengths do not matter, but a vector shorter than 0.5 stands for none.
+        /// prediction, truth   of three channels
+        /// mask      of one channel, may be NULL; pixels &gt; 0.5 count, else those with a true normal
+        /// flags     SPLAT_NORMAL_VECTORS
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, no pixel that counts, numbers
+        ///                                     that are not finite, no true normal inside of the mask
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_compare_normals(
+            splat_image* prediction,
+            splat_image* truth,
+            splat_image* mask,
+            NormalFlags flags,
+            splat_normal_scores* scores);
+
+        /// <summary>
+        /// Compare a mask with the true one.
+        /// prediction, alpha   of one channel, 0 to 1
+        /// flags     SPLAT_MASK_ALPHA_HALF
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, a number outside 0 to 1
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_compare_masks(
+            splat_image* prediction,
+            splat_image* alpha,
+            MaskFlags flags,
+            splat_mask_scores* scores);
+
+        /// <summary>
+        /// Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and
+        /// Bovik 2006).
+        /// prediction, truth   of one size and as many channels, at least 41 x 41 pixels
+        /// flags     SPLAT_FIDELITY_ bits
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, numbers that are not finite
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or fewer pixels
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_compare_images(
+            splat_image* prediction,
+            splat_image* truth,
+            FidelityFlags flags,
+            splat_fidelity_scores* scores);
+
+        /// <summary>
+        /// Filter a map.
+        /// map, filtered   of one channel and one size; may be the same picture
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, filter, numbers that are not finite, for Canny
+        ///                                     also those outside 0 to 1
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_filter(
+            splat_image* map,
+            MapFilter filter,
+            splat_image* filtered);
+
+        /// <summary>
+        /// Sample the surface of a mesh, uniformly by area.
+        /// path      OBJ; its polygons count as fans around their first corners
+        /// seed      decides the points, each by its place: more points start with the same ones
+        /// points    out, x, y, z of each, in the mesh's units and axes
+        /// count     numbers of `points`: 3 for each point
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a count that 3 does not divide, a mesh without area
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+        ///   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
+        ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_points_from_mesh(
+            byte* path,
+            ulong seed,
+            float* points,
+            ulong count);
+
+        /// <summary>
+        /// The points that a depth map shows, in the world.
+        /// depth     of one channel and the camera's size: distances along its axis, in units of the scene;
+        ///           pixels &lt;= 0 show nothing
+        /// points    out, x, y, z of each, row by row; may be NULL
+        /// capacity  numbers that `points` has room for; 3 for each pixel always suffice
+        /// needed    out, numbers of all points; may be NULL
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (too little room; `points` is not written),
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, a camera, numbers that are not finite
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        another size than the camera's, or more than one channel
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_points_from_depth(
+            splat_image* depth,
+            splat_camera* camera,
+            float* points,
+            ulong capacity,
+            ulong* needed);
+
+        /// <summary>
+        /// Compare the means of a scene's Gaussians with true points. Nearest points are exact.
+        /// min_opacity  of the Gaussians that count, 0 to 1; 1/255 leaves out those that no image shows
+        /// points    x, y, z of each, in the scene's units and axes
+        /// count     numbers of `points`: 3 for each point
+        /// threshold distance of precision, recall and F-score, &gt; 0
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, min_opacity, threshold, struct_size, a count that 3 does
+        ///   not divide, no points, no Gaussian that counts, numbers that are not finite)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_scene_compare_points(
+            SafeSceneHandle scene,
+            double min_opacity,
+            float* points,
+            ulong count,
+            double threshold,
+            splat_point_scores* scores);
     }
 
     /// <summary>
@@ -3668,6 +3808,104 @@ namespace Splat.Interop
         public ulong n_b;
     }
 
+    /// <summary>Errors of an aligned depth map p against the true one g, in its units.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_depth_scores
+    {
+        public uint struct_size;
+        public uint reserved;
+        /// <summary>counted</summary>
+        public ulong pixels;
+        /// <summary>mean of |p - g| / g</summary>
+        public double abs_rel;
+        /// <summary>root of the mean of (p - g)^2</summary>
+        public double rmse;
+        /// <summary>standard deviation of ln max(p, 1e-8) - ln g</summary>
+        public double si_rmse;
+        /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
+        public fixed double within[3];
+        /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
+        public double scale;
+        public double shift;
+    }
+
+    /// <summary>Angles between predicted and true normals, in degrees.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_normal_scores
+    {
+        public uint struct_size;
+        public uint reserved;
+        /// <summary>counted</summary>
+        public ulong pixels;
+        /// <summary>of these, without a prediction; their angle is 180 degrees</summary>
+        public ulong missing;
+        public double mean;
+        public double median;
+        public double rmse;
+        /// <summary>shares of pixels with an angle below 11.25, 22.5, 30 degrees</summary>
+        public fixed double within[3];
+    }
+
+    /// <summary>
+    /// How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
+    /// denominators, as published: an empty truth scores 0.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mask_scores
+    {
+        public uint struct_size;
+        public uint reserved;
+        public ulong predicted_pixels;
+        public ulong true_pixels;
+        /// <summary>mean of |p - truth|</summary>
+        public double mae;
+        public double iou;
+        public double precision;
+        public double recall;
+        /// <summary>with beta^2 = 0.3</summary>
+        public double f_beta;
+    }
+
+    /// <summary>Visual information fidelity of the channels of an image.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_fidelity_scores
+    {
+        public uint struct_size;
+        /// <summary>left out: the true channel is constant</summary>
+        public uint constant_channels;
+        /// <summary>mean over the other channels, 1 for equal images; NaN: none</summary>
+        public double vif;
+        /// <summary>NaN: constant, left out, or not there</summary>
+        public fixed double channels[4];
+    }
+
+    /// <summary>
+    /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
+    /// nearest point of T.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_point_scores
+    {
+        public uint struct_size;
+        public uint reserved;
+        /// <summary>counted: P</summary>
+        public ulong gaussians;
+        /// <summary>mean over P of d(p, T)</summary>
+        public double accuracy;
+        /// <summary>mean over T of d(t, P)</summary>
+        public double completeness;
+        /// <summary>mean of the two</summary>
+        public double chamfer;
+        /// <summary>sum of the means of the squared distances</summary>
+        public double chamfer_squared;
+        /// <summary>share of P with d(p, T) &lt; threshold</summary>
+        public double precision;
+        /// <summary>share of T with d(t, P) &lt; threshold</summary>
+        public double recall;
+        /// <summary>harmonic mean of the two</summary>
+        public double f_score;
+    }
+
     /// <summary>What the headers say of the bytes of a struct.</summary>
     public sealed class NativeLayout
     {
@@ -3904,6 +4142,20 @@ namespace Splat.Interop
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 " +
                 "difference:32:8 p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 " +
                 "high:72:8 effect:80:8 n_a:88:8 n_b:96:8"),
+            new NativeLayout(typeof(splat_depth_scores), 80, false,
+                "struct_size:0:4 reserved:4:4 pixels:8:8 abs_rel:16:8 rmse:24:8 si_rmse:32:8 " +
+                "within:40:24 scale:64:8 shift:72:8"),
+            new NativeLayout(typeof(splat_normal_scores), 72, false,
+                "struct_size:0:4 reserved:4:4 pixels:8:8 missing:16:8 mean:24:8 median:32:8 " +
+                "rmse:40:8 within:48:24"),
+            new NativeLayout(typeof(splat_mask_scores), 64, false,
+                "struct_size:0:4 reserved:4:4 predicted_pixels:8:8 true_pixels:16:8 mae:24:8 " +
+                "iou:32:8 precision:40:8 recall:48:8 f_beta:56:8"),
+            new NativeLayout(typeof(splat_fidelity_scores), 48, false,
+                "struct_size:0:4 constant_channels:4:4 vif:8:8 channels:16:32"),
+            new NativeLayout(typeof(splat_point_scores), 72, false,
+                "struct_size:0:4 reserved:4:4 gaussians:8:8 accuracy:16:8 completeness:24:8 " +
+                "chamfer:32:8 chamfer_squared:40:8 precision:48:8 recall:56:8 f_score:64:8"),
         };
     }
 }

@@ -297,6 +297,28 @@ namespace Splat
             Check.Ok(Native.splat_scene_filter(Handle, flags, minOpacity));
         }
 
+        /// <summary>
+        /// Chamfer distance and F-score of the means of the Gaussians against true points, x, y, z
+        /// of each.
+        /// </summary>
+        /// <param name="points">in the scene's units and axes</param>
+        /// <param name="threshold">distance of precision, recall and F-score</param>
+        /// <param name="minOpacity">of the Gaussians that count</param>
+        public PointScores ComparePoints(float[] points, double threshold,
+                                         double minOpacity = 1.0 / 255)
+        {
+            fixed (float* from = Check.NotNull(points, nameof(points)))
+            {
+                var scores = new splat_point_scores
+                {
+                    struct_size = (uint)sizeof(splat_point_scores)
+                };
+                Check.Ok(Native.splat_scene_compare_points(
+                    Handle, minOpacity, from, (ulong)points.Length, threshold, &scores));
+                return new PointScores(&scores);
+            }
+        }
+
         internal static double[] Numbers(double[] values, int count, string name)
         {
             Check.NotNull(values, name);

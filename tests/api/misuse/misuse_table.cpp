@@ -20,6 +20,11 @@ Outputs::Outputs() {
     trainer_info.set_struct_size(sizeof(splat_trainer_info));
     optimizer_info.set_struct_size(sizeof(splat_optimizer_info));
     image_scores.set_struct_size(sizeof(splat_image_scores));
+    depth_scores.set_struct_size(sizeof(splat_depth_scores));
+    normal_scores.set_struct_size(sizeof(splat_normal_scores));
+    mask_scores.set_struct_size(sizeof(splat_mask_scores));
+    fidelity_scores.set_struct_size(sizeof(splat_fidelity_scores));
+    point_scores.set_struct_size(sizeof(splat_point_scores));
 }
 
 bool Outputs::untouched() const {
@@ -37,7 +42,8 @@ bool Outputs::untouched() const {
            dlpack.untouched() && model_info.untouched() && port.untouched() && state.untouched() &&
            evaluator.untouched() && evaluator_info.untouched() && object_scores.untouched() &&
            summary.untouched() && comparison.untouched() && comparison_info.untouched() &&
-           metric.untouched();
+           metric.untouched() && depth_scores.untouched() && normal_scores.untouched() &&
+           mask_scores.untouched() && fidelity_scores.untouched() && point_scores.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -104,6 +110,11 @@ MisuseTable::MisuseTable() {
     optimizer_desc_rows();
     image_score_rows();
     lpips_rows();
+    prior_score_rows();
+    prior_flag_rows();
+    prior_filter_rows();
+    point_rows();
+    scene_point_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

@@ -54,6 +54,11 @@ struct Outputs {
     Output<splat_lpips> lpips;
     Output<double> distance;
     Output<splat_image_scores> image_scores;
+    Output<splat_depth_scores> depth_scores;
+    Output<splat_normal_scores> normal_scores;
+    Output<splat_mask_scores> mask_scores;
+    Output<splat_fidelity_scores> fidelity_scores;
+    Output<splat_point_scores> point_scores;
     Output<splat_dataset> dataset;
     Output<splat_batches> batches;
     Output<splat_training> training;
@@ -133,6 +138,11 @@ class MisuseTable {
     void optimizer_desc_rows();
     void image_score_rows();
     void lpips_rows();
+    void prior_score_rows();
+    void prior_flag_rows();
+    void prior_filter_rows();
+    void point_rows();
+    void scene_point_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {

@@ -20,6 +20,7 @@ void add_config(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
+void add_priors(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 
@@ -27,6 +28,9 @@ void add_bench(CLI::App& app, int& exit_code);
 void add_data_synth(CLI::App& data, int& exit_code);
 void add_data_check(CLI::App& data, int& exit_code);
 void add_data_show(CLI::App& data, int& exit_code);
+
+/// Below `priors`.
+void add_priors_eval(CLI::App& priors, int& exit_code);
 
 /// Below `weights`: the commands that need a network.
 void add_weights_model(CLI::App& weights, int& exit_code);

@@ -131,6 +131,10 @@ void HtmlPage::picture(const std::string& path, const std::string& caption, std:
              "</figcaption></figure>\n";
 }
 
+void HtmlPage::plot(const std::string& svg, const std::string& caption) {
+    body_ += "<figure>" + svg + "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
+}
+
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {
     std::vector<Curve> shown;
     for (const Curve& curve : curves)

@@ -23,6 +23,9 @@ class HtmlPage {
     /// cannot be read.
     void picture(const std::string& path, const std::string& caption, std::uint32_t width = 0);
 
+    /// Show an SVG file.
+    void plot(const std::string& svg, const std::string& caption);
+
     struct Curve {
         std::string name;
         std::vector<std::pair<double, double>> points;

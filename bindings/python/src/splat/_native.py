@@ -401,6 +401,42 @@ class Verdict(OpenEnum):
     NOT_COMPARABLE = 3
 
 
+class DepthFlags(IntFlag):
+    """`splat_depth_flags` of the headers."""
+
+    AS_PUBLISHED = 1
+
+
+class NormalFlags(IntFlag):
+    """`splat_normal_flags` of the headers."""
+
+    VECTORS = 1
+
+
+class MaskFlags(IntFlag):
+    """`splat_mask_flags` of the headers."""
+
+    ALPHA_HALF = 1
+
+
+class FidelityFlags(IntFlag):
+    """`splat_fidelity_flags` of the headers."""
+
+    RANGE_1 = 1
+    WITH_ALPHA = 2
+
+
+class MapFilter(OpenEnum):
+    """`splat_map_filter` of the headers."""
+
+    CANNY = 1
+    SOBEL = 2
+    SCHARR = 3
+    PREWITT = 4
+    CLOSING = 5
+    OPENING = 6
+
+
 splat_log_callback = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 
 
@@ -2102,6 +2138,121 @@ class splat_metric_comparison(Structure):
     ]
 
 
+class splat_depth_scores(Structure):
+    """Errors of an aligned depth map p against the true one g, in its units."""
+
+    struct_size: int
+    reserved: int
+    pixels: int
+    abs_rel: float
+    rmse: float
+    si_rmse: float
+    within: Any
+    scale: float
+    shift: float
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("pixels", c_uint64),
+        ("abs_rel", c_double),
+        ("rmse", c_double),
+        ("si_rmse", c_double),
+        ("within", c_double * 3),
+        ("scale", c_double),
+        ("shift", c_double),
+    ]
+
+
+class splat_normal_scores(Structure):
+    """Angles between predicted and true normals, in degrees."""
+
+    struct_size: int
+    reserved: int
+    pixels: int
+    missing: int
+    mean: float
+    median: float
+    rmse: float
+    within: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("pixels", c_uint64),
+        ("missing", c_uint64),
+        ("mean", c_double),
+        ("median", c_double),
+        ("rmse", c_double),
+        ("within", c_double * 3),
+    ]
+
+
+class splat_mask_scores(Structure):
+    """How well a soft mask p, binary where p > 0.5, covers the true one."""
+
+    struct_size: int
+    reserved: int
+    predicted_pixels: int
+    true_pixels: int
+    mae: float
+    iou: float
+    precision: float
+    recall: float
+    f_beta: float
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("predicted_pixels", c_uint64),
+        ("true_pixels", c_uint64),
+        ("mae", c_double),
+        ("iou", c_double),
+        ("precision", c_double),
+        ("recall", c_double),
+        ("f_beta", c_double),
+    ]
+
+
+class splat_fidelity_scores(Structure):
+    """Visual information fidelity of the channels of an image."""
+
+    struct_size: int
+    constant_channels: int
+    vif: float
+    channels: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("constant_channels", c_uint32),
+        ("vif", c_double),
+        ("channels", c_double * 4),
+    ]
+
+
+class splat_point_scores(Structure):
+    """How far the Gaussians P of a scene lie from true points T."""
+
+    struct_size: int
+    reserved: int
+    gaussians: int
+    accuracy: float
+    completeness: float
+    chamfer: float
+    chamfer_squared: float
+    precision: float
+    recall: float
+    f_score: float
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("gaussians", c_uint64),
+        ("accuracy", c_double),
+        ("completeness", c_double),
+        ("chamfer", c_double),
+        ("chamfer_squared", c_double),
+        ("precision", c_double),
+        ("recall", c_double),
+        ("f_score", c_double),
+    ]
+
+
 # Of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).
 LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], ...]]] = {
     "splat_image": (splat_image, True, 56, (
@@ -2418,6 +2569,28 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("mean_a", 16, 8), ("mean_b", 24, 8), ("difference", 32, 8), ("p_permutation", 40, 8),
         ("p_parametric", 48, 8), ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8),
         ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
+    )),
+    "splat_depth_scores": (splat_depth_scores, False, 80, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("abs_rel", 16, 8),
+        ("rmse", 24, 8), ("si_rmse", 32, 8), ("within", 40, 24), ("scale", 64, 8),
+        ("shift", 72, 8),
+    )),
+    "splat_normal_scores": (splat_normal_scores, False, 72, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("missing", 16, 8),
+        ("mean", 24, 8), ("median", 32, 8), ("rmse", 40, 8), ("within", 48, 24),
+    )),
+    "splat_mask_scores": (splat_mask_scores, False, 64, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("predicted_pixels", 8, 8),
+        ("true_pixels", 16, 8), ("mae", 24, 8), ("iou", 32, 8), ("precision", 40, 8),
+        ("recall", 48, 8), ("f_beta", 56, 8),
+    )),
+    "splat_fidelity_scores": (splat_fidelity_scores, False, 48, (
+        ("struct_size", 0, 4), ("constant_channels", 4, 4), ("vif", 8, 8), ("channels", 16, 32),
+    )),
+    "splat_point_scores": (splat_point_scores, False, 72, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("gaussians", 8, 8), ("accuracy", 16, 8),
+        ("completeness", 24, 8), ("chamfer", 32, 8), ("chamfer_squared", 40, 8),
+        ("precision", 48, 8), ("recall", 56, 8), ("f_score", 64, 8),
     )),
 }
 
@@ -2862,6 +3035,36 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "JSON."),
     ("splat_comparison_destroy", c_int32, (c_void_p,),
      "Destroy a comparison."),
+    ("splat_prior_compare_depth", c_int32, (
+        POINTER(splat_image), POINTER(splat_image), POINTER(splat_image), c_uint32,
+        POINTER(splat_depth_scores),
+    ),
+     "Compare a depth map with the true one, both with larger numbers for nearer ...."),
+    ("splat_prior_compare_normals", c_int32, (
+        POINTER(splat_image), POINTER(splat_image), POINTER(splat_image), c_uint32,
+        POINTER(splat_normal_scores),
+    ),
+     "Compare normal maps."),
+    ("splat_prior_compare_masks", c_int32, (
+        POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_mask_scores),
+    ),
+     "Compare a mask with the true one."),
+    ("splat_prior_compare_images", c_int32, (
+        POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_fidelity_scores),
+    ),
+     "Compare images by visual information fidelity in the pixel domain, at four ...."),
+    ("splat_prior_filter", c_int32, (POINTER(splat_image), c_int32, POINTER(splat_image)),
+     "Filter a map."),
+    ("splat_points_from_mesh", c_int32, (c_char_p, c_uint64, c_void_p, c_uint64),
+     "Sample the surface of a mesh, uniformly by area."),
+    ("splat_points_from_depth", c_int32, (
+        POINTER(splat_image), POINTER(splat_camera), c_void_p, c_uint64, POINTER(c_uint64),
+    ),
+     "The points that a depth map shows, in the world."),
+    ("splat_scene_compare_points", c_int32, (
+        c_void_p, c_double, c_void_p, c_uint64, c_double, POINTER(splat_point_scores),
+    ),
+     "Compare the means of a scene's Gaussians with true points."),
 )
 
 

@@ -546,3 +546,102 @@ class MetricComparison:
             raw.mean_b, raw.difference, raw.p_permutation, raw.p_parametric, raw.p_holm, raw.low,
             raw.high, raw.effect, raw.n_a, raw.n_b,
         )
+
+
+@dataclass(frozen=True)
+class DepthScores:
+    """Errors of an aligned depth map p against the true one g, in its units."""
+
+    pixels: int
+    abs_rel: float
+    rmse: float
+    si_rmse: float
+    within: Tuple[float, ...]
+    scale: float
+    shift: float
+
+    @classmethod
+    def of(cls, raw: Any) -> "DepthScores":
+        """From a `splat_depth_scores`."""
+        return cls(
+            raw.pixels, raw.abs_rel, raw.rmse, raw.si_rmse, tuple(raw.within), raw.scale,
+            raw.shift,
+        )
+
+
+@dataclass(frozen=True)
+class NormalScores:
+    """Angles between predicted and true normals, in degrees."""
+
+    pixels: int
+    missing: int
+    mean: float
+    median: float
+    rmse: float
+    within: Tuple[float, ...]
+
+    @classmethod
+    def of(cls, raw: Any) -> "NormalScores":
+        """From a `splat_normal_scores`."""
+        return cls(
+            raw.pixels, raw.missing, raw.mean, raw.median, raw.rmse, tuple(raw.within),
+        )
+
+
+@dataclass(frozen=True)
+class MaskScores:
+    """How well a soft mask p, binary where p > 0.5, covers the true one."""
+
+    predicted_pixels: int
+    true_pixels: int
+    mae: float
+    iou: float
+    precision: float
+    recall: float
+    f_beta: float
+
+    @classmethod
+    def of(cls, raw: Any) -> "MaskScores":
+        """From a `splat_mask_scores`."""
+        return cls(
+            raw.predicted_pixels, raw.true_pixels, raw.mae, raw.iou, raw.precision, raw.recall,
+            raw.f_beta,
+        )
+
+
+@dataclass(frozen=True)
+class FidelityScores:
+    """Visual information fidelity of the channels of an image."""
+
+    constant_channels: int
+    vif: float
+    channels: Tuple[float, ...]
+
+    @classmethod
+    def of(cls, raw: Any) -> "FidelityScores":
+        """From a `splat_fidelity_scores`."""
+        return cls(
+            raw.constant_channels, raw.vif, tuple(raw.channels),
+        )
+
+
+@dataclass(frozen=True)
+class PointScores:
+    """How far the Gaussians P of a scene lie from true points T."""
+
+    gaussians: int
+    accuracy: float
+    completeness: float
+    chamfer: float
+    chamfer_squared: float
+    precision: float
+    recall: float
+    f_score: float
+
+    @classmethod
+    def of(cls, raw: Any) -> "PointScores":
+        """From a `splat_point_scores`."""
+        return cls(
+            raw.gaussians, raw.accuracy, raw.completeness, raw.chamfer, raw.chamfer_squared,
+            raw.precision, raw.recall, raw.f_score,
+        )

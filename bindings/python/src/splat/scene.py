@@ -9,7 +9,7 @@ from ._arrays import ArrayLike, Floats, address, doubles, floats, readable
 from ._errors import InvalidArgument, check, direct
 from ._handle import Handle, made
 from ._library import lib
-from ._records import SceneInfo
+from ._records import PointScores, SceneInfo
 from ._text import PathLike, bytes_from, choice, flags_of, json_from, path_of
 from .device import Device, whole
 from .tensor import Tensor
@@ -225,6 +225,19 @@ class Scene(Handle):
         """
         flags = flags_of((finite, _native.FilterFlags.FINITE), (sort, _native.FilterFlags.SORT))
         check(lib.splat_scene_filter(self.handle, flags, min_opacity))
+
+    def compare_points(self, points: ArrayLike, threshold: float,
+                       min_opacity: float = 1 / 255) -> PointScores:
+        """Chamfer distance and F-score of the means of the Gaussians against true points [n,3].
+
+        threshold    distance of precision, recall and F-score
+        min_opacity  of the Gaussians that count
+        """
+        given = floats(points, (None, 3), "points")
+        scores = _native.splat_point_scores(struct_size=sizeof(_native.splat_point_scores))
+        check(lib.splat_scene_compare_points(self.handle, min_opacity, given.ctypes.data,
+                                             given.size, threshold, byref(scores)))
+        return PointScores.of(scores)
 
     def __repr__(self) -> str:
         if self.closed:

@@ -394,6 +394,34 @@ pub const SPLAT_VERDICT_BETTER: splat_verdict = 1;
 pub const SPLAT_VERDICT_WORSE: splat_verdict = 2;
 pub const SPLAT_VERDICT_NOT_COMPARABLE: splat_verdict = 3;
 
+/// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
+pub const SPLAT_DEPTH_AS_PUBLISHED: u32 = 1;
+
+/// numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
+pub const SPLAT_NORMAL_VECTORS: u32 = 1;
+
+/// the true mask is where alpha \> 0.5; else where alpha \> 0
+pub const SPLAT_MASK_ALPHA_HALF: u32 = 1;
+
+/// compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition expects
+pub const SPLAT_FIDELITY_RANGE_1: u32 = 1;
+/// average in alpha, as published; where it is constant and equal it counts as 1
+pub const SPLAT_FIDELITY_WITH_ALPHA: u32 = 2;
+
+pub type splat_map_filter = i32;
+/// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as OpenCV 4.6
+pub const SPLAT_MAP_FILTER_CANNY: splat_map_filter = 1;
+/// length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1
+pub const SPLAT_MAP_FILTER_SOBEL: splat_map_filter = 2;
+/// the same with weights 3 10 3
+pub const SPLAT_MAP_FILTER_SCHARR: splat_map_filter = 3;
+/// the same with weights 1 1 1
+pub const SPLAT_MAP_FILTER_PREWITT: splat_map_filter = 4;
+/// the mask map \> 0.5 with its holes filled: closing by a square of 3 x 3 pixels
+pub const SPLAT_MAP_FILTER_CLOSING: splat_map_filter = 5;
+/// the mask map \> 0.5 without specks: opening
+pub const SPLAT_MAP_FILTER_OPENING: splat_map_filter = 6;
+
 #[repr(C)]
 pub struct splat_device_s {
     opaque: [u8; 0],
@@ -2592,6 +2620,149 @@ impl Default for splat_metric_comparison {
     }
 }
 
+/// Errors of an aligned depth map p against the true one g, in its units.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_depth_scores {
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// counted
+    pub pixels: u64,
+    /// mean of |p - g| / g
+    pub abs_rel: f64,
+    /// root of the mean of (p - g)^2
+    pub rmse: f64,
+    /// standard deviation of ln max(p, 1e-8) - ln g
+    pub si_rmse: f64,
+    /// shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0
+    pub within: [f64; 3],
+    /// p = scale * prediction + shift with the least squares; 0: it is constant
+    pub scale: f64,
+    pub shift: f64,
+}
+
+impl Default for splat_depth_scores {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// Angles between predicted and true normals, in degrees.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_normal_scores {
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// counted
+    pub pixels: u64,
+    /// of these, without a prediction; their angle is 180 degrees
+    pub missing: u64,
+    pub mean: f64,
+    pub median: f64,
+    pub rmse: f64,
+    /// shares of pixels with an angle below 11.25, 22.5, 30 degrees
+    pub within: [f64; 3],
+}
+
+impl Default for splat_normal_scores {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// ```text
+/// How well a soft mask p, binary where p > 0.5, covers the true one. Shares have 1e-6 in their
+/// denominators, as published: an empty truth scores 0.
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_mask_scores {
+    pub struct_size: u32,
+    pub reserved: u32,
+    pub predicted_pixels: u64,
+    pub true_pixels: u64,
+    /// mean of |p - truth|
+    pub mae: f64,
+    pub iou: f64,
+    pub precision: f64,
+    pub recall: f64,
+    /// with beta^2 = 0.3
+    pub f_beta: f64,
+}
+
+impl Default for splat_mask_scores {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// Visual information fidelity of the channels of an image.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_fidelity_scores {
+    pub struct_size: u32,
+    /// left out: the true channel is constant
+    pub constant_channels: u32,
+    /// mean over the other channels, 1 for equal images; NaN: none
+    pub vif: f64,
+    /// NaN: constant, left out, or not there
+    pub channels: [f64; 4],
+}
+
+impl Default for splat_fidelity_scores {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// ```text
+/// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
+/// nearest point of T.
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_point_scores {
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// counted: P
+    pub gaussians: u64,
+    /// mean over P of d(p, T)
+    pub accuracy: f64,
+    /// mean over T of d(t, P)
+    pub completeness: f64,
+    /// mean of the two
+    pub chamfer: f64,
+    /// sum of the means of the squared distances
+    pub chamfer_squared: f64,
+    /// share of P with d(p, T) \< threshold
+    pub precision: f64,
+    /// share of T with d(t, P) \< threshold
+    pub recall: f64,
+    /// harmonic mean of the two
+    pub f_score: f64,
+}
+
+impl Default for splat_point_scores {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
 extern "C" {
     /// Version of the loaded library, packed as by SPLAT_MAKE_VERSION.
     pub fn splat_version() -> u32;
@@ -4740,6 +4911,146 @@ extern "C" {
 
     /// Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_comparison_destroy(comparison: splat_comparison) -> splat_result;
+
+    /// ```text
+    /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
+    /// larger ones for farther pixels.
+    /// prediction, truth   of one channel
+    /// mask      of one channel, may be NULL; pixels > 0.5 count, else those with a truth > 0
+    /// flags     SPLAT_DEPTH_AS_PUBLISHED
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, no pixel that counts, numbers
+    ///                                     that are not finite, a truth <= 0 inside of the mask
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+    /// ```
+    pub fn splat_prior_compare_depth(
+        prediction: *const splat_image,
+        truth: *const splat_image,
+        mask: *const splat_image,
+        flags: u32,
+        scores: *mut splat_depth_scores,
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare normal maps. Lengths do not matter, but a vector shorter than 0.5 stands for none.
+    /// prediction, truth   of three channels
+    /// mask      of one channel, may be NULL; pixels > 0.5 count, else those with a true normal
+    /// flags     SPLAT_NORMAL_VECTORS
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, no pixel that counts, numbers
+    ///                                     that are not finite, no true normal inside of the mask
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
+    /// ```
+    pub fn splat_prior_compare_normals(
+        prediction: *const splat_image,
+        truth: *const splat_image,
+        mask: *const splat_image,
+        flags: u32,
+        scores: *mut splat_normal_scores,
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare a mask with the true one.
+    /// prediction, alpha   of one channel, 0 to 1
+    /// flags     SPLAT_MASK_ALPHA_HALF
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, a number outside 0 to 1
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+    /// ```
+    pub fn splat_prior_compare_masks(
+        prediction: *const splat_image,
+        alpha: *const splat_image,
+        flags: u32,
+        scores: *mut splat_mask_scores,
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and
+    /// Bovik 2006).
+    /// prediction, truth   of one size and as many channels, at least 41 x 41 pixels
+    /// flags     SPLAT_FIDELITY_ bits
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, numbers that are not finite
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or fewer pixels
+    /// ```
+    pub fn splat_prior_compare_images(
+        prediction: *const splat_image,
+        truth: *const splat_image,
+        flags: u32,
+        scores: *mut splat_fidelity_scores,
+    ) -> splat_result;
+
+    /// ```text
+    /// Filter a map.
+    /// map, filtered   of one channel and one size; may be the same picture
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, filter, numbers that are not finite, for Canny
+    ///                                     also those outside 0 to 1
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
+    /// ```
+    pub fn splat_prior_filter(
+        map: *const splat_image,
+        filter: splat_map_filter,
+        filtered: *mut splat_image,
+    ) -> splat_result;
+
+    /// ```text
+    /// Sample the surface of a mesh, uniformly by area.
+    /// path      OBJ; its polygons count as fans around their first corners
+    /// seed      decides the points, each by its place: more points start with the same ones
+    /// points    out, x, y, z of each, in the mesh's units and axes
+    /// count     numbers of `points`: 3 for each point
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a count that 3 does not divide, a mesh without area
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+    ///   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
+    ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one
+    /// ```
+    pub fn splat_points_from_mesh(
+        path: *const c_char,
+        seed: u64,
+        points: *mut f32,
+        count: u64,
+    ) -> splat_result;
+
+    /// ```text
+    /// The points that a depth map shows, in the world.
+    /// depth     of one channel and the camera's size: distances along its axis, in units of the scene;
+    ///           pixels <= 0 show nothing
+    /// points    out, x, y, z of each, row by row; may be NULL
+    /// capacity  numbers that `points` has room for; 3 for each pixel always suffice
+    /// needed    out, numbers of all points; may be NULL
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (too little room; `points` is not written),
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, a camera, numbers that are not finite
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        another size than the camera's, or more than one channel
+    /// ```
+    pub fn splat_points_from_depth(
+        depth: *const splat_image,
+        camera: *const splat_camera,
+        points: *mut f32,
+        capacity: u64,
+        needed: *mut u64,
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare the means of a scene's Gaussians with true points. Nearest points are exact.
+    /// min_opacity  of the Gaussians that count, 0 to 1; 1/255 leaves out those that no image shows
+    /// points    x, y, z of each, in the scene's units and axes
+    /// count     numbers of `points`: 3 for each point
+    /// threshold distance of precision, recall and F-score, > 0
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, min_opacity, threshold, struct_size, a count that 3 does
+    ///   not divide, no points, no Gaussian that counts, numbers that are not finite)
+    /// ```
+    pub fn splat_scene_compare_points(
+        scene: splat_scene,
+        min_opacity: f64,
+        points: *const f32,
+        count: u64,
+        threshold: f64,
+        scores: *mut splat_point_scores,
+    ) -> splat_result;
 }
 
 /// Name, whether it is frozen, and bytes of each struct of the header.
@@ -4806,6 +5117,11 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_compare_desc", false, std::mem::size_of::<splat_compare_desc>()),
     ("splat_comparison_info", false, std::mem::size_of::<splat_comparison_info>()),
     ("splat_metric_comparison", false, std::mem::size_of::<splat_metric_comparison>()),
+    ("splat_depth_scores", false, std::mem::size_of::<splat_depth_scores>()),
+    ("splat_normal_scores", false, std::mem::size_of::<splat_normal_scores>()),
+    ("splat_mask_scores", false, std::mem::size_of::<splat_mask_scores>()),
+    ("splat_fidelity_scores", false, std::mem::size_of::<splat_fidelity_scores>()),
+    ("splat_point_scores", false, std::mem::size_of::<splat_point_scores>()),
 ];
 
 #[cfg(all(test, target_pointer_width = "64"))]
@@ -5584,6 +5900,56 @@ mod tests {
             effect: 80, 8;
             n_a: 88, 8;
             n_b: 96, 8;
+        );
+        layout!(splat_depth_scores, 80, 8,
+            struct_size: 0, 4;
+            reserved: 4, 4;
+            pixels: 8, 8;
+            abs_rel: 16, 8;
+            rmse: 24, 8;
+            si_rmse: 32, 8;
+            within: 40, 24;
+            scale: 64, 8;
+            shift: 72, 8;
+        );
+        layout!(splat_normal_scores, 72, 8,
+            struct_size: 0, 4;
+            reserved: 4, 4;
+            pixels: 8, 8;
+            missing: 16, 8;
+            mean: 24, 8;
+            median: 32, 8;
+            rmse: 40, 8;
+            within: 48, 24;
+        );
+        layout!(splat_mask_scores, 64, 8,
+            struct_size: 0, 4;
+            reserved: 4, 4;
+            predicted_pixels: 8, 8;
+            true_pixels: 16, 8;
+            mae: 24, 8;
+            iou: 32, 8;
+            precision: 40, 8;
+            recall: 48, 8;
+            f_beta: 56, 8;
+        );
+        layout!(splat_fidelity_scores, 48, 8,
+            struct_size: 0, 4;
+            constant_channels: 4, 4;
+            vif: 8, 8;
+            channels: 16, 32;
+        );
+        layout!(splat_point_scores, 72, 8,
+            struct_size: 0, 4;
+            reserved: 4, 4;
+            gaussians: 8, 8;
+            accuracy: 16, 8;
+            completeness: 24, 8;
+            chamfer: 32, 8;
+            chamfer_squared: 40, 8;
+            precision: 48, 8;
+            recall: 56, 8;
+            f_score: 64, 8;
         );
     }
 }

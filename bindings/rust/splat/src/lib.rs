@@ -27,6 +27,7 @@ mod op;
 mod optimizer;
 mod picture;
 mod predictor;
+pub mod prior_scores;
 mod rasterizer;
 mod scene;
 mod tensor;

@@ -5,7 +5,7 @@ use crate::error::{call, Result};
 use crate::object::object;
 use crate::tensor::Tensor;
 use crate::text::{array, bytes, c_path, c_text, count, text};
-use crate::values::{FilterFlags, SceneFileDesc, SceneInfo, Similarity};
+use crate::values::{FilterFlags, PointScores, SceneFileDesc, SceneInfo, Similarity};
 use splat_sys as sys;
 use std::path::Path;
 
@@ -192,6 +192,30 @@ impl Scene {
     /// Keep the Gaussians of opacity >= `min_opacity` (0 to 1), in their order.
     pub fn filter(&self, flags: FilterFlags, min_opacity: f64) -> Result<()> {
         call!(splat_scene_filter(self.handle, flags.0, min_opacity))
+    }
+
+    /// Chamfer distance and F-score of the means of the Gaussians against true points, x, y, z of
+    /// each.
+    ///
+    /// `min_opacity`: of the Gaussians that count. `threshold`: distance of precision, recall and
+    /// F-score.
+    /// Errors: `InvalidArgument`.
+    pub fn compare_points(
+        &self,
+        points: &[f32],
+        threshold: f64,
+        min_opacity: f64,
+    ) -> Result<PointScores> {
+        let mut scores = sys::splat_point_scores::default();
+        call!(splat_scene_compare_points(
+            self.handle,
+            min_opacity,
+            points.as_ptr(),
+            points.len() as u64,
+            threshold,
+            &mut scores
+        ))?;
+        Ok(PointScores::from_raw(&scores))
     }
 
     /// Concatenate scenes into a new one, with the highest of their degrees.

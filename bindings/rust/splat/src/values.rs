@@ -1204,6 +1204,145 @@ impl std::fmt::Debug for Verdict {
     }
 }
 
+/// Bits `SPLAT_DEPTH_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct DepthFlags(pub u32);
+
+impl DepthFlags {
+    /// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
+    pub const AS_PUBLISHED: DepthFlags = DepthFlags(sys::SPLAT_DEPTH_AS_PUBLISHED);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: DepthFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for DepthFlags {
+    type Output = DepthFlags;
+
+    fn bitor(self, other: DepthFlags) -> DepthFlags {
+        DepthFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for DepthFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "DepthFlags", self.0, &[("AS_PUBLISHED", DepthFlags::AS_PUBLISHED.0)])
+    }
+}
+
+/// Bits `SPLAT_NORMAL_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NormalFlags(pub u32);
+
+impl NormalFlags {
+    /// numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
+    pub const VECTORS: NormalFlags = NormalFlags(sys::SPLAT_NORMAL_VECTORS);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: NormalFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for NormalFlags {
+    type Output = NormalFlags;
+
+    fn bitor(self, other: NormalFlags) -> NormalFlags {
+        NormalFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for NormalFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "NormalFlags", self.0, &[("VECTORS", NormalFlags::VECTORS.0)])
+    }
+}
+
+/// Bits `SPLAT_MASK_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaskFlags(pub u32);
+
+impl MaskFlags {
+    /// the true mask is where alpha \> 0.5; else where alpha \> 0
+    pub const ALPHA_HALF: MaskFlags = MaskFlags(sys::SPLAT_MASK_ALPHA_HALF);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: MaskFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for MaskFlags {
+    type Output = MaskFlags;
+
+    fn bitor(self, other: MaskFlags) -> MaskFlags {
+        MaskFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for MaskFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "MaskFlags", self.0, &[("ALPHA_HALF", MaskFlags::ALPHA_HALF.0)])
+    }
+}
+
+/// Bits `SPLAT_FIDELITY_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FidelityFlags(pub u32);
+
+impl FidelityFlags {
+    /// compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition expects
+    pub const RANGE_1: FidelityFlags = FidelityFlags(sys::SPLAT_FIDELITY_RANGE_1);
+    /// average in alpha, as published; where it is constant and equal it counts as 1
+    pub const WITH_ALPHA: FidelityFlags = FidelityFlags(sys::SPLAT_FIDELITY_WITH_ALPHA);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: FidelityFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for FidelityFlags {
+    type Output = FidelityFlags;
+
+    fn bitor(self, other: FidelityFlags) -> FidelityFlags {
+        FidelityFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for FidelityFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "FidelityFlags", self.0, &[("RANGE_1", FidelityFlags::RANGE_1.0), ("WITH_ALPHA", FidelityFlags::WITH_ALPHA.0)])
+    }
+}
+
+/// Values `SPLAT_MAP_FILTER_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MapFilter(pub i32);
+
+impl MapFilter {
+    /// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as OpenCV 4.6
+    pub const CANNY: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_CANNY);
+    /// length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1
+    pub const SOBEL: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_SOBEL);
+    /// the same with weights 3 10 3
+    pub const SCHARR: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_SCHARR);
+    /// the same with weights 1 1 1
+    pub const PREWITT: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_PREWITT);
+    /// the mask map \> 0.5 with its holes filled: closing by a square of 3 x 3 pixels
+    pub const CLOSING: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_CLOSING);
+    /// the mask map \> 0.5 without specks: opening
+    pub const OPENING: MapFilter = MapFilter(sys::SPLAT_MAP_FILTER_OPENING);
+}
+
+impl std::fmt::Debug for MapFilter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::number(f, "MapFilter", self.0, &[("CANNY", MapFilter::CANNY.0), ("SOBEL", MapFilter::SOBEL.0), ("SCHARR", MapFilter::SCHARR.0), ("PREWITT", MapFilter::PREWITT.0), ("CLOSING", MapFilter::CLOSING.0), ("OPENING", MapFilter::OPENING.0)])
+    }
+}
+
 /// What `splat_device_info` holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -2081,6 +2220,175 @@ impl MetricComparison {
             effect: raw.effect,
             n_a: raw.n_a,
             n_b: raw.n_b,
+        }
+    }
+}
+
+/// Errors of an aligned depth map p against the true one g, in its units.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct DepthScores {
+    /// counted
+    pub pixels: u64,
+    /// mean of |p - g| / g
+    pub abs_rel: f64,
+    /// root of the mean of (p - g)^2
+    pub rmse: f64,
+    /// standard deviation of ln max(p, 1e-8) - ln g
+    pub si_rmse: f64,
+    /// shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0
+    pub within: [f64; 3],
+    /// p = scale * prediction + shift with the least squares; 0: it is constant
+    pub scale: f64,
+    /// `shift` of C.
+    pub shift: f64,
+}
+
+impl DepthScores {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_depth_scores) -> Self {
+        DepthScores {
+            pixels: raw.pixels,
+            abs_rel: raw.abs_rel,
+            rmse: raw.rmse,
+            si_rmse: raw.si_rmse,
+            within: raw.within,
+            scale: raw.scale,
+            shift: raw.shift,
+        }
+    }
+}
+
+/// Angles between predicted and true normals, in degrees.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct NormalScores {
+    /// counted
+    pub pixels: u64,
+    /// of these, without a prediction; their angle is 180 degrees
+    pub missing: u64,
+    /// `mean` of C.
+    pub mean: f64,
+    /// `median` of C.
+    pub median: f64,
+    /// `rmse` of C.
+    pub rmse: f64,
+    /// shares of pixels with an angle below 11.25, 22.5, 30 degrees
+    pub within: [f64; 3],
+}
+
+impl NormalScores {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_normal_scores) -> Self {
+        NormalScores {
+            pixels: raw.pixels,
+            missing: raw.missing,
+            mean: raw.mean,
+            median: raw.median,
+            rmse: raw.rmse,
+            within: raw.within,
+        }
+    }
+}
+
+/// ```text
+/// How well a soft mask p, binary where p > 0.5, covers the true one. Shares have 1e-6 in their
+/// denominators, as published: an empty truth scores 0.
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct MaskScores {
+    /// `predicted_pixels` of C.
+    pub predicted_pixels: u64,
+    /// `true_pixels` of C.
+    pub true_pixels: u64,
+    /// mean of |p - truth|
+    pub mae: f64,
+    /// `iou` of C.
+    pub iou: f64,
+    /// `precision` of C.
+    pub precision: f64,
+    /// `recall` of C.
+    pub recall: f64,
+    /// with beta^2 = 0.3
+    pub f_beta: f64,
+}
+
+impl MaskScores {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_mask_scores) -> Self {
+        MaskScores {
+            predicted_pixels: raw.predicted_pixels,
+            true_pixels: raw.true_pixels,
+            mae: raw.mae,
+            iou: raw.iou,
+            precision: raw.precision,
+            recall: raw.recall,
+            f_beta: raw.f_beta,
+        }
+    }
+}
+
+/// Visual information fidelity of the channels of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FidelityScores {
+    /// left out: the true channel is constant
+    pub constant_channels: u32,
+    /// mean over the other channels, 1 for equal images; NaN: none
+    pub vif: f64,
+    /// NaN: constant, left out, or not there
+    pub channels: [f64; 4],
+}
+
+impl FidelityScores {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_fidelity_scores) -> Self {
+        FidelityScores {
+            constant_channels: raw.constant_channels,
+            vif: raw.vif,
+            channels: raw.channels,
+        }
+    }
+}
+
+/// ```text
+/// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
+/// nearest point of T.
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PointScores {
+    /// counted: P
+    pub gaussians: u64,
+    /// mean over P of d(p, T)
+    pub accuracy: f64,
+    /// mean over T of d(t, P)
+    pub completeness: f64,
+    /// mean of the two
+    pub chamfer: f64,
+    /// sum of the means of the squared distances
+    pub chamfer_squared: f64,
+    /// share of P with d(p, T) \< threshold
+    pub precision: f64,
+    /// share of T with d(t, P) \< threshold
+    pub recall: f64,
+    /// harmonic mean of the two
+    pub f_score: f64,
+}
+
+impl PointScores {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_point_scores) -> Self {
+        PointScores {
+            gaussians: raw.gaussians,
+            accuracy: raw.accuracy,
+            completeness: raw.completeness,
+            chamfer: raw.chamfer,
+            chamfer_squared: raw.chamfer_squared,
+            precision: raw.precision,
+            recall: raw.recall,
+            f_score: raw.f_score,
         }
     }
 }

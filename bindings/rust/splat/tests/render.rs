@@ -3,9 +3,10 @@
 mod support;
 
 use splat::{
-    image, Camera, Code, FilterFlags, Gaussians, Gradients, Image, ImageFormat, ImageView,
-    ImageViewMut, OrbitDesc, Output, RasterState, RasterizerDesc, RasterizerFlags, Scene,
-    SceneDesc, SceneFileDesc, SceneFormat, Similarity, Tensor,
+    image, prior_scores, Camera, Code, DepthFlags, FilterFlags, Gaussians, Gradients, Image,
+    ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output, RasterState,
+    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat, Similarity,
+    Tensor,
 };
 use support::{camera, device, rasterizer, scene, Folder, SIZE};
 
@@ -344,4 +345,36 @@ fn bad_images_are_refused() {
     let broken = [f32::NAN; 12];
     let broken = ImageView::new(&broken, [2, 2], 3).unwrap();
     assert_eq!(refused(broken), Code::InvalidArgument);
+}
+
+#[test]
+fn priors_are_judged() {
+    let map = |samples: &'static [f32], channels| {
+        let width = samples.len() as u32 / channels;
+        ImageView::new(samples, [width, 1], channels).unwrap()
+    };
+    let truth = map(&[1.0, 2.0, 3.0, 0.0], 1);
+    let prediction = map(&[2.0, 4.0, 6.0, 9.0], 1);
+    let depth = |mask, flags| prior_scores::compare_depth(prediction, truth, mask, flags).unwrap();
+    assert_eq!(depth(None, Default::default()).pixels, 3);
+    assert!((depth(None, Default::default()).scale - 0.5).abs() < 1e-12);
+    assert_eq!(depth(None, DepthFlags::AS_PUBLISHED).pixels, 4);
+    let mask = Some(map(&[1.0, 1.0, 0.0, 0.0], 1));
+    assert_eq!(depth(mask, Default::default()).pixels, 2);
+    let (x, z) = (map(&[1.0, 0.0, 0.0], 3), map(&[0.0, 0.0, 1.0], 3));
+    let normals = prior_scores::compare_normals(x, z, None, NormalFlags::VECTORS).unwrap();
+    assert!((normals.median - 90.0).abs() < 1e-9);
+    let masks = prior_scores::compare_masks(x, x, MaskFlags::ALPHA_HALF);
+    assert_eq!(masks.unwrap_err().code(), Code::ShapeMismatch);
+    let folder = Folder::new("mesh");
+    let path = folder.join("square.obj");
+    std::fs::write(&path, "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3 4\n").unwrap();
+    let points = prior_scores::mesh_points(&path, 50, 7).unwrap();
+    assert_eq!((points.len(), points[2]), (150, 2.0));
+    let mut camera = camera();
+    camera.width = 4;
+    camera.height = 1;
+    assert_eq!(prior_scores::depth_points(truth, &camera).unwrap().len(), 9);
+    let scores = scene(20).compare_points(&points, 1e9, 0.0).unwrap();
+    assert_eq!((scores.gaussians, scores.f_score), (20, 1.0));
 }

@@ -1,0 +1,148 @@
+using System;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>
+    /// How good depth maps, normals and masks are, and points of shapes. Maps are pictures of one
+    /// size; numbers that are not finite are refused, except where a mask leaves them out.
+    /// </summary>
+    public static unsafe class Priors
+    {
+        /// <summary>Errors of a depth map after its alignment with the least squares.</summary>
+        /// <param name="prediction">of one channel</param>
+        /// <param name="truth">of one channel</param>
+        /// <param name="mask">pixels above 0.5 count; null: those with a truth above 0</param>
+        /// <param name="flags">AsPublished: every pixel counts</param>
+        public static DepthScores CompareDepth(Image prediction, Image truth, Image mask = null,
+                                               DepthFlags flags = DepthFlags.None)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image a = Native(prediction, nameof(prediction), arena);
+                splat_image b = Native(truth, nameof(truth), arena);
+                splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
+                var scores = new splat_depth_scores
+                {
+                    struct_size = (uint)sizeof(splat_depth_scores)
+                };
+                Check.Ok(Interop.Native.splat_prior_compare_depth(
+                    &a, &b, mask == null ? null : &m, flags, &scores));
+                return new DepthScores(&scores);
+            }
+        }
+
+        /// <summary>Angles between normals, in degrees.</summary>
+        /// <param name="prediction">of three channels</param>
+        /// <param name="truth">of three channels</param>
+        /// <param name="mask">pixels above 0.5 count; null: those with a true normal</param>
+        /// <param name="flags">Vectors: numbers are x, y, z, not (n + 1) / 2</param>
+        public static NormalScores CompareNormals(Image prediction, Image truth, Image mask = null,
+                                                  NormalFlags flags = NormalFlags.None)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image a = Native(prediction, nameof(prediction), arena);
+                splat_image b = Native(truth, nameof(truth), arena);
+                splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
+                var scores = new splat_normal_scores
+                {
+                    struct_size = (uint)sizeof(splat_normal_scores)
+                };
+                Check.Ok(Interop.Native.splat_prior_compare_normals(
+                    &a, &b, mask == null ? null : &m, flags, &scores));
+                return new NormalScores(&scores);
+            }
+        }
+
+        /// <summary>Overlap of a soft mask with the true one.</summary>
+        public static MaskScores CompareMasks(Image prediction, Image alpha,
+                                              MaskFlags flags = MaskFlags.None)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image a = Native(prediction, nameof(prediction), arena);
+                splat_image b = Native(alpha, nameof(alpha), arena);
+                var scores = new splat_mask_scores
+                {
+                    struct_size = (uint)sizeof(splat_mask_scores)
+                };
+                Check.Ok(Interop.Native.splat_prior_compare_masks(&a, &b, flags, &scores));
+                return new MaskScores(&scores);
+            }
+        }
+
+        /// <summary>Visual information fidelity of images of at least 41 x 41 pixels.</summary>
+        public static FidelityScores CompareFidelity(Image prediction, Image truth,
+                                                     FidelityFlags flags = FidelityFlags.None)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image a = Native(prediction, nameof(prediction), arena);
+                splat_image b = Native(truth, nameof(truth), arena);
+                var scores = new splat_fidelity_scores
+                {
+                    struct_size = (uint)sizeof(splat_fidelity_scores)
+                };
+                Check.Ok(Interop.Native.splat_prior_compare_images(&a, &b, flags, &scores));
+                return new FidelityScores(&scores);
+            }
+        }
+
+        /// <summary>
+        /// Edges of a map, or a mask without holes or specks, as a picture of Pixel.F32.
+        /// </summary>
+        public static Image FilterMap(Image map, MapFilter filter)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image from = Native(map, nameof(map), arena);
+                var filtered = new Image(map.Width, map.Height, 1, Pixel.F32);
+                splat_image to = filtered.ToNative(arena);
+                Check.Ok(Interop.Native.splat_prior_filter(&from, filter, &to));
+                return filtered;
+            }
+        }
+
+        /// <summary>
+        /// Points on the surface of an OBJ file, uniform by area: x, y, z of each.
+        /// </summary>
+        public static float[] MeshPoints(string path, int count, long seed = 0)
+        {
+            using (var arena = new Arena())
+            {
+                var points = new float[checked(3 * (int)Check.Unsigned(count, nameof(count)))];
+                if (seed < 0) throw new ArgumentOutOfRangeException(nameof(seed), seed, "negative");
+                byte* name = arena.Text(Check.NotNull(path, nameof(path)));
+                Check.Ok(Interop.Native.splat_points_from_mesh(
+                    name, (ulong)seed, (float*)arena.Pin(points), (ulong)points.Length));
+                return points;
+            }
+        }
+
+        /// <summary>
+        /// The points of the world that a depth map shows, x, y, z of each: distances along the
+        /// camera's axis.
+        /// </summary>
+        public static float[] DepthPoints(Image depth, Camera camera)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image from = Native(depth, nameof(depth), arena);
+                splat_camera seen = Check.NotNull(camera, nameof(camera)).ToNative();
+                var points = new float[checked(3 * depth.Width * depth.Height)];
+                ulong needed = 0;
+                Check.Ok(Interop.Native.splat_points_from_depth(
+                    &from, &seen, (float*)arena.Pin(points), (ulong)points.Length, &needed));
+                var found = new float[checked((int)needed)];
+                Array.Copy(points, found, found.Length);
+                return found;
+            }
+        }
+
+        private static splat_image Native(Image image, string name, Arena arena)
+        {
+            return Check.NotNull(image, name).ToNative(arena);
+        }
+    }
+}

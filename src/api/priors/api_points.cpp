@@ -1,0 +1,127 @@
+#include <cmath>
+#include <shared_mutex>
+
+#include "api/api_guard.h"
+#include "api/core/image_view.h"
+#include "api/handles.h"
+#include "api/scene/camera_value.h"
+#include "io/file.h"
+#include "io/mesh/obj.h"
+#include "priors/point_scores.h"
+#include "priors/surface_points.h"
+#include "scene/activate.h"
+#include "scene/camera_pose.h"
+
+using namespace splat;
+
+namespace {
+
+constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{4} << 30;
+
+using Points = std::vector<scene::Vec3>;
+
+Status check_count_of_points(std::uint64_t count) {
+    if (count % 3 == 0) return {};
+    return error(Code::kInvalidArgument, "count is %llu, expected 3 numbers for each point",
+                 static_cast<unsigned long long>(count));
+}
+
+void fill_points(const Points& from, float* to) {
+    for (const scene::Vec3& point : from)
+        for (const double x : point) *to++ = static_cast<float>(x);
+}
+
+Points points_of(const float* numbers, std::uint64_t count) {
+    Points points(count / 3);
+    for (std::uint64_t i = 0; i < count; ++i)
+        points[i / 3][i % 3] = static_cast<double>(numbers[i]);
+    return points;
+}
+
+/// Means of the Gaussians that are at least so opaque. Errors: kInvalidArgument if there is none.
+Result<Points> opaque_means(const scene::Gaussians& gaussians, double min_opacity) {
+    Points means;
+    for (std::size_t i = 0; i < gaussians.count(); ++i) {
+        const auto logit = static_cast<double>(gaussians.opacity_logits[i]);
+        if (std::isnan(logit))
+            return error(Code::kInvalidArgument, "the opacity of Gaussian %zu is not a number", i);
+        if (scene::opacity_of(logit) < min_opacity) continue;
+        const float* const mean = &gaussians.means[3 * i];
+        means.push_back({static_cast<double>(mean[0]), static_cast<double>(mean[1]),
+                         static_cast<double>(mean[2])});
+    }
+    if (!means.empty()) return means;
+    return error(Code::kInvalidArgument,
+                 "none of the scene's %zu Gaussians has an opacity of %g (min_opacity) or more",
+                 gaussians.count(), min_opacity);
+}
+
+}  // namespace
+
+splat_result splat_points_from_mesh(const char* path, uint64_t seed, float* points,
+                                    uint64_t count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_TRY(api::require(points, "points"));
+        SPLAT_TRY(check_count_of_points(count));
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxMeshBytes));
+        const auto mesh = io::read_obj(file);
+        if (!mesh.ok())
+            return Status(mesh.status().code(),
+                          "'" + std::string(path) + "': " + mesh.status().message());
+        SPLAT_ASSIGN(const Points made, priors::sample_surface(mesh.value(), count / 3, seed));
+        fill_points(made, points);
+        return {};
+    });
+}
+
+splat_result splat_points_from_depth(const splat_image* depth, const splat_camera* camera,
+                                     float* points, uint64_t capacity, uint64_t* needed) {
+    bool incomplete = false;
+    const splat_result result = api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const api::ImageView view, api::image_to_read(depth, "depth"));
+        SPLAT_TRY(api::require(camera, "camera"));
+        const scene::Camera seen_by = api::camera_of(*camera, "camera");
+        SPLAT_TRY(scene::check_camera(seen_by));
+        SPLAT_TRY(api::check_image_size(view, "depth", seen_by.width, seen_by.height, 1));
+        SPLAT_ASSIGN(const Points made, priors::points_of_depth(api::planes_of(view), seen_by));
+        const std::uint64_t numbers = 3 * made.size();
+        if (needed != nullptr) *needed = numbers;
+        incomplete = numbers > 0 && (points == nullptr || capacity < numbers);
+        if (!incomplete) fill_points(made, points);
+        return {};
+    });
+    return result == SPLAT_OK && incomplete ? SPLAT_INCOMPLETE : result;
+}
+
+splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, const float* points,
+                                        uint64_t count, double threshold,
+                                        splat_point_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        if (!(min_opacity >= 0 && min_opacity <= 1))
+            return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
+        SPLAT_TRY(api::require(points, "points"));
+        SPLAT_TRY(check_count_of_points(count));
+        SPLAT_TRY(api::require(scores, "scores"));
+        SPLAT_TRY(api::check_info(scores, "splat_point_scores", sizeof(splat_point_scores)));
+        Points means;
+        {
+            const std::shared_lock lock(object->mutex);
+            SPLAT_ASSIGN(means, opaque_means(object->gaussians, min_opacity));
+        }
+        SPLAT_ASSIGN(const priors::PointScores made,
+                     priors::compare_points(means, points_of(points, count), threshold));
+        splat_point_scores filled{};
+        filled.gaussians = means.size();
+        filled.accuracy = made.accuracy;
+        filled.completeness = made.completeness;
+        filled.chamfer = made.chamfer;
+        filled.chamfer_squared = made.chamfer_squared;
+        filled.precision = made.precision;
+        filled.recall = made.recall;
+        filled.f_score = made.f_score;
+        api::give(filled, scores);
+        return {};
+    });
+}

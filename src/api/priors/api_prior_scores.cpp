@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <limits>
+
+#include "api/api_guard.h"
+#include "api/core/image_view.h"
+#include "priors/check_map.h"
+#include "priors/depth_scores.h"
+#include "priors/edges.h"
+#include "priors/information_fidelity.h"
+#include "priors/mask_scores.h"
+#include "priors/morphology.h"
+#include "priors/normal_scores.h"
+
+using namespace splat;
+
+namespace {
+
+/// Two pictures of one size.
+struct ImagePair {
+    api::ImageView first, second;
+};
+
+/// `channels` of each; 0: those of the first. Messages use the names.
+Result<ImagePair> pair_of(const splat_image* first, const char* first_name,
+                          const splat_image* second, const char* second_name,
+                          std::uint32_t channels) {
+    ImagePair pair;
+    SPLAT_ASSIGN(pair.first, api::image_to_read(first, first_name));
+    SPLAT_ASSIGN(pair.second, api::image_to_read(second, second_name));
+    if (channels == 0) channels = pair.first.channels;
+    SPLAT_TRY(api::check_image_size(pair.first, first_name, pair.first.width, pair.first.height,
+                                    channels));
+    SPLAT_TRY(api::check_image_size(pair.second, second_name, pair.first.width, pair.first.height,
+                                    channels));
+    return pair;
+}
+
+/// Empty without a mask.
+Result<std::vector<float>> mask_of(const splat_image* mask, const api::ImageView& map) {
+    if (mask == nullptr) return std::vector<float>{};
+    SPLAT_ASSIGN(const api::ImageView view, api::image_to_read(mask, "mask"));
+    SPLAT_TRY(api::check_image_size(view, "mask", map.width, map.height, 1));
+    return api::planes_of(view);
+}
+
+Status check_flags(std::uint32_t flags, std::uint32_t known) {
+    if ((flags & ~known) == 0) return {};
+    return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~known);
+}
+
+/// [3, height, width] of vectors.
+std::vector<float> normals_of(const api::ImageView& view, std::uint32_t flags) {
+    std::vector<float> normals = api::planes_of(view);
+    if ((flags & SPLAT_NORMAL_VECTORS) == 0)
+        for (float& x : normals) x = 2 * x - 1;
+    return normals;
+}
+
+Result<priors::Gradient> gradient_of(splat_map_filter filter) {
+    switch (filter) {
+        case SPLAT_MAP_FILTER_SOBEL:
+            return priors::Gradient::kSobel;
+        case SPLAT_MAP_FILTER_SCHARR:
+            return priors::Gradient::kScharr;
+        case SPLAT_MAP_FILTER_PREWITT:
+            return priors::Gradient::kPrewitt;
+        default:
+            return error(Code::kInvalidArgument, "filter is %d, expected a SPLAT_MAP_FILTER_ value",
+                         filter);
+    }
+}
+
+template <class T>
+std::vector<float> floats_of(const std::vector<T>& values) {
+    std::vector<float> floats;
+    floats.reserve(values.size());
+    for (const T value : values) floats.push_back(static_cast<float>(value));
+    return floats;
+}
+
+Result<std::vector<float>> morphology_of(const std::vector<float>& map, const api::ImageView& view,
+                                         splat_map_filter filter) {
+    SPLAT_TRY(priors::check_map(map, view.samples(), "map"));
+    std::vector<std::uint8_t> mask;
+    mask.reserve(map.size());
+    for (const float value : map) mask.push_back(value > 0.5F ? 1 : 0);
+    return floats_of(filter == SPLAT_MAP_FILTER_CLOSING
+                         ? priors::closing(mask, view.height, view.width)
+                         : priors::opening(mask, view.height, view.width));
+}
+
+Result<std::vector<float>> filtered_map(const api::ImageView& view, splat_map_filter filter) {
+    const std::vector<float> map = api::planes_of(view);
+    if (filter == SPLAT_MAP_FILTER_CANNY) {
+        SPLAT_ASSIGN(const auto edges, priors::canny_edges(map, view.height, view.width));
+        return floats_of(edges);
+    }
+    if (filter == SPLAT_MAP_FILTER_CLOSING || filter == SPLAT_MAP_FILTER_OPENING)
+        return morphology_of(map, view, filter);
+    SPLAT_ASSIGN(const priors::Gradient kind, gradient_of(filter));
+    SPLAT_ASSIGN(const auto lengths, priors::gradient_length(map, view.height, view.width, kind));
+    return floats_of(lengths);
+}
+
+/// Check the struct to fill, named `scores`.
+template <class Scores>
+Status check_scores(const Scores* scores, const char* type) {
+    SPLAT_TRY(api::require(scores, "scores"));
+    return api::check_info(scores, type, sizeof(Scores));
+}
+
+}  // namespace
+
+splat_result splat_prior_compare_depth(const splat_image* prediction, const splat_image* truth,
+                                       const splat_image* mask, uint32_t flags,
+                                       splat_depth_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 1));
+        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
+        SPLAT_TRY(check_flags(flags, SPLAT_DEPTH_AS_PUBLISHED));
+        SPLAT_TRY(check_scores(scores, "splat_depth_scores"));
+        SPLAT_ASSIGN(const priors::DepthScores made,
+                     priors::compare_depth(
+                         api::planes_of(pair.first), api::planes_of(pair.second), counted,
+                         flags != 0 ? priors::DepthRule::kPublished : priors::DepthRule::kValid));
+        splat_depth_scores filled{};
+        filled.pixels = made.pixels;
+        filled.abs_rel = made.abs_rel;
+        filled.rmse = made.rmse;
+        filled.si_rmse = made.si_rmse;
+        std::copy(made.within.begin(), made.within.end(), filled.within);
+        filled.scale = made.scale;
+        filled.shift = made.shift;
+        api::give(filled, scores);
+        return {};
+    });
+}
+
+splat_result splat_prior_compare_normals(const splat_image* prediction, const splat_image* truth,
+                                         const splat_image* mask, uint32_t flags,
+                                         splat_normal_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 3));
+        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
+        SPLAT_TRY(check_flags(flags, SPLAT_NORMAL_VECTORS));
+        SPLAT_TRY(check_scores(scores, "splat_normal_scores"));
+        SPLAT_ASSIGN(const priors::NormalScores made,
+                     priors::compare_normals(normals_of(pair.first, flags),
+                                             normals_of(pair.second, flags), counted));
+        splat_normal_scores filled{};
+        filled.pixels = made.pixels;
+        filled.missing = made.missing;
+        filled.mean = made.mean;
+        filled.median = made.median;
+        filled.rmse = made.rmse;
+        std::copy(made.within.begin(), made.within.end(), filled.within);
+        api::give(filled, scores);
+        return {};
+    });
+}
+
+splat_result splat_prior_compare_masks(const splat_image* prediction, const splat_image* alpha,
+                                       uint32_t flags, splat_mask_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", alpha, "alpha", 1));
+        SPLAT_TRY(check_flags(flags, SPLAT_MASK_ALPHA_HALF));
+        SPLAT_TRY(check_scores(scores, "splat_mask_scores"));
+        SPLAT_ASSIGN(const priors::MaskScores made,
+                     priors::compare_masks(api::planes_of(pair.first), api::planes_of(pair.second),
+                                           flags != 0 ? 0.5 : 0));
+        splat_mask_scores filled{};
+        filled.predicted_pixels = made.predicted_pixels;
+        filled.true_pixels = made.true_pixels;
+        filled.mae = made.mae;
+        filled.iou = made.iou;
+        filled.precision = made.precision;
+        filled.recall = made.recall;
+        filled.f_beta = made.f_beta;
+        api::give(filled, scores);
+        return {};
+    });
+}
+
+splat_result splat_prior_compare_images(const splat_image* prediction, const splat_image* truth,
+                                        uint32_t flags, splat_fidelity_scores* scores) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 0));
+        SPLAT_TRY(check_flags(flags, SPLAT_FIDELITY_RANGE_1 | SPLAT_FIDELITY_WITH_ALPHA));
+        SPLAT_TRY(check_scores(scores, "splat_fidelity_scores"));
+        const priors::FidelityOptions options = {
+            (flags & SPLAT_FIDELITY_RANGE_1) != 0 ? 1.0 : 255.0,
+            (flags & SPLAT_FIDELITY_WITH_ALPHA) != 0};
+        SPLAT_ASSIGN(const priors::FidelityScores made,
+                     priors::information_fidelity(api::planes_of(pair.first),
+                                                  api::planes_of(pair.second), pair.first.channels,
+                                                  pair.first.height, pair.first.width, options));
+        splat_fidelity_scores filled{};
+        filled.constant_channels = made.constant;
+        filled.vif = made.vif;
+        std::fill_n(filled.channels, 4, std::numeric_limits<double>::quiet_NaN());
+        std::copy(made.channels.begin(), made.channels.end(), filled.channels);
+        api::give(filled, scores);
+        return {};
+    });
+}
+
+splat_result splat_prior_filter(const splat_image* map, splat_map_filter filter,
+                                splat_image* filtered) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair, pair_of(map, "map", filtered, "filtered", 1));
+        SPLAT_ASSIGN(const api::ImageView out, api::image_to_fill(filtered, "filtered"));
+        SPLAT_ASSIGN(const std::vector<float> made, filtered_map(pair.first, filter));
+        api::fill_planes(out, made.data());
+        return {};
+    });
+}

@@ -1,0 +1,120 @@
+// Points of meshes, depth maps and scenes through the C API. Needs no device.
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "api/raster_calls.h"
+
+namespace splat::test {
+namespace {
+
+/// A file of the temporary folder, removed at the end.
+class MeshFile {
+  public:
+    explicit MeshFile(const std::string& text) { std::ofstream(path_) << text; }
+    MeshFile(const MeshFile&) = delete;
+    MeshFile& operator=(const MeshFile&) = delete;
+    ~MeshFile() { std::filesystem::remove(path_); }
+    [[nodiscard]] const char* path() const { return path_.c_str(); }
+
+  private:
+    std::string path_ = (std::filesystem::temp_directory_path() /
+                         ("splat-mesh-" + std::to_string(::getpid()) + ".obj"))
+                            .string();
+};
+
+constexpr const char* kSquare = "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3 -1\n";
+
+TEST(ApiPoints, OfAMesh) {
+    const MeshFile file(kSquare);
+    std::vector<float> points(3000), first(30);
+    ASSERT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), points.size()));
+    ASSERT_DONE(splat_points_from_mesh(file.path(), 5, first.data(), first.size()));
+    EXPECT_TRUE(std::equal(first.begin(), first.end(), points.begin()));
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); i += 3) {
+        ASSERT_GE(points[i], 0);
+        ASSERT_LE(points[i], 1);
+        ASSERT_EQ(points[i + 2], 2);
+        sum += static_cast<double>(points[i]);
+    }
+    EXPECT_NEAR(sum / 1000, 0.5, 4 * std::sqrt(1.0 / 12 / 1000));
+    EXPECT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), 0));
+}
+
+TEST(ApiPoints, OfADamagedMesh) {
+    std::vector<float> points(3, 7);
+    const MeshFile file(std::string(kSquare) + "f 1 2 9\n");
+    EXPECT_REFUSED(splat_points_from_mesh(file.path(), 0, points.data(), 3), SPLAT_ERROR_FORMAT,
+                   "line 6: the face names vertex 9");
+    EXPECT_NE(std::string(splat_last_error_message()).find(file.path()), std::string::npos);
+    EXPECT_EQ(points, std::vector<float>(3, 7));
+}
+
+TEST(ApiPoints, OfADepthMap) {
+    splat_camera camera{};
+    camera.width = 2;
+    camera.height = 1;
+    camera.fx = camera.fy = 2;
+    camera.cx = 1;
+    camera.cy = 0.5;
+    for (const std::size_t i : {0U, 5U, 10U, 15U}) camera.world_to_camera[i] = 1;
+    camera.world_to_camera[11] = 3;  // the camera stands at z = -3
+    std::vector<float> depth = {4, 0};
+    splat_image image{};
+    image.pixels = depth.data();
+    image.type = SPLAT_PIXEL_F32;
+    image.width = 2;
+    image.height = 1;
+    image.channels = 1;
+    std::vector<float> points(6, 7);
+    std::uint64_t needed = 0;
+    EXPECT_EQ(splat_points_from_depth(&image, &camera, points.data(), 2, &needed),
+              SPLAT_INCOMPLETE);
+    EXPECT_EQ(needed, 3U);
+    EXPECT_EQ(points[0], 7);
+    ASSERT_DONE(splat_points_from_depth(&image, &camera, points.data(), 6, &needed));
+    EXPECT_EQ(points, (std::vector<float>{-1, 0, 1, 7, 7, 7}));
+    depth[0] = -1;
+    EXPECT_DONE(splat_points_from_depth(&image, &camera, nullptr, 0, &needed));
+    EXPECT_EQ(needed, 0U);
+}
+
+TEST(ApiPoints, ASceneAgainstItsOwnMeansIsPerfect) {
+    const SampleScene sample(50);
+    const Scene scene = sample.create();
+    auto scores = sized<splat_point_scores>();
+    ASSERT_DONE(splat_scene_compare_points(scene, 0, sample.means.data(), sample.means.size(), 1e-6,
+                                           &scores));
+    EXPECT_EQ(scores.gaussians, 50U);
+    EXPECT_EQ(scores.chamfer, 0);
+    EXPECT_EQ(scores.f_score, 1);
+}
+
+TEST(ApiPoints, OnlyOpaqueGaussiansCount) {
+    const float means[] = {0, 0, 0, 1, 0, 0}, logits[] = {5, -5}, truth[] = {0, 2, 0};
+    auto desc = sized<splat_scene_desc>();
+    desc.count = 2;
+    desc.means = means;
+    desc.opacity_logits = logits;
+    Scene scene;
+    ASSERT_DONE(splat_scene_create(&desc, scene.out()));
+    auto all = sized<splat_point_scores>(), opaque = all;
+    ASSERT_DONE(splat_scene_compare_points(scene, 0, truth, 3, 2.1, &all));
+    ASSERT_DONE(splat_scene_compare_points(scene, 0.5, truth, 3, 2.1, &opaque));
+    EXPECT_EQ(all.gaussians, 2U);
+    EXPECT_NEAR(all.accuracy, (2 + std::sqrt(5.0)) / 2, 1e-15);
+    EXPECT_EQ(all.completeness, 2);
+    EXPECT_EQ(all.precision, 0.5);
+    EXPECT_EQ(all.recall, 1);
+    EXPECT_EQ(opaque.gaussians, 1U);
+    EXPECT_EQ(opaque.accuracy, 2);
+    EXPECT_EQ(opaque.chamfer, 2);
+    EXPECT_EQ(opaque.chamfer_squared, 8);
+    EXPECT_EQ(opaque.f_score, 1);
+}
+
+}  // namespace
+}  // namespace splat::test

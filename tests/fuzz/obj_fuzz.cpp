@@ -1,0 +1,22 @@
+// OBJ: every index of an accepted mesh names a vertex, and every vertex is finite.
+
+#include "fuzz/target.h"
+#include "io/mesh/obj.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const auto read = io::read_obj(file);
+    if (!fuzz::accepted(read.status())) return;
+    const io::Mesh& mesh = read.value();
+    for (const auto& vertex : mesh.vertices)
+        for (const double x : vertex) fuzz::require(std::isfinite(x));
+    for (const auto& triangle : mesh.triangles)
+        for (const std::uint32_t index : triangle) fuzz::require(index < mesh.vertices.size());
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

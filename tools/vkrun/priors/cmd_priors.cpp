@@ -1,0 +1,18 @@
+// vkrun priors: depth maps, normals and masks of pictures.
+
+#include <CLI/CLI.hpp>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/options.h"
+
+namespace vkrun {
+
+void add_priors(CLI::App& app, int& exit_code) {
+    CLI::App* priors =
+        add_command(app, "priors", "Judge depth maps, normals and masks of pictures.",
+                    "'vkrun priors COMMAND --help' describes a command.\n");
+    priors->require_subcommand(1);
+    add_priors_eval(*priors, exit_code);
+}
+
+}  // namespace vkrun

@@ -1,0 +1,169 @@
+#include "vkrun/priors/map_scores.h"
+
+#include <cmath>
+#include <limits>
+
+#include "vkrun/cli/handles.h"
+
+namespace vkrun {
+namespace {
+
+constexpr std::uint32_t kLeastFidelitySide = 41;  ///< of splat_prior_compare_images
+
+/// The numbers of a file, 0 to 1 but for .npy, which is as it is.
+struct StoredMap {
+    std::vector<float> values;  ///< [height,width,channels]
+    splat_image image{};
+    bool numbers = false;  ///< of a .npy
+
+    /// `count` channels from `first` on.
+    [[nodiscard]] splat_image channels(std::uint32_t first, std::uint32_t count) const {
+        splat_image view = image;
+        view.pixels = const_cast<float*>(values.data()) + first;  // only read
+        view.bytes = 0;
+        view.channels = count;
+        view.channel_stride = sizeof(float);
+        view.pixel_stride = view.channel_stride * image.channels;
+        view.row_stride = view.pixel_stride * image.width;
+        return view;
+    }
+    [[nodiscard]] bool has_alpha() const { return image.channels % 2 == 0; }
+};
+
+StoredMap load_map(const std::filesystem::path& path) {
+    StoredMap map;
+    map.numbers = path.extension() == ".npy" || path.extension() == ".NPY";
+    map.image.type = SPLAT_PIXEL_F32;
+    check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
+    map.values.resize(std::size_t{map.image.width} * map.image.height * map.image.channels);
+    map.image.pixels = map.values.data();
+    check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
+    return map;
+}
+
+/// In the units of the published scores, 0 to 255; a .npy has its own.
+StoredMap load_depth(const std::filesystem::path& path) {
+    StoredMap map = load_map(path);
+    if (!map.numbers)
+        for (float& value : map.values) value *= 255;
+    return map;
+}
+
+std::vector<double> depth_scores(const std::filesystem::path& prediction,
+                                 const std::filesystem::path& truth, const ScoreOptions& options) {
+    const StoredMap p = load_depth(prediction), g = load_depth(truth);
+    const splat_image a = p.channels(0, 1), b = g.channels(0, 1);
+    auto s = sized<splat_depth_scores>();
+    check(
+        splat_prior_compare_depth(
+            &a, &b, nullptr, options.published ? std::uint32_t{SPLAT_DEPTH_AS_PUBLISHED} : 0U, &s),
+        kBadData);
+    return {s.abs_rel, s.rmse, s.si_rmse, s.within[0], s.within[1], s.within[2]};
+}
+
+/// Files of images hold (n + 1) / 2, .npy files the vectors.
+StoredMap load_normals(const std::filesystem::path& path) {
+    StoredMap map = load_map(path);
+    if (map.image.channels < 3)
+        throw Failure(kBadData, "'" + path.string() + "' has " +
+                                    std::to_string(map.image.channels) +
+                                    " channels, expected the x, y and z of normals");
+    if (map.numbers)
+        for (float& value : map.values) value = (value + 1) / 2;
+    return map;
+}
+
+double fidelity_of(const StoredMap& p, const StoredMap& g, bool published) {
+    if (g.image.width < kLeastFidelitySide || g.image.height < kLeastFidelitySide)
+        return std::numeric_limits<double>::quiet_NaN();
+    const bool alpha = published && p.image.channels == 4 && g.image.channels == 4;
+    const splat_image a = p.channels(0, alpha ? 4 : 3), b = g.channels(0, alpha ? 4 : 3);
+    auto s = sized<splat_fidelity_scores>();
+    const std::uint32_t flags = published ? SPLAT_FIDELITY_RANGE_1 | SPLAT_FIDELITY_WITH_ALPHA : 0U;
+    check(splat_prior_compare_images(&a, &b, flags, &s), kBadData);
+    return s.vif;
+}
+
+std::vector<double> normal_scores(const std::filesystem::path& prediction,
+                                  const std::filesystem::path& truth, const ScoreOptions& options) {
+    const StoredMap p = load_normals(prediction), g = load_normals(truth);
+    const splat_image a = p.channels(0, 3), b = g.channels(0, 3);
+    auto s = sized<splat_normal_scores>();
+    check(splat_prior_compare_normals(&a, &b, nullptr, 0, &s), kBadData);
+    return {s.mean,
+            s.median,
+            s.rmse,
+            s.within[0],
+            s.within[1],
+            s.within[2],
+            fidelity_of(p, g, options.published)};
+}
+
+/// Alpha where there is one, else the first channel of what is no picture of the object.
+splat_image mask_channel(const StoredMap& map, const std::filesystem::path& path) {
+    if (map.has_alpha()) return map.channels(map.image.channels - 1, 1);
+    if (path.parent_path().filename() == "rgb")
+        throw Failure(kBadData, "'" + path.string() + "' has no alpha, which would be its mask");
+    return map.channels(0, 1);
+}
+
+std::vector<double> mask_scores(const std::filesystem::path& prediction,
+                                const std::filesystem::path& truth, const ScoreOptions& options) {
+    const StoredMap p = load_map(prediction), g = load_map(truth);
+    const splat_image a = mask_channel(p, prediction), b = mask_channel(g, truth);
+    auto s = sized<splat_mask_scores>();
+    check(splat_prior_compare_masks(&a, &b,
+                                    options.half ? std::uint32_t{SPLAT_MASK_ALPHA_HALF} : 0U, &s),
+          kBadData);
+    return {s.iou, s.f_beta, s.mae, s.precision, s.recall};
+}
+
+}  // namespace
+
+const std::vector<MapMetric>& metrics_of(const std::string& kind) {
+    static const std::vector<MapMetric> depth = {{"abs_rel", false, 4}, {"rmse", false, 4},
+                                                 {"si_rmse", false, 4}, {"delta1", true, 4},
+                                                 {"delta2", true, 4},   {"delta3", true, 4}};
+    static const std::vector<MapMetric> normal = {{"mean_degrees", false, 3},
+                                                  {"median_degrees", false, 3},
+                                                  {"rmse_degrees", false, 3},
+                                                  {"within_11.25", true, 4},
+                                                  {"within_22.5", true, 4},
+                                                  {"within_30", true, 4},
+                                                  {"vif", true, 4}};
+    static const std::vector<MapMetric> mask = {{"iou", true, 4},
+                                                {"f_beta", true, 4},
+                                                {"mae", false, 5},
+                                                {"precision", true, 4},
+                                                {"recall", true, 4}};
+    return kind == "depth" ? depth : kind == "normal" ? normal : mask;
+}
+
+std::vector<double> score_map(const std::filesystem::path& prediction,
+                              const std::filesystem::path& truth, const ScoreOptions& options) {
+    if (options.kind == "depth") return depth_scores(prediction, truth, options);
+    if (options.kind == "normal") return normal_scores(prediction, truth, options);
+    return mask_scores(prediction, truth, options);
+}
+
+std::string explain_scores(const ScoreOptions& options) {
+    if (options.kind == "depth")
+        return std::string(
+                   "Each depth map is aligned with the true one by scale and shift (least "
+                   "squares). Errors are in units of 0 to 255 for images, else of the .npy "
+                   "files; delta1 to delta3 are shares of pixels within a factor of 1.25, "
+                   "1.25^2 and 1.25^3. ") +
+               (options.published ? "Every pixel counts, as published."
+                                  : "Pixels with a true depth above 0 count.");
+    if (options.kind == "normal")
+        return std::string("Angles in degrees at pixels with a true normal. ") +
+               (options.published ? "VIF with values of 0 to 1, averaging in alpha where there is "
+                                    "one, as published."
+                                  : "VIF with values of 0 to 255.");
+    return std::string(
+               "A prediction counts where it is above 0.5, the truth where alpha, or a gray "
+               "mask, is above ") +
+           (options.half ? "0.5." : "0.");
+}
+
+}  // namespace vkrun
