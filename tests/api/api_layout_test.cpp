@@ -359,7 +359,7 @@ const Layout kLayouts[] = {
     kOptimizerDesc,  kOptimizerInfo,     kImageInfo,      kNamedArray,     kCameraBytes,
     kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,         kObjectScores,
     kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
-    kComparisonInfo, kMetricComparison};
+    kComparisonInfo, kMetricComparison,  kCo3dDesc,       kCo3dInfo};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

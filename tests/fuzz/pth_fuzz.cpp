@@ -1,6 +1,6 @@
 #include "fuzz/target.h"
-#include "io/pickle.h"
-#include "io/pth.h"
+#include "io/torch/pickle.h"
+#include "io/torch/pth.h"
 
 namespace {
 
