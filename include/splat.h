@@ -8,11 +8,13 @@
  *   splat/predict.h pictures of an object to a scene
  *   splat/priors.h  depth maps, normals and masks: how good they are
  *   splat/train.h   configurations, data sets, training
+ *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
  */
 #ifndef SPLAT_H
 #define SPLAT_H
 
+#include "splat/co3d.h"
 #include "splat/core.h"
 #include "splat/evaluate.h"
 #include "splat/model.h"

@@ -25,10 +25,10 @@ extern "C" {
 
 /* The published protocol of Splatter Image: each object is predicted from its conditioning views
  * and drawn in all its views. Conditioning views are number 64 (for two inputs also 128) of SRN's
- * 251 test views, 0 and 30 for two inputs of CO3D, else the first ones; the others are novel. PSNR,
- * SSIM and LPIPS are means over an object's views, then over objects, apart for conditioning and
- * novel views. A view that equals its target has no PSNR; such views are counted. A view whose
- * target is all black is skipped.
+ * 251 test views, 0 and 30 for two inputs of CO3D, that of the views_file of NMR, else the first
+ * ones; the others are novel. PSNR, SSIM and LPIPS are means over an object's views, then over
+ * objects, apart for conditioning and novel views. A view that equals its target has no PSNR; such
+ * views are counted. A view whose target is all black is skipped.
  *
  * The scores of an object with numbers that are not finite are NaN, and so are the means: no number
  * looks like a score. The caller synchronises calls on the evaluators of one predictor; the device

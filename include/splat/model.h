@@ -75,18 +75,19 @@ typedef struct splat_named_array {
 SPLAT_API splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
                                                  splat_weights* weights);
 
-/* Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
- * all.
+/* Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
+ * and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
+ * appears whole or not at all.
  * flags     SPLAT_WEIGHTS_HALF
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, a finite value beyond float16
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
  *   SPLAT_ERROR_NOT_FOUND             there is no such folder
  *   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
  *   SPLAT_ERROR_UNSUPPORTED           another extension */
 SPLAT_API splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags);
 
 typedef int32_t splat_weights_format;
-enum { SPLAT_WEIGHTS_SAFETENSORS = 1, SPLAT_WEIGHTS_NPZ = 2 };
+enum { SPLAT_WEIGHTS_SAFETENSORS = 1, SPLAT_WEIGHTS_NPZ = 2, SPLAT_WEIGHTS_PTH = 3 };
 
 /* Write the same bytes to memory.
  * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is

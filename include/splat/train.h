@@ -30,8 +30,7 @@ SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* 
  * the same sentences as messages.
  * text, values, count   as splat_config_merge, which takes all keys that are known
  * Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
- *   refuses to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of
- *   vectors) */
+ *   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors) */
 SPLAT_API splat_result splat_config_check(const char* text, const char* const* values, size_t count,
                                           char* buffer, size_t capacity, size_t* needed);
 
@@ -46,10 +45,18 @@ SPLAT_API splat_result splat_config_check(const char* text, const char* const* v
 SPLAT_API splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
                                           char* buffer, size_t capacity, size_t* needed);
 
+/* JSON array of the published configurations that the library has by name: {"name", "about"}.
+ * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
+SPLAT_API splat_result splat_config_presets(char* buffer, size_t capacity, size_t* needed);
+
+/* The text of one of them, such as "cars", in YAML, for splat_config_merge.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name) */
+SPLAT_API splat_result splat_config_preset(const char* name, char* buffer, size_t capacity,
+                                           size_t* needed);
+
 /* ---- Data sets ------------------------------------------------------------------------------- */
 
-/* Objects seen by several cameras, stored in a folder and read into host memory; needs no device.
- * Thread-safe. */
+/* Objects seen by several cameras, stored in a folder; needs no device. Thread-safe. */
 
 enum {
     SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
@@ -71,19 +78,25 @@ typedef struct splat_dataset_desc {
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
     float background[3];  /* behind transparent pixels, 0 to 1 */
     uint32_t reserved;
+    /* NULL, or a list for one format: a path, or one in the folder of the data */
+    const char* objects_file;  /* "objaverse": JSON array of all objects in order */
+    const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */
+    const char* views_file;    /* "nmr": tests, lines "category object source_view" */
 } splat_dataset_desc;
 
-/* Open the data set in a folder. Views of an object and images in it are ordered by name.
+/* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+ * in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+ * without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
- *   SPLAT_ERROR_NOT_FOUND             there is no such folder or split, or no such maps
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
  *   SPLAT_ERROR_IO                    a file cannot be read
  *   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
  *                                     poses, an object with one view */
 SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset);
 
-/* JSON: {"format", "split", "objects", "views" (of all objects), "resolution", "stored_resolution",
- * "maps": ["depth", ...], "names": [], "views_of": []}.
+/* JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+ * "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                             size_t* needed);
@@ -373,14 +386,13 @@ typedef struct splat_trainer_info {
 /* Do one update. Arrays are read before the call returns.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
  *   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on error there
- *   is no update */
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update */
 SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                           splat_trainer_info* info);
 
-/* JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
- * "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
- * "gradients_zero"} (see splat_trainer_info), "config"}.
+/* JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
+ * attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
+ * splat_trainer_info), "config"}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                             size_t* needed);
@@ -391,8 +403,7 @@ SPLAT_API splat_result splat_trainer_store(splat_trainer trainer, splat_weights*
 
 /* Save everything that the next step depends on in a .safetensors file, whole or not at all.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
- *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (the file cannot be written), and errors of the
- *   device. */
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (cannot be written), and errors of the device. */
 SPLAT_API splat_result splat_trainer_save(splat_trainer trainer, const char* path);
 
 /* Write the same bytes to memory.

@@ -138,6 +138,23 @@ constexpr Key kDataKeys[] = {
     resumable({"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."}),
     {"data.format", kTraining<&T::format>, kAll, kOurs,
      "Format of the data set; empty: detected from its files."},
+};
+
+constexpr Key kListKeys[] = {
+    {"data.objects_file", kTraining<&T::objects_file>, kAll, kOurs,
+     "Objects of Objaverse in their order, before they are split: a JSON array of names, such as "
+     "the published list of "
+     "LVIS; a path, or one in the folder of the data."},
+    {"data.excluded_file", kTraining<&T::excluded_file>, kAll, kOurs,
+     "Sequences of CO3D to leave out: any text with their names, such as bad_sequences.py of "
+     "Splatter Image."},
+    {"data.views_file", kTraining<&T::views_file>, kAll, kOurs,
+     "Test objects of NMR in their order, and the view that predictions start from: lines "
+     "'category object view', such "
+     "as src_dvr.txt of PixelNeRF."},
+};
+
+constexpr Key kSourceKeys[] = {
     {"data.category", kTraining<&T::category>, kAll, kPublished,
      "Name of the data set; cars, cars_priors, chairs, nmr, objaverse, gso, hydrants and "
      "teddybears "
@@ -353,8 +370,8 @@ constexpr auto join(const Key (&... sections)[Counts]) {
 }
 
 /// Constant, so that it needs no allocation, which could fail.
-constexpr auto kKeys =
-    join(kDataKeys, kEmbeddingKeys, kModelKeys, kAdapterKeys, kOptimiserKeys, kRunKeys);
+constexpr auto kKeys = join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys,
+                            kAdapterKeys, kOptimiserKeys, kRunKeys);
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/category.h"
 #include "config/config_file.h"
 #include "config/key_field.h"
 
@@ -173,6 +174,21 @@ void warn_of_frozen_channels(const PredictorConfig& c, std::vector<std::string>&
                           : "name it in opt.train_with_adapters, or in opt.lora_targets"));
 }
 
+/// Without their lists, these data sets are not those of the published models.
+void warn_of_missing_lists(const Config& config, const TrainConfig& c,
+                           std::vector<std::string>& warnings) {
+    if (is_co3d_category(c.category) && c.excluded_file.empty())
+        warnings.push_back(config.what() +
+                           ": 'data.excluded_file' is empty, so no sequence is left out; the "
+                           "published models leave "
+                           "out those of bad_sequences.py of Splatter Image");
+    if (c.category == "objaverse" && c.objects_file.empty())
+        warnings.push_back(
+            config.what() +
+            ": 'data.objects_file' is empty, so all folders are objects; the published model is "
+            "trained on a list of LVIS's");
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> training_warnings(const Config& config, VectorsFrom vectors) {
@@ -190,6 +206,7 @@ Result<std::vector<std::string>> training_warnings(const Config& config, Vectors
                                       lacks.c_str()));
     }
     warn_of_frozen_channels(settings.network, warnings);
+    warn_of_missing_lists(config, settings.training, warnings);
     return warnings;
 }
 

@@ -63,8 +63,9 @@ struct TrainConfig {
 
     /// Where the data is, for the tools that read it; the trainer takes images.
     std::string root, format, category;
-    std::string embedding_file, tokens_file;  ///< see data::ViewVectors
-    std::uint32_t subset = 0;                 ///< the first objects; 0: all
+    std::string objects_file, excluded_file, views_file;  ///< see data::DatasetDesc
+    std::string embedding_file, tokens_file;              ///< see data::ViewVectors
+    std::uint32_t subset = 0;                             ///< the first objects; 0: all
     std::uint64_t cache_mib = 1024;
 
     /// The learning rate of a step, counted from 1.

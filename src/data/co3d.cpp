@@ -1,8 +1,10 @@
 #include "data/co3d.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "data/folder.h"
+#include "data/object_lists.h"
 #include "data/relative_pose.h"
 #include "io/file.h"
 #include "io/npy.h"
@@ -15,14 +17,45 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHeaderBytes = 4096;
 
-struct Sequence {
-    std::string name;
-    std::string images;  ///< path
-    fs::path focals;
+/// A file of float32 [frames,channels,side,side].
+struct FrameArray {
+    std::string path;
+    std::size_t channels = 0;
     std::size_t frames = 0;
-    std::size_t size = 0;   ///< pixels on a side
+    std::size_t side = 0;
     std::size_t start = 0;  ///< of the first frame in the file
 };
+
+struct Sequence {
+    std::string name;
+    fs::path focals;
+    FrameArray arrays[4];  ///< by MapKind; without a path: not there
+    [[nodiscard]] const FrameArray& of(MapKind kind) const {
+        return arrays[static_cast<std::size_t>(kind)];
+    }
+    [[nodiscard]] std::size_t frames() const { return of(MapKind::kRgb).frames; }
+};
+
+/// Errors: kFormat for another shape.
+Status examine(FrameArray& array) {
+    SPLAT_ASSIGN(const auto source, io::open_source(array.path));
+    io::Buffer head(std::min<std::uint64_t>(kHeaderBytes, source->size()));
+    SPLAT_TRY(source->read(0, head));
+    const auto found = io::read_npy_header(head);
+    if (!found.ok()) return in_file(found.status(), array.path);
+    const io::NpyHeader& header = found.value();
+    const std::vector<std::uint64_t>& shape = header.shape;
+    if (header.dtype != "f4" || header.order != std::endian::little || shape.size() != 4 ||
+        shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 || shape[2] > 16384 ||
+        source->size() - header.start != header.elements * sizeof(float))
+        return error(Code::kFormat,
+                     "'%s': expected float32 [frames,%zu,side,side] and as many bytes",
+                     array.path.c_str(), array.channels);
+    array.frames = shape[0];
+    array.side = shape[2];
+    array.start = header.start;
+    return {};
+}
 
 /// Folders of splits below the folder of a category, or below a folder that holds some.
 Result<fs::path> category_folder(const fs::path& path, const std::string& split) {
@@ -51,18 +84,27 @@ class Co3dReader : public DatasetReader {
         index_.format = "co3d";
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
+        index_.maps = kAllMaps;
+        std::set<std::string> excluded;
+        if (!desc.excluded_file.empty()) {
+            SPLAT_ASSIGN(excluded, load_excluded_sequences(desc.excluded_file));
+        }
         SPLAT_ASSIGN(const fs::path category, category_folder(desc.path, desc.split));
         const fs::path root = category / desc.split;
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
         for (const std::string& name : folders_in(root)) {
             if (desc.limit != 0 && sequences_.size() == desc.limit) break;
-            if (is_file(root / name / "focal_lengths.npy"))
+            if (!is_file(root / name / "focal_lengths.npy")) continue;
+            if (excluded.contains(name))
+                ++index_.excluded;
+            else
                 SPLAT_TRY(add(root / name, name, desc.lenient));
         }
         if (sequences_.empty())
-            return error(Code::kNotFound, "'%s' holds no folder with focal_lengths.npy",
-                         root.c_str());
+            return error(Code::kNotFound,
+                         "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
+                         root.c_str(), index_.excluded);
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -75,17 +117,17 @@ class Co3dReader : public DatasetReader {
         if (!focals.ok()) return in_file(focals.status(), sequence.focals.string());
         const io::NamedTensor* r = rotations_.tensors.find(sequence.name);
         const io::NamedTensor* t = translations_.tensors.find(sequence.name);
-        if (r == nullptr || t == nullptr || r->values.size() != sequence.frames * 9 ||
-            t->values.size() != sequence.frames * 3 ||
-            focals.value().values.size() != sequence.frames * 2)
+        if (r == nullptr || t == nullptr || r->values.size() != sequence.frames() * 9 ||
+            t->values.size() != sequence.frames() * 3 ||
+            focals.value().values.size() != sequence.frames() * 2)
             return error(
                 Code::kFormat,
                 "sequence '%s': %zu frames, but %zu rotations, %zu translations and %zu focal "
                 "lengths",
-                sequence.name.c_str(), sequence.frames, r == nullptr ? 0 : r->values.size() / 9,
+                sequence.name.c_str(), sequence.frames(), r == nullptr ? 0 : r->values.size() / 9,
                 t == nullptr ? 0 : t->values.size() / 3, focals.value().values.size() / 2);
         std::vector<StoredView> views;
-        for (std::size_t i = 0; i < sequence.frames; ++i) {
+        for (std::size_t i = 0; i < sequence.frames(); ++i) {
             const auto pose = pose_of_co3d(std::span(r->values).subspan(i * 9, 9),
                                            std::span(t->values).subspan(i * 3, 3));
             if (!pose.ok()) return in_file(pose.status(), sequence.name + format(", frame %zu", i));
@@ -97,60 +139,52 @@ class Co3dReader : public DatasetReader {
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind) const override {
-        const Sequence& sequence = sequences_[object];
-        SPLAT_ASSIGN(const auto source, io::open_source(sequence.images));
-        const std::size_t area = sequence.size * sequence.size;
-        std::vector<float> planes(area * 3);
-        SPLAT_TRY(source->read(sequence.start + std::uint64_t{view} * planes.size() * sizeof(float),
+                                          MapKind kind) const override {
+        const FrameArray& array = sequences_[object].of(kind);
+        SPLAT_ASSIGN(const auto source, io::open_source(array.path));
+        const std::size_t area = array.side * array.side;
+        std::vector<float> planes(area * array.channels);
+        SPLAT_TRY(source->read(array.start + std::uint64_t{view} * planes.size() * sizeof(float),
                                std::as_writable_bytes(std::span(planes))));
-        const auto side = static_cast<std::uint32_t>(sequence.size);
-        io::Image out{side, side, 3, 8, {}};
+        const auto side = static_cast<std::uint32_t>(array.side);
+        io::Image out{side, side, static_cast<std::uint32_t>(array.channels), 8, {}};
         for (std::size_t i = 0; i < area; ++i)
-            for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t c = 0; c < array.channels; ++c)
                 out.samples.push_back(io::to_byte(255 * static_cast<double>(planes[c * area + i])));
         return out;
     }
 
   private:
     Status add(const fs::path& folder, const std::string& name, bool lenient) {
-        const fs::path foreground = folder / "images_fg.npy";
-        Sequence sequence{name,
-                          (is_file(foreground) ? foreground : folder / "images_full.npy").string(),
-                          folder / "focal_lengths.npy",
-                          0,
-                          0,
-                          0};
-        std::vector<std::string> frames;
+        Sequence sequence{name, folder / "focal_lengths.npy", {}};
+        const bool masked = is_file(folder / "images_fg.npy");
+        const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
+                                     "normals.npy", "masks.npy"};
         std::vector<std::string> problems;
-        const Status status = examine(sequence);
-        if (!status.ok() && !lenient) return status;
-        for (std::size_t i = 0; i < sequence.frames; ++i) frames.push_back(std::to_string(i));
+        for (const MapKind kind :
+             {MapKind::kRgb, MapKind::kDepth, MapKind::kNormal, MapKind::kMask}) {
+            FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
+            array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
+            array.channels = channels_of(kind);
+            if (kind != MapKind::kRgb && !is_file(array.path)) {
+                index_.maps &= ~flag_of(kind);
+                continue;
+            }
+            Status status = examine(array);
+            if (status.ok() && array.frames != sequence.frames())
+                status = error(Code::kFormat, "'%s': %zu frames, expected %zu as the images",
+                               array.path.c_str(), array.frames, sequence.frames());
+            if (!status.ok() && !lenient) return status;
+            if (!status.ok()) problems.push_back(status.message());
+        }
+        std::vector<std::string> frames;
+        for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(std::to_string(i));
+        std::sort(frames.begin(), frames.end());
         SPLAT_TRY(
             index_.add(name, folder.string(), {frames, frames}, lenient,
                        [&](const std::vector<std::string>&) { sequences_.push_back(sequence); }));
-        if (!status.ok()) index_.problems.back().push_back(status.message());
-        return {};
-    }
-
-    /// Sets frames, size and start.
-    static Status examine(Sequence& sequence) {
-        SPLAT_ASSIGN(const auto source, io::open_source(sequence.images));
-        io::Buffer head(std::min<std::uint64_t>(kHeaderBytes, source->size()));
-        SPLAT_TRY(source->read(0, head));
-        const auto found = io::read_npy_header(head);
-        if (!found.ok()) return in_file(found.status(), sequence.images);
-        const io::NpyHeader& header = found.value();
-        const std::vector<std::uint64_t>& shape = header.shape;
-        if (header.dtype != "f4" || header.order != std::endian::little || shape.size() != 4 ||
-            shape[1] != 3 || shape[2] != shape[3] || shape[2] == 0 || shape[2] > 16384 ||
-            source->size() - header.start != header.elements * sizeof(float))
-            return error(Code::kFormat,
-                         "'%s': expected float32 [frames,3,side,side] and as many bytes",
-                         sequence.images.c_str());
-        sequence.frames = shape[0];
-        sequence.size = shape[2];
-        sequence.start = header.start;
+        index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
+                                      problems.end());
         return {};
     }
 

@@ -8,7 +8,8 @@ namespace splat::data {
 
 /// CO3D as preprocessed for Splatter Image: [{path}/co3d_{category}_for_gs/]{split}/ with camera_Rs.npz,
 /// camera_Ts.npz (an array of all frames for each sequence) and {sequence}/ with focal_lengths.npy [F,1,2]
-/// (in half sides) and images_fg.npy, else images_full.npy, float32 [F,3,S,S] from 0 to 1.
+/// (in half sides) and images_fg.npy, else images_full.npy, float32 [F,3,S,S] from 0 to 1, and optionally maps,
+/// depths.npy and masks.npy [F,1,S,S] and normals.npy [F,3,S,S]. Sequences of the excluded file are left out.
 /// Precision: images are kept in 8 bits.
 bool is_co3d(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc);

@@ -66,16 +66,48 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
                  map_list(wanted).c_str(), map_list(index.maps).c_str());
 }
 
-/// 8-bit samples of `channels` channels: gray is repeated, transparent pixels show the background.
+/// The file as the desc names it, or in the folder of the data.
+std::string list_path(const std::string& file, const std::string& folder) {
+    std::error_code none;
+    const std::filesystem::path beside = std::filesystem::path(folder) / file;
+    const bool in_folder =
+        !std::filesystem::exists(file, none) && std::filesystem::exists(beside, none);
+    return file.empty() || !in_folder ? file : beside.string();
+}
+
+/// Each list belongs to one format.
+Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
+    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.lenient, {}, {}, {}};
+    const struct {
+        const char* name;
+        const char* format;
+        const std::string& file;
+        std::string& path;
+    } lists[] = {{"objects_file", "objaverse", desc.objects_file, reader.objects_file},
+                 {"excluded_file", "co3d", desc.excluded_file, reader.excluded_file},
+                 {"views_file", "nmr", desc.views_file, reader.views_file}};
+    for (const auto& list : lists) {
+        if (!list.file.empty() && std::string(format) != list.format)
+            return error(
+                Code::kInvalidArgument,
+                "%s is '%s', expected none: it is for data of the format %s, and '%s' is %s",
+                list.name, list.file.c_str(), list.format, desc.path.c_str(), format);
+        list.path = list_path(list.file, desc.path);
+    }
+    return reader;
+}
+
+/// 8-bit samples of `channels` channels: gray is repeated, transparent pixels show the background unless
+/// `as_stored`.
 std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channels,
-                                    const std::array<float, 3>& background) {
+                                    const std::array<float, 3>& background, bool as_stored) {
     const bool has_alpha = image.channels == 2 || image.channels == 4;
     const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
     const std::size_t count = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> out(count * channels);
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint16_t* from = &image.samples[i * image.channels];
-        const double alpha = has_alpha ? from[image.channels - 1] / 255.0 : 1;
+        const double alpha = has_alpha && !as_stored ? from[image.channels - 1] / 255.0 : 1;
         for (std::uint32_t c = 0; c < channels; ++c) {
             const double value = from[std::min(c, colors - 1)];
             const double behind = 255.0 * static_cast<double>(background[c]);
@@ -106,7 +138,8 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
             return error(Code::kInvalidArgument, "background is %g, expected 0 to 1",
                          static_cast<double>(value));
     SPLAT_ASSIGN(const Format* format, format_of(desc));
-    SPLAT_ASSIGN(auto reader, format->open({desc.path, desc.split, desc.limit, desc.lenient}));
+    SPLAT_ASSIGN(const ReaderDesc wanted, reader_desc(desc, format->name));
+    SPLAT_ASSIGN(auto reader, format->open(wanted));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
     return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
 }
@@ -133,10 +166,10 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
     const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 2) |
                               static_cast<std::uint32_t>(kind);
     if (ImageCache::Pixels found = cache_.find(key)) return found;
-    SPLAT_ASSIGN(const io::Image stored, reader_->image(object, view, kind));
+    SPLAT_ASSIGN(const io::Image stored, reader_->map(object, view, kind));
     SPLAT_ASSIGN(const io::Image image, resample(stored, resolution_, resolution_, index().filter));
     auto flat = std::make_shared<const std::vector<std::uint8_t>>(
-        flattened(image, channels_of(kind), background_));
+        flattened(image, channels_of(kind), background_, index().ignores_alpha));
     cache_.add(key, flat);
     return ImageCache::Pixels(flat);
 }

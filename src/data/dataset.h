@@ -18,6 +18,10 @@ struct DatasetDesc {
     bool lenient = false;               ///< keep objects with missing files, for check_object()
     std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
     std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
+    /// Lists that the published code reads, see object_lists.h; a path, or one in the folder of the data.
+    std::string objects_file;   ///< the objects of Objaverse in their order
+    std::string excluded_file;  ///< sequences of CO3D to leave out
+    std::string views_file;     ///< test objects of NMR and their source views
 };
 
 /// Destination of views; null pointers are skipped. n is the number of views, R the resolution.

@@ -73,7 +73,7 @@ class Checker {
     }
 
     void check_image(std::uint32_t view, MapKind kind) {
-        const auto loaded = dataset_.reader().image(object_, view, kind);
+        const auto loaded = dataset_.reader().map(object_, view, kind);
         if (!loaded.ok()) {
             found_.problems.push_back(loaded.status().message());
             return;

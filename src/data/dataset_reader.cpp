@@ -58,11 +58,30 @@ Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) 
         const auto first = reader.image(object, 0, MapKind::kRgb);
         if (first.ok()) {
             resolution = first.value().width;
+            const bool has_alpha = first.value().channels == 2 || first.value().channels == 4;
+            alpha_masks = has_alpha && (maps & flag_of(MapKind::kMask)) == 0;
+            if (alpha_masks) maps |= flag_of(MapKind::kMask);
             return {};
         }
         if (!lenient) return first.status();
     }
     return {};
+}
+
+Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, MapKind kind) const {
+    if (kind != MapKind::kMask || !index().alpha_masks) return image(object, view, kind);
+    SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb));
+    const std::uint32_t channels = found.channels;
+    if (channels != 2 && channels != 4)
+        return error(Code::kFormat,
+                     "object '%s', view %u: an image without alpha, which is the mask in the first "
+                     "image of the data "
+                     "set",
+                     index().names[object].c_str(), view);
+    io::Image alpha{found.width, found.height, 1, found.bits, {}};
+    for (std::size_t i = channels - 1; i < found.samples.size(); i += channels)
+        alpha.samples.push_back(found.samples[i]);
+    return alpha;
 }
 
 }  // namespace splat::data

@@ -25,6 +25,9 @@ constexpr std::uint32_t flag_of(MapKind kind) {
     return kind == MapKind::kRgb ? 0 : 1U << (static_cast<std::uint32_t>(kind) - 1);
 }
 
+inline constexpr std::uint32_t kAllMaps =
+    flag_of(MapKind::kDepth) | flag_of(MapKind::kNormal) | flag_of(MapKind::kMask);
+
 struct StoredView {
     scene::Mat4 camera_to_world{};  ///< row-major, column vectors, OpenCV axes
     double focal_x = 0;             ///< in widths of the image
@@ -47,10 +50,15 @@ struct DatasetIndex {
     std::vector<std::string> names;  ///< of the objects, in order
     std::vector<std::uint32_t> views_of;
     std::uint32_t maps = 0;            ///< flags of the maps that every object has
+    bool alpha_masks = false;          ///< masks are the alpha of the images
+    bool ignores_alpha = false;        ///< colours of transparent pixels are used as stored
     std::uint32_t resolution = 0;      ///< of the first image
     Filter filter = Filter::kBicubic;  ///< for other resolutions
     double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
     std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
+    std::uint32_t excluded = 0;                      ///< objects that a list leaves out
+    /// The view that evaluations start from, of each object; empty: that of the format.
+    std::vector<std::uint32_t> source_views;
 
     /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
     /// kFormat for views that lack one of the two, and for fewer than two views; if lenient, these
@@ -58,7 +66,8 @@ struct DatasetIndex {
     Status add(const std::string& name, const std::string& folder, const ViewNames& views,
                bool lenient, const std::function<void(std::vector<std::string>)>& accept);
 
-    /// Set the resolution to that of the first image; if lenient, of the first readable one.
+    /// Set the resolution to that of the first image; if lenient, of the first readable one. If it has alpha and
+    /// there are no maps of masks, alpha is the mask.
     Status find_resolution(const DatasetReader& reader, bool lenient);
 };
 
@@ -83,13 +92,20 @@ class DatasetReader {
     /// As stored, 8 bits, square: gray, or colours with or without alpha. Errors: as cameras().
     [[nodiscard]] virtual Result<io::Image> image(std::uint32_t object, std::uint32_t view,
                                                   MapKind kind) const = 0;
+
+    /// The same, with masks that are the alpha of images. Errors: also kFormat for an image without alpha.
+    [[nodiscard]] Result<io::Image> map(std::uint32_t object, std::uint32_t view,
+                                        MapKind kind) const;
 };
 
 struct ReaderDesc {
     std::string path;
-    std::string split;        ///< "train", "val", "test"
-    std::uint32_t limit = 0;  ///< objects; 0: all
-    bool lenient = false;     ///< keep objects with missing files, and note their problems
+    std::string split;         ///< "train", "val", "test"
+    std::uint32_t limit = 0;   ///< objects; 0: all
+    bool lenient = false;      ///< keep objects with missing files, and note their problems
+    std::string objects_file;  ///< of DatasetDesc, each empty or a file that exists
+    std::string excluded_file;
+    std::string views_file;
 };
 
 }  // namespace splat::data

@@ -10,6 +10,7 @@ std::string report_text(const Dataset& dataset) {
     JsonWriter json;
     json.begin_object().member("format", index.format).member("split", index.split);
     json.member("objects", index.names.size()).member("views", views);
+    json.member("excluded", index.excluded);
     json.member("resolution", dataset.resolution());
     json.member("stored_resolution", index.resolution).key("maps").begin_array();
     for (const MapKind kind : kMaps)

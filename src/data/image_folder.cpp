@@ -6,6 +6,7 @@
 
 #include "core/json_tree.h"
 #include "data/folder.h"
+#include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/reader.h"
@@ -20,6 +21,7 @@ constexpr std::uint64_t kMaxCameraBytes = 16U << 20;
 
 /// A camera with its image, and the square of it that is used.
 struct FolderPhoto {
+    fs::path folder;  ///< of the object
     std::string path;
     StoredView view;
     std::uint32_t width = 0, height = 0;
@@ -88,6 +90,7 @@ Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& sp
 
 Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& camera) {
     FolderPhoto photo;
+    photo.folder = folder;
     SPLAT_ASSIGN(photo.path, image_path(folder, camera.name));
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
@@ -115,6 +118,7 @@ class ImageFolderReader : public DatasetReader {
         index_.format = "images";
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
+        index_.maps = kAllMaps;
         const fs::path root = desc.path;
         if (has_cameras(root)) {
             SPLAT_TRY(add(root, root.filename().string(), desc));
@@ -139,12 +143,16 @@ class ImageFolderReader : public DatasetReader {
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind) const override {
+                                          MapKind kind) const override {
         const FolderPhoto& photo = objects_[object][view];
-        SPLAT_ASSIGN(const io::Image whole, load_bytes(photo.path));
+        fs::path path = photo.path;
+        if (kind != MapKind::kRgb) {
+            SPLAT_ASSIGN(path, map_file(photo.folder, kind, path.stem().string()));
+        }
+        SPLAT_ASSIGN(const io::Image whole, load_bytes(path));
         if (whole.width != photo.width || whole.height != photo.height)
             return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
-                         photo.path.c_str(), whole.width, whole.height, photo.width, photo.height);
+                         path.c_str(), whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         const std::size_t row = std::size_t{photo.side} * whole.channels;
         for (std::size_t y = 0; y < photo.side; ++y) {
@@ -179,7 +187,10 @@ class ImageFolderReader : public DatasetReader {
                              [&](const std::vector<std::string>&) { objects_.push_back(photos); }));
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
-        return {};
+        std::vector<std::string> stems;
+        for (const FolderPhoto& photo : objects_.back())
+            stems.push_back(fs::path(photo.path).stem().string());
+        return find_map_files(folder, stems, desc.lenient, index_);
     }
 
     DatasetIndex index_;

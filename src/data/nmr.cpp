@@ -5,6 +5,8 @@
 #include <filesystem>
 
 #include "data/folder.h"
+#include "data/map_files.h"
+#include "data/object_lists.h"
 #include "io/file.h"
 #include "io/npz.h"
 
@@ -53,6 +55,11 @@ class NmrReader : public DatasetReader {
     Status open(const ReaderDesc& desc) {
         index_.format = "nmr";
         index_.split = desc.split;
+        index_.maps = kAllMaps;
+        if (desc.split == "test" && !desc.views_file.empty()) {
+            SPLAT_TRY(add_source_views(desc));
+            return index_.find_resolution(*this, desc.lenient);
+        }
         for (const std::string& category : folders_in(desc.path)) {
             const fs::path list = list_path(fs::path(desc.path) / category, desc.split);
             if (is_file(list)) SPLAT_TRY(add_list(desc, category, list));
@@ -82,8 +89,12 @@ class NmrReader : public DatasetReader {
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind) const override {
-        return load_square(objects_[object].folder / "image" / objects_[object].views[view]);
+                                          MapKind kind) const override {
+        const NmrObject& found = objects_[object];
+        const fs::path name = found.views[view];
+        if (kind == MapKind::kRgb) return load_square(found.folder / "image" / name);
+        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, name.stem().string()));
+        return load_square(path);
     }
 
   private:
@@ -95,14 +106,37 @@ class NmrReader : public DatasetReader {
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || (desc.limit != 0 && objects_.size() == desc.limit)) continue;
-            const fs::path folder = fs::path(desc.path) / category / name;
-            const std::vector<std::string> images = images_in(folder / "image");
-            SPLAT_TRY(index_.add(category + "/" + name, folder.string(), {images, images},
-                                 desc.lenient, [&](std::vector<std::string> views) {
-                                     objects_.push_back({folder, std::move(views)});
-                                 }));
+            SPLAT_TRY(add(desc, category, name));
         }
         return {};
+    }
+
+    /// The test objects of PixelNeRF's list, in its order.
+    Status add_source_views(const ReaderDesc& desc) {
+        SPLAT_ASSIGN(const std::vector<SourceView> sources, load_source_views(desc.views_file));
+        for (const SourceView& source : sources) {
+            if (desc.limit != 0 && objects_.size() == desc.limit) break;
+            SPLAT_TRY(add(desc, source.category, source.object));
+            const std::size_t views = objects_.back().views.size();
+            if (source.view >= views && !desc.lenient)
+                return error(Code::kFormat, "'%s': view %u of %s, which has %zu views",
+                             desc.views_file.c_str(), source.view, index_.names.back().c_str(),
+                             views);
+            index_.source_views.push_back(source.view);
+        }
+        return {};
+    }
+
+    Status add(const ReaderDesc& desc, const std::string& category, const std::string& name) {
+        const fs::path folder = fs::path(desc.path) / category / name;
+        const std::vector<std::string> images = images_in(folder / "image");
+        SPLAT_TRY(index_.add(category + "_" + name, folder.string(), {images, images}, desc.lenient,
+                             [&](std::vector<std::string> views) {
+                                 objects_.push_back({folder, std::move(views)});
+                             }));
+        std::vector<std::string> stems;
+        for (const fs::path image : objects_.back().views) stems.push_back(image.stem().string());
+        return find_map_files(folder, stems, desc.lenient, index_);
     }
 
     DatasetIndex index_;

@@ -3,6 +3,8 @@
 #include <filesystem>
 
 #include "data/folder.h"
+#include "data/map_files.h"
+#include "data/object_lists.h"
 #include "io/file.h"
 #include "io/npy.h"
 
@@ -39,7 +41,13 @@ class RenderReader : public DatasetReader {
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
         index_.source_distance = kSourceDistance;
-        std::vector<std::string> names = folders_in(desc.path);
+        index_.maps = kAllMaps;
+        std::vector<std::string> names;
+        if (desc.objects_file.empty()) {
+            names = folders_in(desc.path);
+        } else {
+            SPLAT_ASSIGN(names, load_object_list(desc.objects_file));
+        }
         if (split) {
             const auto train = static_cast<std::ptrdiff_t>(names.size() * 99 / 100);
             if (desc.split == "train")
@@ -49,7 +57,8 @@ class RenderReader : public DatasetReader {
         }
         for (const std::string& name : names) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            SPLAT_TRY(add(fs::path(desc.path) / name / below, name, desc.lenient));
+            const fs::path folder = fs::path(desc.path) / name;
+            SPLAT_TRY(add(*below == '\0' ? folder : folder / below, name, desc.lenient));
         }
         if (objects_.empty())
             return error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
@@ -74,17 +83,22 @@ class RenderReader : public DatasetReader {
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind) const override {
-        return load_square(objects_[object].folder / (objects_[object].views[view] + ".png"));
+                                          MapKind kind) const override {
+        const RenderedObject& found = objects_[object];
+        const std::string& stem = found.views[view];
+        if (kind == MapKind::kRgb) return load_square(found.folder / (stem + ".png"));
+        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
+        return load_square(path);
     }
 
   private:
     Status add(const fs::path& folder, const std::string& name, bool lenient) {
-        return index_.add(name, folder.string(),
-                          {stems_in(folder, ".npy"), stems_in(folder, ".png")}, lenient,
-                          [&](std::vector<std::string> views) {
-                              objects_.push_back({folder, std::move(views)});
-                          });
+        SPLAT_TRY(index_.add(name, folder.string(),
+                             {stems_in(folder, ".npy"), stems_in(folder, ".png")}, lenient,
+                             [&](std::vector<std::string> views) {
+                                 objects_.push_back({folder, std::move(views)});
+                             }));
+        return find_map_files(folder, objects_.back().views, lenient, index_);
     }
 
     DatasetIndex index_;
@@ -109,10 +123,21 @@ bool is_gso(const std::string& path) {
 }
 
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
+    if (desc.split == "test")
+        return error(Code::kNotFound,
+                     "'%s': Objaverse has no split 'test'; evaluate on its 'val', or on the scenes "
+                     "of GSO as the "
+                     "published code does",
+                     desc.path.c_str());
     return opened(desc, "objaverse", "", true);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
+    if (desc.split == "train")
+        return error(
+            Code::kNotFound,
+            "'%s': GSO has no split 'train', because it is for evaluation only; train on Objaverse",
+            desc.path.c_str());
     return opened(desc, "gso", kGsoFolder, false);
 }
 

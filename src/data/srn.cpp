@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "data/folder.h"
+#include "data/map_files.h"
 #include "io/file.h"
 
 namespace splat::data {
@@ -127,9 +128,9 @@ class SrnReader : public DatasetReader {
     Status open(const ReaderDesc& desc) {
         index_.format = "srn";
         index_.split = desc.split;
+        index_.ignores_alpha = true;
+        index_.maps = kAllMaps;
         SPLAT_ASSIGN(const fs::path root, split_folder(desc));
-        index_.maps =
-            flag_of(MapKind::kDepth) | flag_of(MapKind::kNormal) | flag_of(MapKind::kMask);
         for (const std::string& name : folders_in(root)) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
             if (!is_file(root / name / "intrinsics.txt")) continue;
@@ -154,7 +155,10 @@ class SrnReader : public DatasetReader {
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
                                           MapKind kind) const override {
         const SrnObject& found = objects_[object];
-        return load_square(found.folder / map_name(kind) / (found.views[view] + ".png"));
+        const std::string& stem = found.views[view];
+        if (kind == MapKind::kRgb) return load_square(found.folder / "rgb" / (stem + ".png"));
+        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
+        return load_square(path);
     }
 
   private:
@@ -165,18 +169,7 @@ class SrnReader : public DatasetReader {
             index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
                 objects_.push_back({folder, std::move(views)});
             }));
-        for (const MapKind kind : kMaps) {
-            const std::vector<std::string> maps = stems_in(folder / map_name(kind), ".png");
-            if (maps.empty()) {
-                index_.maps &= ~flag_of(kind);
-                continue;
-            }
-            const Status same =
-                check_same(folder.string(), map_name(kind), objects_.back().views, maps);
-            if (!same.ok() && !lenient) return same;
-            if (!same.ok()) index_.problems.back().push_back(same.message());
-        }
-        return {};
+        return find_map_files(folder, objects_.back().views, lenient, index_);
     }
 
     DatasetIndex index_;

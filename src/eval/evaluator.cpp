@@ -27,6 +27,9 @@ Result<EvaluatedViews> Evaluator::views(std::uint32_t object) const {
     const std::uint32_t count = data_->views_of(object);
     if (!protocol_.conditioning.empty())
         return evaluated_views(count, protocol_.conditioning, protocol_.novel);
+    const std::vector<std::uint32_t>& sources = data_->dataset().index().source_views;
+    if (!sources.empty())
+        return evaluated_views_from(sources[object], count, protocol_.inputs, protocol_.novel);
     return evaluated_views(count, protocol_.inputs, protocol_.novel, evaluation_.format);
 }
 

@@ -101,8 +101,9 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t count, std::uint32_t inputs
                                        std::uint32_t most, std::string_view format) {
     constexpr std::uint32_t kSrnViews = 251, kSrnStep = 64, kCo3dStep = 30;
     SPLAT_TRY(check_counts(count, inputs));
-    const bool srn = count == kSrnViews && inputs <= 3;
-    const bool co3d = format == "co3d" && inputs == 2 && count > kCo3dStep;
+    const bool is_co3d = format == "co3d";
+    const bool srn = !is_co3d && count == kSrnViews && inputs <= 3;
+    const bool co3d = is_co3d && inputs == 2 && count > kCo3dStep;
     EvaluatedViews views;
     for (std::uint32_t i = 0; i < inputs; ++i)
         views.conditioning.push_back(srn ? kSrnStep * (i + 1) : co3d ? kCo3dStep * i : i);
@@ -127,6 +128,14 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t count,
     }
     choose_novel(count, most, views);
     return views;
+}
+
+Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t count,
+                                            std::uint32_t inputs, std::uint32_t most) {
+    std::vector<std::uint32_t> conditioning = {source};
+    for (std::uint32_t view = 0; view < count && conditioning.size() < inputs; ++view)
+        if (view != source) conditioning.push_back(view);
+    return evaluated_views(count, conditioning, most);
 }
 
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Network& network,

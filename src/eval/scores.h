@@ -57,6 +57,11 @@ struct EvaluatedViews {
 Result<EvaluatedViews> evaluated_views(std::uint32_t views_of_object, std::uint32_t inputs,
                                        std::uint32_t most, std::string_view format = {});
 
+/// The same where a list names the first conditioning view, as NMR's does; the others are the first of the rest.
+/// Errors: also kInvalidArgument for a view that is not there.
+Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t views_of_object,
+                                            std::uint32_t inputs, std::uint32_t most);
+
 /// The same with given conditioning views. Errors: also kInvalidArgument for one that is not there or given
 /// twice.
 Result<EvaluatedViews> evaluated_views(std::uint32_t views_of_object,

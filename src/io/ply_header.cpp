@@ -8,7 +8,7 @@ namespace splat::io {
 namespace {
 
 constexpr std::size_t kMaxHeaderBytes = 1U << 20;
-constexpr std::size_t kMaxElements = 64;
+constexpr std::size_t kMaxPlyElements = 64;
 constexpr std::size_t kMaxProperties = 1024;
 
 struct TypeName {
@@ -107,7 +107,7 @@ class HeaderParser {
         element.name = words[1];
         if (header_.find(element.name) != nullptr)
             return bad("a second element '" + element.name + "'");
-        if (header_.elements.size() == kMaxElements) return bad("too many elements");
+        if (header_.elements.size() == kMaxPlyElements) return bad("too many elements");
         header_.elements.push_back(std::move(element));
         return {};
     }

@@ -17,7 +17,7 @@ struct TypeRow {
 };
 
 /// In the order of NumberType.
-constexpr TypeRow kTypes[] = {{"float32", 4}, {"float64", 8}, {"float16", 2}, {"bfloat16", 2},
+constexpr TypeRow kTypeRows[] = {{"float32", 4}, {"float64", 8}, {"float16", 2}, {"bfloat16", 2},
                               {"int64", 8},   {"int32", 4},   {"int16", 2},   {"int8", 1},
                               {"uint8", 1},   {"bool", 1}};
 
@@ -40,11 +40,11 @@ void convert16(Bytes bytes, float* values, std::endian order, Convert convert_on
 }  // namespace
 
 const char* type_name(NumberType type) {
-    return kTypes[static_cast<std::size_t>(type)].name;
+    return kTypeRows[static_cast<std::size_t>(type)].name;
 }
 
 std::size_t type_bytes(NumberType type) {
-    return kTypes[static_cast<std::size_t>(type)].bytes;
+    return kTypeRows[static_cast<std::size_t>(type)].bytes;
 }
 
 void to_floats(NumberType type, Bytes bytes, float* values, std::endian order) {

@@ -5,7 +5,8 @@
 #include <iterator>
 
 #include "io/npz.h"
-#include "io/pth.h"
+#include "io/torch/pth.h"
+#include "io/torch/pth_archive.h"
 #include "io/zip.h"
 
 namespace splat::io {
@@ -30,6 +31,30 @@ Result<WeightsFile> from_pth(const Source& source, const ReadLimits& limits) {
     if (pth.scalars.best_psnr)
         file.metadata.emplace_back("best_PSNR", number_text(*pth.scalars.best_psnr));
     return file;
+}
+
+/// A number of the metadata; none where it is not given.
+template <class T>
+Status read_scalar(const Metadata& metadata, const char* name, std::optional<T>& to) {
+    for (const auto& [key, text] : metadata) {
+        if (key != name) continue;
+        T value{};
+        const char* const end = text.data() + text.size();
+        const auto [stopped, code] = std::from_chars(text.data(), end, value);
+        if (code != std::errc() || stopped != end)
+            return error(Code::kInvalidArgument, "metadata '%s' is '%s', expected a number", name,
+                         text.c_str());
+        to = value;
+    }
+    return {};
+}
+
+Result<PthScalars> scalars_of(const Metadata& metadata) {
+    PthScalars scalars;
+    SPLAT_TRY(read_scalar(metadata, "iteration", scalars.iteration));
+    SPLAT_TRY(read_scalar(metadata, "loss", scalars.loss));
+    SPLAT_TRY(read_scalar(metadata, "best_PSNR", scalars.best_psnr));
+    return scalars;
 }
 
 Result<WeightsFile> from_npz(const Source& source, const ReadLimits& limits) {
@@ -62,11 +87,7 @@ Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
         return pth ? from_pth(source, limits) : from_npz(source, limits);
     }
     if (is_safetensors(head)) return from_safetensors(source, limits);
-    if (is_legacy_pth(head))
-        return error(
-            Code::kUnsupported,
-            "a .pth file from before PyTorch 1.6; load it in Python and save it again with "
-            "torch.save()");
+    if (is_legacy_pth(head)) return from_pth(source, limits);
     return error(
         Code::kFormat,
         "not weights of a known format; expected .safetensors, .pth of torch.save(), .npz");
@@ -105,23 +126,23 @@ Result<FilePieces> write_weights(const WeightsFile& weights, WeightsFormat forma
             return write_safetensors(weights.tensors, weights.metadata, half);
         case WeightsFormat::kNpz:
             return write_npz(weights.tensors, half);
-        case WeightsFormat::kPth:
-            break;
+        case WeightsFormat::kPth: {
+            SPLAT_ASSIGN(const PthScalars scalars, scalars_of(weights.metadata));
+            return write_pth(weights.tensors, scalars, half);
+        }
     }
-    return error(Code::kUnsupported,
-                 "weights are written as .safetensors or .npz; .pth files are only read");
+    return FilePieces();
 }
 
 Status save_weights(const WeightsFile& weights, const std::string& path, bool half) {
-    const bool npz = path.ends_with(".npz");
-    if (!npz && !path.ends_with(".safetensors"))
-        return error(Code::kUnsupported,
-                     "'%s': weights are written as .safetensors or .npz; .pth files are only read",
-                     path.c_str());
-    SPLAT_ASSIGN(
-        const FilePieces file,
-        write_weights(weights, npz ? WeightsFormat::kNpz : WeightsFormat::kSafetensors, half));
-    return write_file(path, file.pieces());
+    for (const WeightsFormat format :
+         {WeightsFormat::kSafetensors, WeightsFormat::kPth, WeightsFormat::kNpz}) {
+        if (!path.ends_with(std::string(".") + weights_format_name(format))) continue;
+        SPLAT_ASSIGN(const FilePieces file, write_weights(weights, format, half));
+        return write_file(path, file.pieces());
+    }
+    return error(Code::kUnsupported, "'%s': weights are written as .safetensors, .pth or .npz",
+                 path.c_str());
 }
 
 }  // namespace splat::io

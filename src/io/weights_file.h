@@ -34,9 +34,9 @@ Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limi
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
                                  const ReadLimits& limits = {});
 
-/// The bytes of a file: .safetensors (with metadata) or .npz (tensors only), float32, or float16 with
-/// `half`. The pieces refer to the tensors. Errors: kUnsupported for kPth, which is only read; as
-/// write_safetensors() and write_npz().
+/// The bytes of a file: .safetensors (with metadata), .pth (with the metadata named above) or .npz (tensors
+/// only), float32, or float16 with `half`. The pieces refer to the tensors. Errors: kInvalidArgument for such
+/// metadata that is not a number; as write_safetensors(), write_pth() and write_npz().
 Result<FilePieces> write_weights(const WeightsFile& weights, WeightsFormat format,
                                  bool half = false);
 

@@ -97,6 +97,9 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
         return error(Code::kInvalidArgument, "no data: 'data.root' is empty, expected a folder");
     desc.format = training.format;
     desc.split = split;
+    desc.objects_file = training.objects_file;
+    desc.excluded_file = training.excluded_file;
+    desc.views_file = training.views_file;
     desc.maps = maps_of(settings.network);
     desc.resolution = settings.network.resolution;
     desc.limit = training.subset;

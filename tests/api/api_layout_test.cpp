@@ -363,7 +363,7 @@ const Layout kLayouts[] = {
     kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,         kObjectScores,
     kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
     kComparisonInfo, kMetricComparison,  kDepthScores,    kNormalScores,   kMaskScores,
-    kFidelityScores, kPointScores};
+    kFidelityScores, kPointScores,       kCo3dDesc,       kCo3dInfo};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

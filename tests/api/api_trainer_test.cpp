@@ -202,6 +202,26 @@ TEST_F(ApiTrainer, RefusesWhatTheCheckOfConfigurationsRefuses) {
     }
 }
 
+TEST_F(ApiTrainer, HasThePublishedConfigurations) {
+    const Json presets = Json::parse(whole_text(splat_config_presets));
+    ASSERT_GT(presets.size(), 7U);
+    for (const Json& preset : presets) {
+        const std::string name = preset.at("name");
+        EXPECT_FALSE(preset.at("about").get<std::string>().empty()) << name;
+        const std::string yaml = whole_text([&name](char* buffer, size_t capacity, size_t* needed) {
+            return splat_config_preset(name.c_str(), buffer, capacity, needed);
+        });
+        const Json merged =
+            Json::parse(whole_text([&yaml](char* buffer, size_t capacity, size_t* needed) {
+                return splat_config_merge(yaml.c_str(), nullptr, 0, buffer, capacity, needed);
+            }));
+        EXPECT_EQ(merged.at("model").at("base_dim"), 128) << name;
+        EXPECT_EQ(merged.at("data").at("training_resolution"), name.starts_with("nmr") ? 64 : 128);
+    }
+    EXPECT_REFUSED(splat_config_preset("car", nullptr, 0, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
+                   "there are: cars, ");
+}
+
 TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
     const Json keys = Json::parse(whole_text(splat_config_keys));
     ASSERT_GT(keys.size(), 90U);

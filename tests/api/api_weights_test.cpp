@@ -56,7 +56,7 @@ TEST(ApiWeights, SavesByExtension) {
         std::filesystem::temp_directory_path() / ("splat-api-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     const Weights weights = make_weights();
-    for (const char* name : {"x.safetensors", "x.npz"})
+    for (const char* name : {"x.safetensors", "x.npz", "x.pth"})
         for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
             const std::string path = folder / name;
             ASSERT_DONE(splat_weights_save(weights, path.c_str(), flags));
@@ -67,8 +67,8 @@ TEST(ApiWeights, SavesByExtension) {
             ASSERT_DONE(splat_weights_get_info(again, 0, &info));
             EXPECT_STREQ(info.dtype, flags != 0 ? "float16" : "float32");
         }
-    EXPECT_REFUSED(splat_weights_save(weights, (folder / "x.pth").c_str(), 0),
-                   SPLAT_ERROR_UNSUPPORTED, ".pth files are only read");
+    EXPECT_REFUSED(splat_weights_save(weights, (folder / "x.bin").c_str(), 0),
+                   SPLAT_ERROR_UNSUPPORTED, "written as .safetensors, .pth or .npz");
     std::ofstream(folder / "bad") << "PK\x03\x04 no archive";
     Weights none;
     EXPECT_REFUSED(splat_weights_load((folder / "bad").c_str(), 0, none.out()), SPLAT_ERROR_FORMAT,

@@ -79,8 +79,9 @@ TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
 
 /// The configuration of a run has every value.
 TEST(ConfigEffects, WrittenConfigurationsGiveNoWarnings) {
-    for (const char* text : {"{}", "opt: {ema: {use: false}}", "data: {category: hydrants}",
-                             "opt: {lora_finetune: true}", "cam_embd: {embedding: index}"}) {
+    for (const char* text :
+         {"{}", "opt: {ema: {use: false}}", "data: {category: hydrants, excluded_file: a}",
+          "opt: {lora_finetune: true}", "cam_embd: {embedding: index}"}) {
         config::Settings settings;
         settings.network = config::predictor_config(yaml(text)).value();
         settings.training = config::train_config(yaml(text)).value();
@@ -107,6 +108,22 @@ TEST(ConfigEffects, AHubIsRefusedWithTheFileToFetch) {
         config::training_warnings(yaml("opt: {pretrained_hf: true}\ndata: {category: gso}"))
             .status(),
         Code::kInvalidArgument, "model_latest.pth");
+}
+
+TEST(ConfigEffects, ListsThatThePublishedCodeReadsAreMissed) {
+    struct Case {
+        const char* category;
+        const char* list;
+    };
+    for (const Case& c : {Case{"hydrants", "excluded_file"}, Case{"teddybears", "excluded_file"},
+                          Case{"objaverse", "objects_file"}}) {
+        const std::string text = std::string("data: {category: ") + c.category;
+        const auto found = warnings(text + "}");
+        ASSERT_EQ(found.size(), 1U) << c.category;
+        EXPECT_NE(found[0].find("'data." + std::string(c.list) + "' is empty"), std::string::npos)
+            << found[0];
+        EXPECT_EQ(warnings(text + ", " + c.list + ": a}").size(), 0U);
+    }
 }
 
 TEST(ConfigEffects, VectorsWithoutTheirFileAreRefused) {

@@ -49,9 +49,9 @@ Result<config::Settings> merge(const std::string& base, const std::string& over)
 TEST(TrainConfigPublished, LoadWithWarningsOnly) {
     const auto config = read_yaml_config(defaults(true), "merged.yaml");
     ASSERT_OK(config.status());
-    const std::string objaverse[] = {"general.num_devices=2", "general.mixed_precision=true",
-                                     "data.category=objaverse", "opt.lora_finetune=false",
-                                     "opt.lora_rank=4"};
+    const std::string objaverse[] = {"general.num_devices=2",   "general.mixed_precision=true",
+                                     "data.category=objaverse", "data.objects_file=lvis.json",
+                                     "opt.lora_finetune=false", "opt.lora_rank=4"};
     const auto warnings =
         config::training_warnings(config::with_values(config.value(), objaverse).value());
     ASSERT_OK(warnings.status());

@@ -6,6 +6,7 @@
 #include <limits>
 #include <thread>
 
+#include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
@@ -196,10 +197,11 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
 
 TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "cars_train/a";
-    put_object(object);
-    put_image(object / "rgb/000000.png", 8, 4, 0, 51);
-    put_image(object / "rgb/000001.png", 8, 4, 0, 0);
+    for (const char* name : {"a", "b"})
+        test::put_renders(folder.path() / name, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2,  //
+                                                 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
+    put_image(folder.path() / "a/000.png", 8, 4, 0, 51);
+    put_image(folder.path() / "a/001.png", 8, 4, 0, 0);
     DatasetDesc desc;
     desc.path = folder.path().string();
     desc.background = {1, 0.5F, 0};
@@ -293,9 +295,10 @@ TEST(Dataset, ReportsWhatItHolds) {
     desc.path = folder.path().string();
     desc.limit = 1;
     desc.resolution = 4;
-    EXPECT_EQ(report_text(*opened(desc)),
-              R"({"format": "srn", "split": "train", "objects": 1, "views": 2, "resolution": 4, )"
-              R"("stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
+    EXPECT_EQ(
+        report_text(*opened(desc)),
+        R"({"format": "srn", "split": "train", "objects": 1, "views": 2, "excluded": 0, )"
+        R"("resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
 }
 
 }  // namespace

@@ -5,12 +5,8 @@
 #include <functional>
 #include <map>
 
-#include "data/co3d.h"
-#include "data/nmr.h"
-#include "data/objaverse.h"
+#include "data/sample_formats.h"
 #include "io/file.h"
-#include "io/npy.h"
-#include "io/npz.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
 #include "synthetic/sample_folder.h"
@@ -19,92 +15,19 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Co3dSample;
+using test::data_status;
+using test::kPose;
+using test::numbered;
+using test::open_data;
+using test::put_co3d;
 using test::put_image;
+using test::put_nmr;
+using test::put_npy;
+using test::put_npz;
+using test::put_renders;
 using test::put_text;
 using test::SampleFolder;
-
-const std::vector<float> kPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2};  ///< [3,4]
-
-void put_npy(const fs::path& path, std::vector<std::uint64_t> shape, std::vector<float> values) {
-    const auto file = io::write_npy({std::move(shape), std::move(values)});
-    ASSERT_OK(file.status());
-    fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value()));
-}
-
-void put_npz(const fs::path& path, const std::map<std::string, std::vector<float>>& arrays) {
-    io::NamedTensors tensors;
-    for (const auto& [name, values] : arrays)
-        ASSERT_OK(tensors.add(
-            {name, {static_cast<std::int64_t>(values.size())}, io::NumberType::kF32, values}));
-    const auto file = io::write_npz(tensors);
-    ASSERT_OK(file.status());
-    fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value().pieces()));
-}
-
-std::string numbered(std::size_t i) {
-    return format("%03zu", i);
-}
-
-/// [n,3,4] or [n,12] poses, one file each, with images.
-void put_renders(const fs::path& folder, const std::vector<float>& poses) {
-    for (std::size_t i = 0; i < poses.size() / 12; ++i) {
-        const auto first = poses.begin() + static_cast<std::ptrdiff_t>(i * 12);
-        put_npy(folder / (numbered(i) + ".npy"), {3, 4}, {first, first + 12});
-        put_image(folder / (numbered(i) + ".png"), 8, 4, static_cast<std::uint32_t>(i));
-    }
-}
-
-void put_nmr(const fs::path& root, const std::vector<float>& world_mat_inv, std::size_t each) {
-    put_text(root / "02691156/softras_train.lst", "b\r\n\n");
-    std::map<std::string, std::vector<float>> arrays;
-    for (std::size_t i = 0; i < world_mat_inv.size() / each; ++i) {
-        const auto first = world_mat_inv.begin() + static_cast<std::ptrdiff_t>(i * each);
-        arrays["world_mat_inv_" + std::to_string(i)] = {first,
-                                                        first + static_cast<std::ptrdiff_t>(each)};
-        arrays["camera_mat_" + std::to_string(i)] = {3.7320509F, 0, 0};
-        put_image(root / "02691156/b/image" / (numbered(i) + ".png"), 8, 3);
-    }
-    put_npz(root / "02691156/b/cameras.npz", arrays);
-}
-
-struct Co3dSample {
-    std::vector<float> r, t, focal;
-    std::vector<float> images = std::vector<float>(t.size() * 64, 0.2F);
-};
-
-void put_co3d(const fs::path& root, const Co3dSample& sample) {
-    const fs::path split = root / "co3d_hydrant_for_gs/train";
-    const std::uint64_t frames = sample.t.size() / 3;
-    put_npz(split / "camera_Rs.npz", {{"106_1", sample.r}});
-    put_npz(split / "camera_Ts.npz", {{"106_1", sample.t}});
-    put_npy(split / "106_1/focal_lengths.npy", {frames, 1, 2}, sample.focal);
-    put_npy(split / "106_1/images_full.npy", {frames, 3, 8, 8}, sample.images);
-}
-
-std::unique_ptr<Dataset> opened(const fs::path& path, const std::string& split = "train") {
-    DatasetDesc desc;
-    desc.path = path.string();
-    desc.split = split;
-    auto dataset = Dataset::open(desc);
-    EXPECT_OK(dataset.status());
-    return dataset.ok() ? std::move(dataset.value()) : nullptr;
-}
-
-Status status_of(const fs::path& path, const std::string& split = "train") {
-    DatasetDesc desc;
-    desc.path = path.string();
-    desc.split = split;
-    auto dataset = Dataset::open(desc);
-    if (!dataset.ok()) return dataset.status();
-    const std::uint32_t views[] = {0, 1};
-    std::vector<float> images(std::size_t{2} * 3 * dataset.value()->resolution() *
-                              dataset.value()->resolution());
-    ViewArrays out;
-    out.images = images.data();
-    return dataset.value()->read(0, views, out);
-}
 
 struct Cameras {
     std::vector<float> poses, quaternions, focals, distances;
@@ -131,19 +54,20 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     for (const float value : kPose) poses.push_back(value);
     poses[12 + 3] = 1;
     for (int i = 0; i < 3; ++i) put_renders(folder.path() / ("o" + std::to_string(i)), poses);
-    const auto dataset = opened(folder.path());
+    const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "objaverse");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"o0", "o1"}))
         << "99 of 100, rounded down";
-    EXPECT_EQ(opened(folder.path(), "val")->index().names, (std::vector<std::string>{"o2"}));
+    EXPECT_EQ(open_data(folder.path(), "val")->index().names, (std::vector<std::string>{"o2"}));
+    EXPECT_ERROR(data_status(folder.path(), "test"), Code::kNotFound, "no split 'test'");
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals[0], 8.75F);
     EXPECT_EQ(c.poses[16 + 12], -1) << "one to the left; the first camera is 2 away already";
     put_npy(folder.path() / "o0/001.npy", {3, 3}, std::vector<float>(9));
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "001.npy': a pose of 9 numbers");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "001.npy': a pose of 9 numbers");
     fs::remove(folder.path() / "o0/001.npy");
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "images without pose: 1 (first '001')");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "images without pose: 1 (first '001')");
 }
 
 TEST(Gso, IsAllToTestOn) {
@@ -151,9 +75,10 @@ TEST(Gso, IsAllToTestOn) {
     std::vector<float> poses = kPose;
     for (const float value : kPose) poses.push_back(value);
     put_renders(folder.path() / "shoe/render_mvs_25/model", poses);
-    const auto dataset = opened(folder.path(), "test");
+    const auto dataset = open_data(folder.path(), "test");
     ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "gso");
+    EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "it is for evaluation only");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"shoe"}));
 }
 
@@ -162,21 +87,21 @@ TEST(Nmr, ReadsListsAndCameras) {
     std::vector<float> poses = kPose;
     for (const float value : kPose) poses.push_back(value);
     put_nmr(folder.path(), poses, 12);
-    const auto dataset = opened(folder.path());
+    const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "nmr");
-    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156/b"}));
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156_b"}));
     EXPECT_NEAR(static_cast<double>(cameras_of(*dataset).focals[0]), 3.7320509 * 4, 1e-5);
-    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kNotFound, "softras_val.lst");
+    EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "softras_val.lst");
     put_npz(folder.path() / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_inv_1", kPose}});
-    EXPECT_OK(status_of(folder.path()));
+    EXPECT_OK(data_status(folder.path()));
     put_npz(folder.path() / "02691156/b/cameras.npz", {{"world_mat_0", kPose}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "neither world_mat_inv_1 nor world_mat_1");
     put_npz(folder.path() / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_1", kPose}, {"camera_mat_1", {2}}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "camera_mat_1 has the focal length 2");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "camera_mat_1 has the focal length 2");
 }
 
 TEST(Co3d, ReadsArrays) {
@@ -188,7 +113,7 @@ TEST(Co3d, ReadsArrays) {
     sample.images.assign(2 * 3 * 64, 0.2F);
     sample.images[3 * 64 + 64] = 1;
     put_co3d(folder.path(), sample);
-    const auto dataset = opened(folder.path());
+    const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "co3d");
     const Cameras c = cameras_of(*dataset);
@@ -201,13 +126,13 @@ TEST(Co3d, ReadsArrays) {
     ASSERT_OK(dataset->read(0, views, out));
     EXPECT_EQ(images[3 * 64 + 64], 1);
     EXPECT_EQ(images[0], 51.0F / 255);
-    put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1", {0, 0, 3}}});
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat,
+    put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1_2", {0, 0, 3}}});
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "2 frames, but 2 rotations, 1 translations and 2 focal");
-    put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1/images_fg.npy", {2, 1, 8, 8},
+    put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1_2/images_fg.npy", {2, 1, 8, 8},
             std::vector<float>(128));
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "images_fg.npy': expected float32");
-    EXPECT_ERROR(status_of(folder.path(), "val"), Code::kNotFound, "0 files val/camera_Rs.npz");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "images_fg.npy': expected float32");
+    EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "0 files val/camera_Rs.npz");
 }
 
 constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10, "frames": [
@@ -229,7 +154,7 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
     put_photo(folder.path() / "scene/images/a.png");
     put_photo(folder.path() / "scene/images/b.png");
     for (const fs::path& path : {folder.path(), folder.path() / "scene"}) {
-        const auto dataset = opened(path);
+        const auto dataset = open_data(path);
         ASSERT_NE(dataset, nullptr);
         EXPECT_EQ(dataset->index().format, "images");
         EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"scene"}));
@@ -247,9 +172,9 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
         EXPECT_EQ(images[9], 200.0F / 255);
     }
     fs::remove(folder.path() / "scene/images/b.png");
-    EXPECT_ERROR(status_of(folder.path()), Code::kNotFound, "no image './images/b'");
+    EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "no image './images/b'");
     put_image(folder.path() / "scene/images/b.png", 8, 3);
-    EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "its camera has 12 x 10");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "its camera has 12 x 10");
 }
 
 TEST(ImageFolder, ReadsColmapModels) {
@@ -259,7 +184,7 @@ TEST(ImageFolder, ReadsColmapModels) {
              "1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 -1 0 4 1 b.png\n\n");
     put_photo(folder.path() / "images/a.png");
     put_photo(folder.path() / "images/b.png");
-    const auto dataset = opened(folder.path());
+    const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals, (std::vector<float>{10, 11, 10, 11}));
@@ -278,7 +203,7 @@ class GoldenNetFormats : public testing::Test {
         test::each_golden("cams", [&](const test::Golden& golden) {
             const SampleFolder folder;
             put(golden, folder.path());
-            const auto dataset = opened(folder.path());
+            const auto dataset = open_data(folder.path());
             ASSERT_NE(dataset, nullptr);
             const Cameras found = cameras_of(*dataset);
             const std::vector<float> poses = array(golden, set + ".rel_vw");

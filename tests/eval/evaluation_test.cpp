@@ -39,11 +39,22 @@ TEST(EvaluatedViews, FollowTheProtocolOfTheData) {
     EXPECT_EQ(inputs(100, 1, "co3d"), Numbers{0});
     EXPECT_EQ(inputs(100, 2, "co3d"), (Numbers{0, 30}));
     EXPECT_EQ(inputs(20, 2, "co3d"), (Numbers{0, 1}));
+    EXPECT_EQ(inputs(251, 2, "co3d"), (Numbers{0, 30}));
     EXPECT_EQ(evaluated_views(251, 1, 0, "srn").value().novel.size(), 250U);
     const EvaluatedViews few = evaluated_views(9, 1, 4).value();
     EXPECT_EQ(few.novel, (Numbers{2, 4, 6, 8}));
     EXPECT_EQ(few.all(), (Numbers{0, 2, 4, 6, 8}));
     EXPECT_ERROR(evaluated_views(2, 2, 0).status(), Code::kFormat, "more than 2");
+}
+
+TEST(EvaluatedViews, MayStartFromAView) {
+    using Numbers = std::vector<std::uint32_t>;
+    EXPECT_EQ(evaluated_views_from(2, 4, 1, 0).value().all(), (Numbers{2, 0, 1, 3}));
+    EXPECT_EQ(evaluated_views_from(2, 4, 2, 0).value().conditioning, (Numbers{2, 0}));
+    EXPECT_EQ(evaluated_views_from(0, 4, 3, 0).value().all(), (Numbers{0, 1, 2, 3}));
+    EXPECT_ERROR(evaluated_views_from(4, 4, 1, 0).status(), Code::kInvalidArgument,
+                 "does not exist");
+    EXPECT_ERROR(evaluated_views_from(1, 2, 2, 0).status(), Code::kFormat, "more than 2");
 }
 
 TEST(EvaluatedViews, MayBeGiven) {

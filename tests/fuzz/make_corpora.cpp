@@ -152,6 +152,7 @@ void add_weights(Corpora& corpora) {
     corpora.add("npz/zip64", test::sample_zip({wide}, end));
     corpora.add("pth/two", test::sample_pth());
     corpora.add("pth/checkpoint", test::sample_pth(checkpoint_pickle(), {"12345678"}));
+    corpora.add("pth/legacy", test::sample_legacy_pth());
     corpora.add("pth/pickle", test::bytes_of(checkpoint_pickle()));
     corpora.add("pth/system",
                 test::bytes_of(test::PickleText().global("os", "system").raw(")R").done()));
@@ -256,6 +257,13 @@ void add_damaged_archives(Corpora& corpora) {
     large.bytes = large.local_bytes = 0xFFFFFFF0U;
     corpora.add("npz/damaged-size", test::sample_zip({large}));
     corpora.add("pth/damaged-cut", cut(test::sample_pth()));
+    corpora.add("pth/damaged-legacy-cut", cut(test::sample_legacy_pth()));
+    test::LegacyPth legacy = test::legacy_parts();
+    legacy.counts[1] = ~0ULL;
+    corpora.add("pth/damaged-legacy-count", test::sample_legacy_pth(legacy));
+    legacy = test::legacy_parts();
+    legacy.keys[0] = "8";
+    corpora.add("pth/damaged-legacy-keys", test::sample_legacy_pth(legacy));
     corpora.add("pth/damaged-storage", test::sample_pth(checkpoint_pickle(), {"1234"}));
     corpora.add("pth/damaged-pickle", cut(test::bytes_of(checkpoint_pickle())));
     corpora.add("pth/damaged-strides",

@@ -1,10 +1,28 @@
+#include <cstring>
+
 #include "fuzz/target.h"
-#include "io/pickle.h"
-#include "io/pth.h"
+#include "io/torch/pickle.h"
+#include "io/torch/pth.h"
 
 namespace {
 
 using namespace splat;
+
+/// What is read can be written, and is read again bit by bit.
+void check_writing(const io::PthFile& file) {
+    const auto written = io::write_pth(file.tensors, file.scalars);
+    fuzz::require(written.ok());
+    const io::Buffer bytes = written.value().joined();
+    const auto again = io::read_pth(io::MemorySource(bytes));
+    fuzz::require(again.ok() && again.value().tensors.size() == file.tensors.size());
+    for (std::size_t i = 0; i < file.tensors.size(); ++i) {
+        const io::NamedTensor& a = file.tensors[i];
+        const io::NamedTensor& b = again.value().tensors[i];
+        fuzz::require(a.name == b.name && a.dims == b.dims && a.values.size() == b.values.size());
+        fuzz::require(a.values.empty() || std::memcmp(a.values.data(), b.values.data(),
+                                                      a.values.size() * sizeof(float)) == 0);
+    }
+}
 
 /// Archives seldom survive mutation (each file has a CRC), so the pickle is also read alone.
 void check(io::Bytes file) {
@@ -15,6 +33,7 @@ void check(io::Bytes file) {
         fuzz::require(read.value().tensors.elements() * 4 <= small.allowed(file.size()));
         for (const io::NamedTensor& tensor : read.value().tensors)
             fuzz::require(io::count_elements(tensor.dims, "").value() == tensor.values.size());
+        check_writing(read.value());
     }
     static_cast<void>(fuzz::accepted(io::read_pth_adam(source, small).status()));
     const auto pickle = io::Pickle::read({file.begin(), file.end()});

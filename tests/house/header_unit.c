@@ -25,6 +25,8 @@ splat_weights_info sample_weights_info;
 splat_dataset_desc sample_dataset_desc;
 splat_dataset_views sample_dataset_views;
 splat_synthetic_desc sample_synthetic_desc;
+splat_co3d_desc sample_co3d_desc;
+splat_co3d_info sample_co3d_info;
 splat_model_desc sample_model_desc;
 splat_model_input sample_model_input;
 splat_model_gradients sample_model_gradients;

@@ -3,7 +3,8 @@
 
 Compares LPIPS with random weights of VGG16's shapes, its value and its gradient by the render, with the same
 formula in PyTorch, within 1e-4. Weights come as two files with the names of torchvision and of the lpips
-package, and as one state dict of lpips.LPIPS. Exit status 77: skipped, with the reason.
+package, in the format before PyTorch 1.6 as theirs are, and as one state dict of lpips.LPIPS. Exit status 77:
+skipped, with the reason.
 """
 import os
 import subprocess
@@ -93,8 +94,8 @@ def main():
     double = {k: v.double() for k, v in single.items()}
     with torch.no_grad(), tempfile.TemporaryDirectory() as folder:
         path = lambda name: os.path.join(folder, name)
-        torch.save(features, path("vgg16.pth"))
-        torch.save(linear, path("lin.pth"))
+        torch.save(features, path("vgg16.pth"), _use_new_zipfile_serialization=False)
+        torch.save(linear, path("lin.pth"), _use_new_zipfile_serialization=False)
         torch.save(as_one(features, linear), path("all.pth"))
         for side, files in ((32, ["vgg16.pth", "lin.pth"]), (35, ["all.pth"])):
             render = torch.rand(2, 3, side, side) * 1.2 - 0.1

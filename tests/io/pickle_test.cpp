@@ -1,4 +1,4 @@
-#include "io/pickle.h"
+#include "io/torch/pickle.h"
 
 #include <gtest/gtest.h>
 
@@ -41,12 +41,41 @@ TEST(Pickle, ReadsPlainValues) {
     const PickleNode* b = p.find(p.root(), "b");
     ASSERT_TRUE(b != nullptr && b->kind == Kind::kList && b->items.size() == 3);
     EXPECT_EQ(p[b->items[0]].text, "x");
-    EXPECT_EQ(p[b->items[1]].kind, Kind::kBytes);
+    EXPECT_EQ(p[b->items[1]].kind, Kind::kText) << "bytes of Python 2 are texts";
+    EXPECT_EQ(read("\x80\x02"
+                   "C\1y.")
+                  .value()
+                  .root()
+                  .kind,
+              Kind::kBytes);
     EXPECT_EQ(p[b->items[2]].integer, 1LL << 40);
     EXPECT_EQ(p.find(p.root(), "c"), nullptr);
     EXPECT_EQ(p.find(*a, "c"), nullptr);
     for (std::size_t size = 0; size < text.size(); ++size)
         EXPECT_FALSE(read(text.substr(0, size)).ok()) << size;
+}
+
+TEST(Pickle, ReadsOrderedDictsOfPython2) {
+    PickleText text;
+    text.global("collections", "OrderedDict").raw("(](](U\1aK\7e](U\1bNeetR");
+    const auto pickle = read(text.done());
+    ASSERT_OK(pickle.status());
+    EXPECT_EQ(pickle.value().root().items.size(), 4U);
+    const PickleNode* a = pickle.value().find(pickle.value().root(), "a");
+    ASSERT_NE(a, nullptr);
+    EXPECT_EQ(a->integer, 7);
+}
+
+TEST(Pickle, ReadsSeveralThatFollowEachOther) {
+    const std::string two = "\x80\x02K\1q\1.\x80\x02K\2.rest";
+    const auto pickle = Pickle::read(bytes_of(two), 2);
+    ASSERT_OK(pickle.status());
+    EXPECT_EQ(pickle.value().root(0).integer, 1);
+    EXPECT_EQ(pickle.value().root(1).integer, 2);
+    EXPECT_EQ(pickle.value().size(), two.size() - 4);
+    EXPECT_ERROR(Pickle::read(bytes_of("\x80\x02K\1q\1.\x80\x02h\1."), 2).status(), Code::kFormat,
+                 "the memo has no value")
+        << "each has its own memo";
 }
 
 TEST(Pickle, NumbersOfAnyLength) {
@@ -68,7 +97,7 @@ TEST(Pickle, RunsNothing) {
           std::pair("builtins", "eval"), std::pair("__builtin__", "eval"),
           std::pair("subprocess", "Popen"), std::pair("torch", "load"),
           std::pair("torch.serialization", "load"), std::pair("argparse", "Namespace"),
-          std::pair("torch._utils", "_rebuild_tensor"), std::pair("torch", "_utils"),
+          std::pair("torch._utils", "_rebuild_qtensor"), std::pair("torch", "_utils"),
           std::pair("torch", "FloatStorage.__class__"), std::pair("collections", "deque")}) {
         const std::string full = "'" + std::string(module) + "." + name + "'";
         // The name alone is enough, whether or not it is called, and by either opcode.
@@ -92,7 +121,9 @@ TEST(Pickle, RefusesCallsThatDoNotFit) {
                          const std::string& arguments) {
         return PickleText().global(module, name).raw(arguments).done();
     };
-    expect_pickle_refused(call("collections", "OrderedDict", "(K\1tR"), "do not fit collections");
+    for (const char* arguments : {"(K\1tR", "(]K\1atR", "(]]K\1aatR", "(]]tR"})
+        expect_pickle_refused(call("collections", "OrderedDict", arguments),
+                              "do not fit collections");
     expect_pickle_refused(call("torch._utils", "_rebuild_tensor_v2", ")R"),
                           "do not fit torch._utils");
     expect_pickle_refused(call("torch._utils", "_rebuild_tensor_v2", "(K\1K\1K\1K\1tR"),

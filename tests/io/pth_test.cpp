@@ -1,12 +1,13 @@
-#include "io/pth.h"
+#include "io/torch/pth.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "io/pickle.h"
 #include "io/sample_scene.h"
 #include "io/sample_weights.h"
+#include "io/torch/pickle.h"
+#include "io/torch/pth_archive.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
 
@@ -158,6 +159,88 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     EXPECT_EQ(longs.value().tensors[0].values, (std::vector<float>{-4, 5}));
 }
 
+TEST(Pth, ReadsFilesFromBeforeTorch16) {
+    const Buffer bytes = test::sample_legacy_pth();
+    const auto file = read_file(bytes);
+    ASSERT_OK(file.status());
+    ASSERT_EQ(file.value().tensors.size(), 2U);
+    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
+    EXPECT_EQ(file.value().tensors[1].values, (std::vector<float>{1}));
+    const auto accepts = [](Bytes file_bytes) { return read_file(file_bytes).ok(); };
+    test::expect_prefixes_refused(bytes, accepts);
+    test::parse_damaged(bytes, accepts);
+}
+
+/// Before PyTorch 0.4, Python 2: byte strings, another function, and parameters with a state.
+TEST(Pth, ReadsParametersFromBeforeTorch04) {
+    PickleText pickle;
+    pickle.global("collections", "OrderedDict").raw("(](](U\1w");
+    pickle.global("torch.nn.parameter", "Parameter").global("torch._utils", "_rebuild_tensor");
+    pickle.raw("((U\7storage").global("torch", "FloatStorage").raw("U\0017U\3cpu").integer(6);
+    pickle.raw("NtQ").integer(1).tuple({2}).tuple({3}).raw("tR\x85R(\x88\x89");
+    pickle.global("collections", "OrderedDict").raw(")Rtbee").raw("tR");
+    test::LegacyPth parts = test::legacy_parts();
+    parts.saved = pickle.done();
+    parts.keys = {"7"};
+    parts.storages.pop_back();
+    const auto file = read_file(test::sample_legacy_pth(parts));
+    ASSERT_OK(file.status());
+    ASSERT_EQ(file.value().tensors.size(), 1U);
+    EXPECT_EQ(file.value().tensors[0].name, "w");
+    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{2, 5}));
+}
+
+TEST(Pth, RefusesDamageOfFilesFromBeforeTorch16) {
+    const auto refused = [](const char* part, auto change, Code code = Code::kFormat) {
+        test::LegacyPth parts = test::legacy_parts();
+        change(parts);
+        expect_pth_refused(test::sample_legacy_pth(parts), part, code);
+    };
+    using Parts = test::LegacyPth;
+    const auto machine = [](const std::string& value) {
+        return [value](Parts& parts) {
+            parts.machine = PickleText().raw("}").text("little_endian").raw(value + "s").done();
+        };
+    };
+    refused(
+        "a protocol other than 1001",
+        [](Parts& parts) { parts.protocol = PickleText().integer(1000).done(); },
+        Code::kUnsupported);
+    refused("byte order is 'big'", machine("\x89"), Code::kUnsupported);
+    refused("does not tell its byte order", machine("N"));
+    refused(
+        "asks for 'os.system'",
+        [](Parts& parts) { parts.saved = PickleText().global("os", "system").done(); },
+        Code::kUnsupported);
+    refused("'8' belongs to no tensor", [](Parts& parts) { parts.keys[0] = "8"; });
+    refused("'7' is listed twice", [](Parts& parts) {
+        parts.keys[1] = "7";
+        parts.counts[1] = 6;
+        parts.storages[1] = parts.storages[0];
+    });
+    refused("no storage '12', that of 'b'", [](Parts& parts) {
+        parts.keys.pop_back();
+        parts.storages.pop_back();
+    });
+    refused("ends within the storage '12'", [](Parts& parts) { parts.counts[1] = 3; });
+    refused("ends within the storage '7'", [](Parts& parts) { parts.counts[0] = ~0ULL; });
+    refused("2 bytes follow the last storage", [](Parts& parts) { parts.counts[1] = 1; });
+    refused("'a' has 20 bytes, expected 6 of float32", [](Parts& parts) {
+        parts.counts[0] = 5;
+        parts.storages[0].resize(20);
+    });
+    refused(
+        "is part of another one",
+        [](Parts& parts) { parts.saved.replace(parts.saved.find("NtQ"), 1, "(K\1t"); },
+        Code::kUnsupported);
+    refused("elements of two types", [](Parts& parts) {
+        PickleText pickle;
+        pickle.raw("}(").text("a").tensor("FloatStorage", "7", 6, 0, {1}, {1}, true);
+        pickle.text("b").tensor("HalfStorage", "7", 6, 0, {1}, {1}, true).raw("u");
+        parts.saved = pickle.done();
+    });
+}
+
 TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
     const std::string pair = "\x86";
     PickleText good;
@@ -224,8 +307,7 @@ TEST(Pth, RefusesOtherFiles) {
     PickleText missing;
     missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
     expect_pth_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
-    EXPECT_TRUE(
-        is_legacy_pth(test::bytes_of("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.")));
+    EXPECT_TRUE(is_legacy_pth(test::sample_legacy_pth()));
     EXPECT_FALSE(is_legacy_pth(sample_pth()));
 }
 

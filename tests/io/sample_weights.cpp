@@ -103,9 +103,10 @@ PickleText& PickleText::tuple(const std::vector<std::int64_t>& values) {
 PickleText& PickleText::tensor(const std::string& storage_type, const std::string& key,
                                std::int64_t stored, std::int64_t offset,
                                const std::vector<std::int64_t>& dims,
-                               const std::vector<std::int64_t>& strides) {
+                               const std::vector<std::int64_t>& strides, bool legacy) {
     global("torch._utils", "_rebuild_tensor_v2").raw("((").text("storage");
-    global("torch", storage_type).text(key).text("cpu").integer(stored).raw("tQ").integer(offset);
+    global("torch", storage_type).text(key).text("cpu").integer(stored).raw(legacy ? "NtQ" : "tQ");
+    integer(offset);
     tuple(dims).tuple(strides).raw("\x89").global("collections", "OrderedDict").raw(")R");
     return raw("tR");
 }
@@ -125,6 +126,26 @@ io::Buffer sample_pth() {
     pickle.text("b").tensor("HalfStorage", "1", 2, 1, {}, {}).raw("u");
     return sample_pth(pickle.done(), {raw_bytes<float>({1, 2, 3, 4, 5, 6}),
                                       raw_bytes<std::uint16_t>({0, 0x3C00})});
+}
+
+LegacyPth legacy_parts() {
+    PickleText pickle;
+    pickle.raw("}(").text("a").tensor("FloatStorage", "7", 6, 0, {2, 3}, {1, 2}, true);
+    pickle.text("b").tensor("HalfStorage", "12", 2, 1, {}, {}, true).raw("u");
+    LegacyPth parts;
+    parts.saved = pickle.done();
+    return parts;
+}
+
+io::Buffer sample_legacy_pth(const LegacyPth& parts) {
+    PickleText keys;
+    keys.raw("](");
+    for (const std::string& key : parts.keys) keys.text(key);
+    std::string file = std::string("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", 15) +
+                       parts.protocol + parts.machine + parts.saved + keys.raw("e").done();
+    for (std::size_t i = 0; i < parts.storages.size(); ++i)
+        file += little(parts.counts[i], 8) + parts.storages[i];
+    return bytes_of(file);
 }
 
 io::NamedTensors sample_tensors() {

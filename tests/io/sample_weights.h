@@ -52,10 +52,10 @@ class PickleText {
     PickleText& integer(std::int64_t value);
     PickleText& real(double value);
     PickleText& tuple(const std::vector<std::int64_t>& values);
-    /// A tensor of a storage, as torch.save() writes it.
+    /// A tensor of a storage, as torch.save() writes it; `legacy`: before version 1.6.
     PickleText& tensor(const std::string& storage_type, const std::string& key, std::int64_t stored,
                        std::int64_t offset, const std::vector<std::int64_t>& dims,
-                       const std::vector<std::int64_t>& strides);
+                       const std::vector<std::int64_t>& strides, bool legacy = false);
     [[nodiscard]] std::string done() const { return text_ + "."; }
 
   private:
@@ -74,6 +74,21 @@ io::Buffer sample_pth(const std::string& pickle, const std::vector<std::string>&
 
 /// A state dict of two tensors, one of them transposed.
 io::Buffer sample_pth();
+
+/// Parts of a file from before PyTorch 1.6; tests make them wrong.
+struct LegacyPth {
+    std::string protocol = PickleText().integer(1001).done();
+    std::string machine = PickleText().raw("}").text("little_endian").raw("\x88s").done();
+    std::string saved;
+    std::vector<std::string> keys = {"7", "12"};
+    std::vector<std::uint64_t> counts = {6, 2};
+    std::vector<std::string> storages = {raw_bytes<float>({1, 2, 3, 4, 5, 6}),
+                                         raw_bytes<std::uint16_t>({0, 0x3C00})};
+};
+
+/// The tensors of sample_pth() in such a file.
+LegacyPth legacy_parts();
+io::Buffer sample_legacy_pth(const LegacyPth& parts = legacy_parts());
 
 /// Three tensors: [2, 3], a number, and an empty one.
 io::NamedTensors sample_tensors();

@@ -106,7 +106,7 @@ TEST_F(WeightsFileTest, ContentsDecideAndExtensionsSave) {
     WeightsFile weights;
     weights.tensors = test::sample_tensors();
     weights.metadata = {{"iteration", "3"}};
-    for (const char* extension : {".safetensors", ".npz"}) {
+    for (const char* extension : {".safetensors", ".npz", ".pth"}) {
         ASSERT_OK(save_weights(weights, path(std::string("a") + extension)));
         std::filesystem::copy_file(path(std::string("a") + extension), path("any"),
                                    std::filesystem::copy_options::overwrite_existing);
@@ -114,13 +114,22 @@ TEST_F(WeightsFileTest, ContentsDecideAndExtensionsSave) {
         ASSERT_OK(again.status());
         const bool npz = std::string(extension) == ".npz";
         EXPECT_EQ(weights_format_name(again.value().format), std::string(extension).substr(1));
-        EXPECT_EQ(again.value().metadata.size(), npz ? 0U : 1U);
+        const Metadata& metadata = again.value().metadata;
+        EXPECT_EQ(metadata.empty(), npz);
+        if (!npz) {
+            EXPECT_EQ(metadata[0], weights.metadata[0]);
+        }
         for (const NamedTensor& tensor : weights.tensors) {
             ASSERT_NE(again.value().tensors.find(tensor.name), nullptr);
             EXPECT_EQ(again.value().tensors.find(tensor.name)->values, tensor.values);
         }
     }
-    EXPECT_ERROR(save_weights(weights, path("a.pth")), Code::kUnsupported, "only read");
+    EXPECT_ERROR(save_weights(weights, path("a.bin")), Code::kUnsupported,
+                 ".safetensors, .pth or .npz");
+    weights.metadata = {{"iteration", "3.5"}};
+    EXPECT_ERROR(save_weights(weights, path("b.pth")), Code::kInvalidArgument,
+                 "'iteration' is '3.5', expected a number");
+    EXPECT_FALSE(std::filesystem::exists(path("b.pth")));
     EXPECT_FALSE(save_weights(weights, path("none/a.npz")).ok());
 }
 
@@ -143,8 +152,8 @@ TEST_F(WeightsFileTest, RefusesOtherFiles) {
     };
     refused("", "'x.pth': not weights", Code::kFormat);
     refused("ply\n", "not weights of a known format", Code::kFormat);
-    refused("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", "before PyTorch 1.6",
-            Code::kUnsupported);
+    refused("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.",
+            "'x.pth': pth: pickle: 'opcode' at byte 0", Code::kFormat);
     EXPECT_ERROR(load_weights(path("none")).status(), Code::kNotFound, "No such file");
     EXPECT_ERROR(load_weights(path("")).status(), Code::kIo, "regular file");
 }

@@ -13,6 +13,23 @@ namespace Splat
             return Text.Get(Native.splat_config_keys);
         }
 
+        /// <summary>JSON array of the configurations of published models: name, about.</summary>
+        public static string PresetsJson()
+        {
+            return Text.Get(Native.splat_config_presets);
+        }
+
+        /// <summary>The text of one of them, YAML, for Merge.</summary>
+        public static string Preset(string name)
+        {
+            using (var arena = new Arena())
+            {
+                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                return Text.Get((buffer, capacity, needed) => Native.splat_config_preset(
+                    text, buffer, capacity, needed));
+            }
+        }
+
         /// <summary>
         /// A configuration with every value, as JSON, from the text of a YAML or JSON file (null:
         /// the defaults) and changes "key=value", such as "opt.base_lr=1e-4".

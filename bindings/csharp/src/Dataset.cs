@@ -12,6 +12,12 @@ namespace Splat
         public string Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
         public string Split { get; set; }
+        /// <summary>The objects of "objaverse" in their order, a JSON array of names.</summary>
+        public string ObjectsFile { get; set; }
+        /// <summary>Names of sequences of "co3d" to leave out.</summary>
+        public string ExcludedFile { get; set; }
+        /// <summary>Test objects of "nmr" and their source views.</summary>
+        public string ViewsFile { get; set; }
         /// <summary>Pixels of the images, which are square; 0: as stored.</summary>
         public int Resolution { get; set; }
         /// <summary>Only the first objects; 0: all.</summary>
@@ -114,6 +120,9 @@ namespace Splat
                     path = arena.Text(path),
                     format = arena.Text(options.Format),
                     split = arena.Text(options.Split),
+                    objects_file = arena.Text(options.ObjectsFile),
+                    excluded_file = arena.Text(options.ExcludedFile),
+                    views_file = arena.Text(options.ViewsFile),
                     resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
                     limit = Check.Unsigned(options.Limit, nameof(options.Limit)),
                     cache_bytes = (ulong)options.CacheBytes,
@@ -212,6 +221,31 @@ namespace Splat
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
             return Text.Get((buffer, capacity, needed) =>
                 Native.splat_dataset_check(Handle, number, buffer, capacity, needed));
+        }
+
+        /// <summary>
+        /// Make the data set of the published code from a split of CO3D's raw release. Sequences
+        /// that are there are kept.
+        /// </summary>
+        public static void PrepareCo3d(string raw, string output, string category,
+                                       string split = null, int size = 0, int limit = 0,
+                                       Co3dFlags flags = 0)
+        {
+            using (var arena = new Arena())
+            {
+                var desc = new splat_co3d_desc
+                {
+                    struct_size = (uint)sizeof(splat_co3d_desc),
+                    flags = flags,
+                    raw = arena.Text(Check.NotNull(raw, nameof(raw))),
+                    @out = arena.Text(Check.NotNull(output, nameof(output))),
+                    category = arena.Text(Check.NotNull(category, nameof(category))),
+                    split = arena.Text(split),
+                    size = Check.Unsigned(size, nameof(size)),
+                    limit = Check.Unsigned(limit, nameof(limit)),
+                };
+                Check.Ok(Native.splat_co3d_prepare(&desc, null));
+            }
         }
 
         /// <summary>

@@ -176,6 +176,16 @@ namespace Splat
         ReadWrite = 3,
     }
 
+    /// <summary>splat_co3d_flags of the C API.</summary>
+    [Flags]
+    public enum Co3dFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data</summary>
+        StoredPoses = 1,
+    }
+
     /// <summary>splat_scene_format of the C API.</summary>
     public enum SceneFormat : int
     {
@@ -266,6 +276,8 @@ namespace Splat
         Safetensors = 1,
         /// <summary>SPLAT_WEIGHTS_NPZ</summary>
         Npz = 2,
+        /// <summary>SPLAT_WEIGHTS_PTH</summary>
+        Pth = 3,
     }
 
     /// <summary>splat_fold_flags of the C API.</summary>

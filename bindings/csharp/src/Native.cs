@@ -338,6 +338,24 @@ namespace Splat.Interop
         public static extern ResultCode splat_tensor_destroy(IntPtr tensor);
 
         /// <summary>
+        /// Write the images, masks and cameras of a split to OUT/co3d_CATEGORY_for_gs/SPLIT, which
+        /// splat_dataset_open reads: the largest square around the principal point, LANCZOS to the size, on
+        /// black. Sequences that are there are kept, so that an interrupted run can be repeated. Runs on
+        /// several threads; each sequence done is a message of the level info.
+        /// info    out, may be NULL
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+        ///   SPLAT_ERROR_NOT_FOUND             annotations, an image, a mask or points are not there
+        ///   SPLAT_ERROR_IO                    a file cannot be read or written
+        ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
+        /// After an error, what was written stays.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_co3d_prepare(
+            splat_co3d_desc* desc,
+            splat_co3d_info* info);
+
+        /// <summary>
         /// Create a scene.
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree &gt; 3, an array that is too short
@@ -730,11 +748,12 @@ namespace Splat.Interop
             IntPtr* weights);
 
         /// <summary>
-        /// Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
-        /// all.
+        /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
+        /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
+        /// appears whole or not at all.
         /// flags     SPLAT_WEIGHTS_HALF
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, a finite value beyond float16
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
         ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
         ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
         ///   SPLAT_ERROR_UNSUPPORTED           another extension
@@ -1658,8 +1677,7 @@ namespace Splat.Interop
         /// the same sentences as messages.
         /// text, values, count   as splat_config_merge, which takes all keys that are known
         /// Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
-        ///   refuses to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of
-        ///   vectors)
+        ///   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors)
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_config_check(
@@ -1690,10 +1708,33 @@ namespace Splat.Interop
             UIntPtr* needed);
 
         /// <summary>
-        /// Open the data set in a folder. Views of an object and images in it are ordered by name.
+        /// JSON array of the published configurations that the library has by name: {"name", "about"}.
+        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_config_presets(
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// The text of one of them, such as "cars", in YAML, for splat_config_merge.
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_config_preset(
+            byte* name,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+        /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+        /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
         /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
-        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder or split, or no such maps
+        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
         ///   SPLAT_ERROR_IO                    a file cannot be read
         ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
         ///                                     poses, an object with one view
@@ -1704,8 +1745,8 @@ namespace Splat.Interop
             IntPtr* dataset);
 
         /// <summary>
-        /// JSON: {"format", "split", "objects", "views" (of all objects), "resolution", "stored_resolution",
-        /// "maps": ["depth", ...], "names": [], "views_of": []}.
+        /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+        /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -1887,8 +1928,7 @@ namespace Splat.Interop
         /// Do one update. Arrays are read before the call returns.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
         ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on error there
-        ///   is no update
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_trainer_step(
@@ -1897,9 +1937,9 @@ namespace Splat.Interop
             splat_trainer_info* info);
 
         /// <summary>
-        /// JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
-        /// "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
-        /// "gradients_zero"} (see splat_trainer_info), "config"}.
+        /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
+        /// attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
+        /// splat_trainer_info), "config"}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -1921,8 +1961,7 @@ namespace Splat.Interop
         /// <summary>
         /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (the file cannot be written), and errors of the
-        ///   device.
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (cannot be written), and errors of the device.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_trainer_save(SafeTrainerHandle trainer, byte* path);
@@ -2543,6 +2582,43 @@ namespace Splat.Interop
         public double max;
         /// <summary>of the finite elements; 0 if there are none</summary>
         public double mean;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_co3d_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_CO3D_*</summary>
+        public Co3dFlags flags;
+        public void* next;
+        /// <summary>folder of the release, with a folder for each category</summary>
+        public byte* raw;
+        /// <summary>folder to write to</summary>
+        public byte* @out;
+        /// <summary>"hydrant", "teddybear"</summary>
+        public byte* category;
+        /// <summary>NULL: "fewview_dev", as published</summary>
+        public byte* subset;
+        /// <summary>"train", "val", "test"; NULL: train</summary>
+        public byte* split;
+        /// <summary>of the images, pixels; 0: 128</summary>
+        public uint size;
+        /// <summary>only this many sequences, the first by name; 0: all</summary>
+        public uint limit;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_co3d_info
+    {
+        public uint struct_size;
+        /// <summary>of the split</summary>
+        public uint sequences;
+        /// <summary>of them, that were there before</summary>
+        public uint kept;
+        /// <summary>of them, whose cameras are not finite</summary>
+        public uint left_out;
+        /// <summary>of all of them</summary>
+        public ulong frames;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3252,6 +3328,12 @@ namespace Splat.Interop
         /// <summary>behind transparent pixels, 0 to 1</summary>
         public fixed float background[3];
         public uint reserved;
+        /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
+        public byte* objects_file;
+        /// <summary>"co3d": names of sequences to leave out, in any text</summary>
+        public byte* excluded_file;
+        /// <summary>"nmr": tests, lines "category object source_view"</summary>
+        public byte* views_file;
     }
 
     /// <summary>Destinations of n views of R x R pixels; NULL: not read.</summary>
@@ -3954,6 +4036,11 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_tensor_stats), 48, false,
                 "struct_size:0:4 reserved:4:4 nan_count:8:8 inf_count:16:8 min:24:8 max:32:8 " +
                 "mean:40:8"),
+            new NativeLayout(typeof(splat_co3d_desc), 64, false,
+                "struct_size:0:4 flags:4:4 next:8:8 raw:16:8 out:24:8 category:32:8 subset:40:8 " +
+                "split:48:8 size:56:4 limit:60:4"),
+            new NativeLayout(typeof(splat_co3d_info), 24, false,
+                "struct_size:0:4 sequences:4:4 kept:8:4 left_out:12:4 frames:16:8"),
             new NativeLayout(typeof(splat_scene_desc), 112, false,
                 "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 reserved:28:4 " +
                 "means:32:8 log_scales:40:8 rotations:48:8 opacity_logits:56:8 sh:64:8 " +
@@ -4055,9 +4142,10 @@ namespace Splat.Interop
                 "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
             new NativeLayout(typeof(splat_lpips_desc), 32, false,
                 "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
-            new NativeLayout(typeof(splat_dataset_desc), 72, false,
+            new NativeLayout(typeof(splat_dataset_desc), 96, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 " +
-                "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4"),
+                "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4 " +
+                "objects_file:72:8 excluded_file:80:8 views_file:88:8"),
             new NativeLayout(typeof(splat_dataset_views), 136, false,
                 "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 " +
                 "view_to_world:40:8 quaternions:48:8 focals:56:8 origin_distances:64:8 " +

@@ -98,7 +98,7 @@ namespace Splat.Tests
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes", () =>
                     weights.Read(0, new float[5]));
                 Expect.Refused(ResultCode.ErrorUnsupported, ".pth", () =>
-                    weights.Save(Shared.PathOf("w.pth")));
+                    weights.Save(Shared.PathOf("w.bin")));
                 weights.Dispose();
                 Expect.Throws<ObjectDisposedException>(() => GC.KeepAlive(weights[0]));
                 Expect.Throws<ObjectDisposedException>(() => weights.ToBytes());

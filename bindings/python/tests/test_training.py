@@ -18,6 +18,11 @@ class Configurations(Case):
         merged = json.loads(splat.config_merge(CONFIG, "opt.base_lr=1e-3", "opt.base_lr=2e-3"))
         self.assertEqual((merged["opt"]["base_lr"], merged["model"]["base_dim"]), (2e-3, 8))
         self.assertIn("opt.base_lr", {key["key"] for key in splat.config_keys()})
+        self.assertIn("ShapeNet", splat.config_presets()["cars"])
+        nmr = json.loads(splat.config_merge(splat.config_preset("nmr"), "opt.batch_size=4"))
+        self.assertEqual((nmr["data"]["training_resolution"], nmr["opt"]["batch_size"]), (64, 4))
+        with self.assertRaisesRegex(splat.InvalidArgument, "there are: .*chairs"):
+            splat.config_preset("car")
         self.assertEqual(splat.config_warnings(CONFIG), [])
         self.refused(splat.InvalidArgument, "base_lr", splat.config_merge, None, "opt.base_lt=1")
         self.refused(splat.InvalidArgument, "", splat.config_merge, "a: [")

@@ -24,6 +24,8 @@ constexpr StructSize kStructs[] = {
     {"splat_camera", sizeof(splat_camera)},
     {"splat_camera_bytes", sizeof(splat_camera_bytes)},
     {"splat_camera_file_desc", sizeof(splat_camera_file_desc)},
+    {"splat_co3d_desc", sizeof(splat_co3d_desc)},
+    {"splat_co3d_info", sizeof(splat_co3d_info)},
     {"splat_compare_desc", sizeof(splat_compare_desc)},
     {"splat_comparison_info", sizeof(splat_comparison_info)},
     {"splat_dataset_desc", sizeof(splat_dataset_desc)},

@@ -41,6 +41,22 @@ Status check_weights_flags(std::uint32_t flags, std::uint32_t known) {
     return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~known);
 }
 
+Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
+    switch (format) {
+        case SPLAT_WEIGHTS_SAFETENSORS:
+            return io::WeightsFormat::kSafetensors;
+        case SPLAT_WEIGHTS_NPZ:
+            return io::WeightsFormat::kNpz;
+        case SPLAT_WEIGHTS_PTH:
+            return io::WeightsFormat::kPth;
+        default:
+            return error(Code::kInvalidArgument,
+                         "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ or "
+                         "SPLAT_WEIGHTS_PTH",
+                         format);
+    }
+}
+
 splat_weights add_weights(io::WeightsFile file) {
     auto object = std::make_shared<api::WeightsObject>();
     object->file = std::move(file);
@@ -129,16 +145,9 @@ splat_result splat_weights_save_memory(splat_weights weights, splat_weights_form
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_HALF));
-        if (format != SPLAT_WEIGHTS_SAFETENSORS && format != SPLAT_WEIGHTS_NPZ)
-            return error(Code::kInvalidArgument,
-                         "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS or SPLAT_WEIGHTS_NPZ",
-                         format);
-        SPLAT_ASSIGN(
-            const io::FilePieces file,
-            io::write_weights(object->file,
-                              format == SPLAT_WEIGHTS_NPZ ? io::WeightsFormat::kNpz
-                                                          : io::WeightsFormat::kSafetensors,
-                              (flags & SPLAT_WEIGHTS_HALF) != 0));
+        SPLAT_ASSIGN(const io::WeightsFormat wanted, format_to_write(format));
+        SPLAT_ASSIGN(const io::FilePieces file,
+                     io::write_weights(object->file, wanted, (flags & SPLAT_WEIGHTS_HALF) != 0));
         return give(file.pieces());
     });
 }

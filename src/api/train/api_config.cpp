@@ -2,6 +2,7 @@
 #include "api/train/settings.h"
 #include "config/config_file.h"
 #include "config/effects.h"
+#include "config/presets.h"
 #include "core/json_writer.h"
 
 using namespace splat;
@@ -20,5 +21,18 @@ splat_result splat_config_check(const char* text, const char* const* values, siz
         json.begin_object().key("warnings").begin_array();
         for (const std::string& warning : warnings) json.value(warning);
         return give(json.end().end().text());
+    });
+}
+
+splat_result splat_config_presets(char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed,
+                             [&](auto give) -> Status { return give(config::presets_json()); });
+}
+
+splat_result splat_config_preset(const char* name, char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        SPLAT_ASSIGN(const config::Preset preset, config::preset_of(name));
+        return give(std::string(preset.text));
     });
 }

@@ -209,6 +209,8 @@ splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) 
 splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
     return locked(trainer, [&](api::TrainerObject& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
+        if (!std::string_view(path).ends_with(".safetensors"))  // others lose the metadata
+            return error(Code::kUnsupported, "'%s': a training is saved as .safetensors", path);
         SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
         return io::save_weights(file, path);
     });

@@ -59,7 +59,9 @@ TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
     Weights weights;
     ASSERT_DONE(splat_weights_from_arrays(arrays, 3, weights.out()));
     const std::pair<const char*, splat_weights_format> formats[] = {
-        {"a.safetensors", SPLAT_WEIGHTS_SAFETENSORS}, {"a.npz", SPLAT_WEIGHTS_NPZ}};
+        {"a.safetensors", SPLAT_WEIGHTS_SAFETENSORS},
+        {"a.npz", SPLAT_WEIGHTS_NPZ},
+        {"a.pth", SPLAT_WEIGHTS_PTH}};
     for (const auto& [name, format] : formats)
         for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
             ASSERT_DONE(splat_weights_save(weights, path(name).c_str(), flags));

@@ -222,7 +222,7 @@ inline const Layout kImageScores = {  // clang-format off
 inline const Layout kDatasetDesc = {  // clang-format off
     "splat_dataset_desc",
     sizeof(splat_dataset_desc),
-    72,
+    96,
     {
     SPLAT_FIELD(splat_dataset_desc, struct_size, 0, 4),
     SPLAT_FIELD(splat_dataset_desc, flags, 4, 4),
@@ -234,7 +234,10 @@ inline const Layout kDatasetDesc = {  // clang-format off
     SPLAT_FIELD(splat_dataset_desc, limit, 44, 4),
     SPLAT_FIELD(splat_dataset_desc, cache_bytes, 48, 8),
     SPLAT_FIELD(splat_dataset_desc, background, 56, 12),
-    SPLAT_FIELD(splat_dataset_desc, reserved, 68, 4),}
+    SPLAT_FIELD(splat_dataset_desc, reserved, 68, 4),
+    SPLAT_FIELD(splat_dataset_desc, objects_file, 72, 8),
+    SPLAT_FIELD(splat_dataset_desc, excluded_file, 80, 8),
+    SPLAT_FIELD(splat_dataset_desc, views_file, 88, 8),}
 };  // clang-format on
 
 inline const Layout kDatasetViews = {  // clang-format off
@@ -260,6 +263,35 @@ inline const Layout kDatasetViews = {  // clang-format off
     SPLAT_FIELD(splat_dataset_views, quaternion_count, 112, 8),
     SPLAT_FIELD(splat_dataset_views, focal_count, 120, 8),
     SPLAT_FIELD(splat_dataset_views, origin_distance_count, 128, 8),}
+};  // clang-format on
+
+inline const Layout kCo3dDesc = {  // clang-format off
+    "splat_co3d_desc",
+    sizeof(splat_co3d_desc),
+    64,
+    {
+    SPLAT_FIELD(splat_co3d_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_co3d_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_co3d_desc, next, 8, 8),
+    SPLAT_FIELD(splat_co3d_desc, raw, 16, 8),
+    SPLAT_FIELD(splat_co3d_desc, out, 24, 8),
+    SPLAT_FIELD(splat_co3d_desc, category, 32, 8),
+    SPLAT_FIELD(splat_co3d_desc, subset, 40, 8),
+    SPLAT_FIELD(splat_co3d_desc, split, 48, 8),
+    SPLAT_FIELD(splat_co3d_desc, size, 56, 4),
+    SPLAT_FIELD(splat_co3d_desc, limit, 60, 4),}
+};  // clang-format on
+
+inline const Layout kCo3dInfo = {  // clang-format off
+    "splat_co3d_info",
+    sizeof(splat_co3d_info),
+    24,
+    {
+    SPLAT_FIELD(splat_co3d_info, struct_size, 0, 4),
+    SPLAT_FIELD(splat_co3d_info, sequences, 4, 4),
+    SPLAT_FIELD(splat_co3d_info, kept, 8, 4),
+    SPLAT_FIELD(splat_co3d_info, left_out, 12, 4),
+    SPLAT_FIELD(splat_co3d_info, frames, 16, 8),}
 };  // clang-format on
 
 inline const Layout kSyntheticDesc = {  // clang-format off

@@ -116,6 +116,7 @@ class MisuseTable {
     void fold_rows();
     void dataset_rows();
     void synthetic_rows();
+    void co3d_rows();
     void model_rows();
     void model_state_rows();
     void model_pass_rows();

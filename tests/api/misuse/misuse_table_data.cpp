@@ -16,6 +16,7 @@ splat_result read_one(splat_dataset dataset, std::uint32_t object, const std::ui
 
 void MisuseTable::dataset_rows() {
     synthetic_rows();
+    co3d_rows();
     const auto open = [this](const splat_dataset_desc* desc) {
         return splat_dataset_open(desc, outputs.dataset.out());
     };
@@ -38,6 +39,7 @@ void MisuseTable::dataset_rows() {
     invalid("an unknown split", [](splat_dataset_desc& d) { d.split = "x"; });
     invalid(
         "a missing split", [](splat_dataset_desc& d) { d.split = "val"; }, kNotFound);
+    invalid("a list of another format", [](splat_dataset_desc& d) { d.objects_file = "x"; });
     invalid("a large resolution", [](splat_dataset_desc& d) { d.resolution = UINT32_MAX; });
     invalid("a background above 1", [](splat_dataset_desc& d) { d.background[0] = 2; });
     handles<splat_dataset>(
@@ -111,6 +113,37 @@ void MisuseTable::synthetic_rows() {
             const splat_synthetic_desc desc = synthetic_desc(data_folder());
             return splat_synthetic_write(&desc, index);
         });
+}
+
+void MisuseTable::co3d_rows() {
+    const auto prepare = [](const splat_co3d_desc* desc) {
+        auto info = sized<splat_co3d_info>();
+        return splat_co3d_prepare(desc, &info);
+    };
+    auto good = sized<splat_co3d_desc>();
+    good.raw = "/nonexistent";
+    good.out = data_folder();
+    good.category = "hydrant";
+    add("splat_co3d_prepare", "desc", "NULL", kArgument, [prepare] { return prepare(nullptr); });
+    descs<splat_co3d_desc>("splat_co3d_prepare", good, prepare);
+    const auto invalid = [&](const char* what, splat_result expected,
+                             void (*change)(splat_co3d_desc&)) {
+        splat_co3d_desc desc = good;
+        change(desc);
+        add("splat_co3d_prepare", "desc", what, expected,
+            [prepare, desc] { return prepare(&desc); });
+    };
+    invalid("no release", kArgument, [](splat_co3d_desc& d) { d.raw = nullptr; });
+    invalid("no folder to write to", kArgument, [](splat_co3d_desc& d) { d.out = nullptr; });
+    invalid("no category", kArgument, [](splat_co3d_desc& d) { d.category = nullptr; });
+    invalid("a path as the category", kArgument, [](splat_co3d_desc& d) { d.category = "a/b"; });
+    invalid("another split", kArgument, [](splat_co3d_desc& d) { d.split = "x"; });
+    invalid("a large size", kArgument, [](splat_co3d_desc& d) { d.size = 4097; });
+    invalid("a missing release", kNotFound, [](splat_co3d_desc&) {});
+    add("splat_co3d_prepare", "info", "without its size", kArgument, [good] {
+        splat_co3d_info info = {};
+        return splat_co3d_prepare(&good, &info);
+    });
 }
 
 }  // namespace splat::test

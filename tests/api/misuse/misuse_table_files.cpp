@@ -228,7 +228,7 @@ void MisuseTable::weights_memory_rows() {
     handles<splat_weights>(
         "splat_weights_save_memory", "weights",
         [save](splat_weights w) { return save(w, SPLAT_WEIGHTS_NPZ, 0); }, kHandle);
-    for (const splat_weights_format format : {-1, 0, 3})
+    for (const splat_weights_format format : {-1, 0, 4})
         add("splat_weights_save_memory", "format", "none", kArgument,
             [=, this] { return save(weights_, format, 0); });
     for (const std::uint32_t flags : {2U, 1U << 31U})

@@ -13,6 +13,21 @@ void MisuseTable::config_rows() {
         [this] { return splat_config_keys(*outputs.text.out(), 0, nullptr); });
     add("splat_config_keys", "needed", "NULL", SPLAT_INCOMPLETE,
         [] { return splat_config_keys(nullptr, 0, nullptr); });
+    add("splat_config_presets", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
+        [] { return splat_config_presets(nullptr, SIZE_MAX, nullptr); });
+    add("splat_config_presets", "capacity", "0", SPLAT_INCOMPLETE,
+        [this] { return splat_config_presets(*outputs.text.out(), 0, nullptr); });
+    add("splat_config_presets", "needed", "NULL", SPLAT_INCOMPLETE,
+        [] { return splat_config_presets(nullptr, 0, nullptr); });
+    const auto preset = [this](const char* name) {
+        return splat_config_preset(name, *outputs.text.out(), 16, outputs.size.out());
+    };
+    add("splat_config_preset", "name", "NULL", kArgument, [preset] { return preset(nullptr); });
+    add("splat_config_preset", "name", "an unknown one", kArgument,
+        [preset] { return preset("car"); });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_config_preset", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [] { return splat_config_preset("cars", nullptr, 0, nullptr); });
     add("splat_config_merge", "text", "an invalid configuration", kArgument,
         [merge] { return merge("]", nullptr, 0); });
     add("splat_config_merge", "text", "an unknown key", kArgument,

@@ -27,8 +27,8 @@ void MisuseTable::weights_rows() {
         [this] { return splat_weights_save(weights_, nullptr, 0); });
     add("splat_weights_save", "path", "a missing folder", kNotFound,
         [this] { return splat_weights_save(weights_, kNoWeightsFile, 0); });
-    add("splat_weights_save", "path", "a format that is only read", SPLAT_ERROR_UNSUPPORTED,
-        [this] { return splat_weights_save(weights_, "/nonexistent/a.pth", 0); });
+    add("splat_weights_save", "path", "an unknown extension", SPLAT_ERROR_UNSUPPORTED,
+        [this] { return splat_weights_save(weights_, "/nonexistent/a.bin", 0); });
     for (const std::uint32_t flags : {1U, 4U, 1U << 31U})
         add("splat_weights_load", "flags", "unknown", kArgument, [this, flags] {
             return splat_weights_load(kNoWeightsFile, flags, outputs.weights.out());

@@ -13,6 +13,7 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/config/merged_config.h"
 
 namespace vkrun {
 namespace {
@@ -88,7 +89,7 @@ int run_bench_model(BenchModelOptions options) {
     options.precision = options.precision_name == "strict" ? SPLAT_PRECISION_STRICT
                         : options.precision_name == "fast" ? SPLAT_PRECISION_FAST
                                                            : SPLAT_PRECISION_BALANCED;
-    if (!options.file.empty()) options.config = read_text(options.file);
+    if (!options.file.empty()) options.config = config_text(options.file);
     splat_device_desc desc = device_desc(options.device);
     if (options.profile) desc.flags = SPLAT_DEVICE_PROFILE;
     const Device device = open_device(desc);

@@ -10,6 +10,7 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/config/merged_config.h"
 
 namespace vkrun {
 namespace {
@@ -42,7 +43,7 @@ struct BenchStartOptions : bench::StartBenchOptions {
 };
 
 int run_bench_start(BenchStartOptions options) {
-    if (!options.file.empty()) options.config = read_text(options.file);
+    if (!options.file.empty()) options.config = config_text(options.file);
     if (options.once) {
         bench::answer_once(options);
         return kSuccess;

@@ -43,6 +43,19 @@ Examples:
   vkrun config show opt.base_lr
 )";
 
+constexpr const char* kPresetsFooter =
+    R"(Lists the configurations of the published models. Their names stand for files wherever a command takes a
+configuration. They name no folder of data, lists of objects or weights: see --data, 'vkrun config list data'
+and opt.pretrained_ckpt.
+
+Exit status: 0 done, 2 wrong usage.
+
+Examples:
+  vkrun config presets --json | jq -r '.[].name'
+  vkrun train chairs --data srn_chairs --out run
+  vkrun config show nmr --set opt.batch_size=8
+)";
+
 struct ConfigOptions {
     std::string prefix;  ///< or CONFIG, or KEY
     std::vector<std::string> changes;
@@ -182,6 +195,18 @@ Json value_in(const Json& config, const std::string& key) {
     return *at;
 }
 
+int list_presets(bool json) {
+    const Json rows = library_json(splat_config_presets);
+    if (json) {
+        print_json(rows);
+        return kSuccess;
+    }
+    for (const Json& row : rows)
+        std::fputs(line_of({{0, text_of(row, "name")}, {20, text_of(row, "about")}}).c_str(),
+                   stdout);
+    return kSuccess;
+}
+
 /// The configuration without the changes of --set; null if it is wrong without them.
 Json unchanged_config(const ConfigOptions& options) try {
     return merged_config(options.prefix, {});
@@ -191,7 +216,7 @@ Json unchanged_config(const ConfigOptions& options) try {
 
 /// Print what a training would leave out, or why it is refused, to standard error.
 void warn_of_training(const ConfigOptions& options) {
-    const std::string text = options.prefix.empty() ? "" : read_text(options.prefix);
+    const std::string text = options.prefix.empty() ? "" : config_text(options.prefix);
     const char* const from = options.prefix.empty() ? nullptr : text.c_str();
     std::vector<const char*> values;
     for (const std::string& change : options.changes) values.push_back(change.c_str());
@@ -288,10 +313,14 @@ void add_config(CLI::App& app, int& exit_code) {
     all->add_option("PREFIX", options->prefix, "Only keys that start with PREFIX")->type_name("");
     add_json_flag(*all, options->json);
     all->callback([options, &exit_code] { exit_code = list(*options); });
+    CLI::App* presets = add_command(
+        *group, "presets", "List the configurations of the published models.", kPresetsFooter);
+    add_json_flag(*presets, options->json);
+    presets->callback([options, &exit_code] { exit_code = list_presets(options->json); });
     CLI::App* one = add_command(*group, "show", "Show every value of a configuration, or one key.",
                                 kShowFooter);
     one->add_option("CONFIG", options->prefix,
-                    "YAML or JSON file, or a KEY; default: the cars model")
+                    "YAML or JSON file, name of a preset, or a KEY; default: the cars model")
         ->type_name("");
     add_changes_option(*one, options->changes);
     add_json_flag(*one, options->json);

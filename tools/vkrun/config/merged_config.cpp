@@ -7,8 +7,21 @@
 
 namespace vkrun {
 
+std::string config_text(const std::string& path) {
+    std::error_code ignored;
+    std::size_t needed = 0;
+    const bool is_name = path.find_first_of("/.") == std::string::npos;
+    if (!is_name || std::filesystem::is_regular_file(path, ignored)) return read_text(path);
+    if (splat_config_preset(path.c_str(), nullptr, 0, &needed) != SPLAT_INCOMPLETE)
+        throw Failure(kUsageError,
+                      "there is no file '" + path + "', and " + splat_last_error_message());
+    std::string text(needed, '\0');
+    check(splat_config_preset(path.c_str(), text.data(), needed, nullptr));
+    return text.c_str();
+}
+
 Json merged_config(const std::string& path, const std::vector<std::string>& changes) {
-    const std::string text = path.empty() ? "" : read_text(path);
+    const std::string text = path.empty() ? "" : config_text(path);
     std::vector<const char*> values;
     for (const std::string& change : changes) values.push_back(change.c_str());
     std::size_t needed = 0;

@@ -7,7 +7,10 @@
 
 namespace vkrun {
 
-/// The configuration of a file (none: the defaults) with changes "key=value". Throws a Failure.
+/// The text of a file, or of the library's configuration of this name, such as "cars". Throws a usage Failure.
+std::string config_text(const std::string& path);
+
+/// The configuration of a file or name (none: the defaults) with changes "key=value". Throws a Failure.
 Json merged_config(const std::string& path, const std::vector<std::string>& changes);
 
 /// The configuration beside a file of weights: its name with .json or .yaml, else config.json or config.yaml in

@@ -26,9 +26,10 @@ namespace {
 
 constexpr const char* kEvalFooter =
     R"(Each object is predicted from its conditioning views and drawn in all its views. Conditioning views are
-number 64 (for two inputs also 128) of SRN's 251 test views, else the first ones. PSNR and SSIM are means over
-an object's views, then over objects, separately for conditioning and novel views. A view that equals its
-target has no PSNR; such views are counted. A view whose target is all black is skipped.
+number 64 (for two inputs also 128) of SRN's 251 test views, 0 (and 30) of CO3D's, that of data.views_file for
+NMR's, else the first ones. PSNR and SSIM are means over an object's views, then over objects, separately for
+conditioning and novel views. A view that equals its target has no PSNR; such views are counted. A view whose target
+is all black is skipped.
 
 LPIPS needs the weights of its network, which are not part of libsplat: pass --lpips twice, with a file of
 torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them LPIPS is nan.

@@ -20,8 +20,9 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kTrainFooter =
-    R"(CONFIG is YAML or JSON with the keys of Splatter Image; without it, the published cars model is
-trained. 'vkrun config list' explains every key, and 'vkrun config show' prints every value.
+    R"(CONFIG is YAML or JSON with the keys of Splatter Image, or the name of a published configuration ('vkrun
+config presets'); without it, the published cars model is trained. 'vkrun config list' explains every key, and
+'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock and, at the end,
@@ -38,6 +39,7 @@ nothing, 130 interrupted.
 Examples:
   vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
   vkrun train cars.yaml --out run --resume
+  vkrun train hydrants --data co3d --set data.excluded_file=bad_sequences.py --out run
   vkrun train priors.yaml --init model_best.pth --set data.use_pred_depth=true --out run2
 )";
 
@@ -82,7 +84,7 @@ Training open_training(splat_device device, const TrainOptions& options) {
     if (!options.data.empty()) changes.push_back("data.root=" + Json(options.data).dump());
     std::vector<const char*> values;
     for (const std::string& change : changes) values.push_back(change.c_str());
-    const std::string config = options.config.empty() ? "" : read_text(options.config);
+    const std::string config = options.config.empty() ? "" : config_text(options.config);
     auto desc = sized<splat_training_desc>();
     if (options.resume) desc.flags |= SPLAT_TRAINING_RESUME;
     if (options.overwrite) desc.flags |= SPLAT_TRAINING_OVERWRITE;
@@ -154,7 +156,8 @@ void add_train(CLI::App& app, int& exit_code) {
     TrainOptions& t = *options;
     command
         ->add_option("CONFIG", t.config,
-                     "Configuration, YAML or JSON; default: the published cars model")
+                     "Configuration, YAML or JSON, or the name of one such as chairs;\n"
+                     "default: the published cars model")
         ->type_name("");
     command->add_option("--data", t.data, "Folder of the data set; replaces data.root")
         ->type_name("DIR");

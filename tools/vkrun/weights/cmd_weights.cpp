@@ -31,14 +31,16 @@ Examples:
 )";
 
 constexpr const char* kWeightsConvertFooter =
-    R"(OUT is .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint, or .npz. The
-configuration beside IN, if there is one, is written beside OUT (out.json for out.safetensors), unless OUT
-has the same one.
+    R"(IN is also a .pth from before PyTorch 1.6, such as those of torchvision and of the lpips package. OUT is
+.safetensors, which keeps iteration, loss and best_PSNR of a checkpoint; .pth, a checkpoint for the published
+Python code (torch.load) with these three, 0 where IN has none, and model_state_dict; or .npz. The configuration
+beside IN, if there is one, is written beside OUT (out.json for out.safetensors), unless OUT has the same one.
 
 Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
 Examples:
   vkrun weights convert model_best.pth model.safetensors
+  vkrun weights convert run/weights_best.safetensors model_best.pth
   vkrun weights convert model.safetensors small.safetensors --half --json
 )";
 

@@ -97,7 +97,7 @@ class StartedModel {
   public:
     explicit StartedModel(const WeightsModelOptions& options)
         : device_(open_device(device_desc(options.device))) {
-        const std::string config = read_text(options.config);
+        const std::string config = config_text(options.config);
         auto desc = sized<splat_model_desc>();
         desc.flags = SPLAT_MODEL_LOW_MEMORY;
         desc.config = config.c_str();

@@ -16,7 +16,8 @@ from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kerne
                       TrainingEventKind, Verdict)
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
-from .dataset import Dataset, config_keys, config_merge, config_warnings, write_synthetic
+from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
+                      config_warnings, prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
 from .evaluator import EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
@@ -47,9 +48,10 @@ __all__ = [
     "Tensor", "Timeout", "Trainer", "Training", "TrainingEventKind", "Unsupported", "Verdict",
     "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes", "compare_depth",
     "compare_fidelity", "compare_images", "compare_masks", "compare_normals", "config_keys",
-    "config_merge", "config_warnings", "cut_picture", "default_device", "depth_points", "describe",
-    "devices", "filter_map", "mesh_points", "operators", "render", "save_animation", "save_cameras",
-    "scene_formats", "set_log", "write_synthetic",
+    "config_merge", "config_preset", "config_presets", "config_warnings", "cut_picture",
+    "default_device", "depth_points", "describe", "devices", "filter_map", "mesh_points",
+    "operators", "prepare_co3d", "render", "save_animation", "save_cameras", "scene_formats",
+    "set_log", "write_synthetic",
 ]
 
 for _name in __all__:  # what tracebacks and help call them

@@ -129,6 +129,12 @@ class Access(OpenEnum):
     READ_WRITE = 3
 
 
+class Co3dFlags(IntFlag):
+    """`splat_co3d_flags` of the headers."""
+
+    STORED_POSES = 1
+
+
 class SceneFormat(OpenEnum):
     """`splat_scene_format` of the headers."""
 
@@ -176,6 +182,7 @@ class WeightsFormat(OpenEnum):
 
     SAFETENSORS = 1
     NPZ = 2
+    PTH = 3
 
 
 class FoldFlags(IntFlag):
@@ -624,6 +631,50 @@ class splat_tensor_stats(Structure):
         ("min", c_double),
         ("max", c_double),
         ("mean", c_double),
+    ]
+
+
+class splat_co3d_desc(Structure):
+    """`splat_co3d_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    raw: Any
+    out: Any
+    category: Any
+    subset: Any
+    split: Any
+    size: int
+    limit: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("raw", c_char_p),
+        ("out", c_char_p),
+        ("category", c_char_p),
+        ("subset", c_char_p),
+        ("split", c_char_p),
+        ("size", c_uint32),
+        ("limit", c_uint32),
+    ]
+
+
+class splat_co3d_info(Structure):
+    """`splat_co3d_info` of the headers."""
+
+    struct_size: int
+    sequences: int
+    kept: int
+    left_out: int
+    frames: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("sequences", c_uint32),
+        ("kept", c_uint32),
+        ("left_out", c_uint32),
+        ("frames", c_uint64),
     ]
 
 
@@ -1456,6 +1507,9 @@ class splat_dataset_desc(Structure):
     cache_bytes: int
     background: Any
     reserved: int
+    objects_file: Any
+    excluded_file: Any
+    views_file: Any
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
@@ -1468,6 +1522,9 @@ class splat_dataset_desc(Structure):
         ("cache_bytes", c_uint64),
         ("background", c_float * 3),
         ("reserved", c_uint32),
+        ("objects_file", c_char_p),
+        ("excluded_file", c_char_p),
+        ("views_file", c_char_p),
     ]
 
 
@@ -2290,6 +2347,15 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("reserved", 4, 4), ("nan_count", 8, 8), ("inf_count", 16, 8),
         ("min", 24, 8), ("max", 32, 8), ("mean", 40, 8),
     )),
+    "splat_co3d_desc": (splat_co3d_desc, False, 64, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("raw", 16, 8), ("out", 24, 8),
+        ("category", 32, 8), ("subset", 40, 8), ("split", 48, 8), ("size", 56, 4),
+        ("limit", 60, 4),
+    )),
+    "splat_co3d_info": (splat_co3d_info, False, 24, (
+        ("struct_size", 0, 4), ("sequences", 4, 4), ("kept", 8, 4), ("left_out", 12, 4),
+        ("frames", 16, 8),
+    )),
     "splat_scene_desc": (splat_scene_desc, False, 112, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("count", 16, 8),
         ("sh_degree", 24, 4), ("reserved", 28, 4), ("means", 32, 8), ("log_scales", 40, 8),
@@ -2444,10 +2510,11 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8),
         ("weight_count", 24, 4), ("side", 28, 4),
     )),
-    "splat_dataset_desc": (splat_dataset_desc, False, 72, (
+    "splat_dataset_desc": (splat_dataset_desc, False, 96, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
         ("format", 24, 8), ("split", 32, 8), ("resolution", 40, 4), ("limit", 44, 4),
         ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
+        ("objects_file", 72, 8), ("excluded_file", 80, 8), ("views_file", 88, 8),
     )),
     "splat_dataset_views": (splat_dataset_views, False, 136, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8),
@@ -2657,6 +2724,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Measure an SPLAT_DTYPE_F32 tensor on the device."),
     ("splat_tensor_destroy", c_int32, (c_void_p,),
      "Destroy a tensor, mapped or not."),
+    ("splat_co3d_prepare", c_int32, (POINTER(splat_co3d_desc), POINTER(splat_co3d_info)),
+     "Write the images, masks and cameras of a split to ...."),
     ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p)),
      "Create a scene."),
     ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
@@ -2740,7 +2809,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
     ),
      "Make weights of arrays, which are copied, in their order."),
     ("splat_weights_save", c_int32, (c_void_p, c_char_p, c_uint32),
-     "Write .safetensors (with the metadata) or .npz by the extension."),
+     "Write .safetensors (with the metadata), .pth (a checkpoint of the published code."),
     ("splat_weights_save_memory", c_int32, (
         c_void_p, c_int32, c_uint32, c_void_p, c_size_t, POINTER(c_size_t),
     ),
@@ -2927,6 +2996,10 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
         c_char_p, POINTER(c_char_p), c_size_t, c_void_p, c_size_t, POINTER(c_size_t),
     ),
      "Make a configuration of network and training with every value, as JSON for ...."),
+    ("splat_config_presets", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
+     "JSON array of the published configurations that the library has by name."),
+    ("splat_config_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
+     "The text of one of them, such as 'cars', in YAML, for splat_config_merge."),
     ("splat_dataset_open", c_int32, (POINTER(splat_dataset_desc), POINTER(c_void_p)),
      "Open the data set in a folder."),
     ("splat_dataset_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),

@@ -108,6 +108,23 @@ class TensorStats:
 
 
 @dataclass(frozen=True)
+class Co3dInfo:
+    """`splat_co3d_info` of the headers."""
+
+    sequences: int
+    kept: int
+    left_out: int
+    frames: int
+
+    @classmethod
+    def of(cls, raw: Any) -> "Co3dInfo":
+        """From a `splat_co3d_info`."""
+        return cls(
+            raw.sequences, raw.kept, raw.left_out, raw.frames,
+        )
+
+
+@dataclass(frozen=True)
 class SceneInfo:
     """`splat_scene_info` of the headers."""
 

@@ -26,6 +26,16 @@ def config_keys() -> List[Dict[str, Any]]:
     return keys
 
 
+def config_presets() -> Dict[str, str]:
+    """Names of the configurations of the published models, with a sentence about each."""
+    return {row["name"]: row["about"] for row in json_from(lib.splat_config_presets)}
+
+
+def config_preset(name: str) -> str:
+    """The text of one of them, for `config_merge` and everything that takes a configuration."""
+    return text_from(lib.splat_config_preset, encoded(name, "name"))
+
+
 def config_merge(config: Config = None, *changes: str) -> str:
     """A configuration with every value, as JSON.
 
@@ -55,6 +65,9 @@ class Dataset(Handle):
     background   behind transparent pixels, RGB
     depth, normal, mask  maps that are required
     lenient      keep objects with missing files, for `check`
+    objects_file, excluded_file, views_file  lists that the published code reads: objects of
+                 "objaverse" (JSON), sequences of "co3d" to leave out, test objects and source
+                 views of "nmr"; paths, or in the folder of the data
     Raises NotFound, IoError, FormatError, InvalidArgument.
     """
 
@@ -63,7 +76,10 @@ class Dataset(Handle):
     def __init__(self, path: PathLike, *, format: Optional[str] = None, split: str = "train",
                  resolution: int = 0, limit: int = 0, cache_bytes: int = 0,
                  background: ArrayLike = (0, 0, 0), depth: bool = False, normal: bool = False,
-                 mask: bool = False, lenient: bool = False) -> None:
+                 mask: bool = False, lenient: bool = False,
+                 objects_file: Optional[PathLike] = None,
+                 excluded_file: Optional[PathLike] = None,
+                 views_file: Optional[PathLike] = None) -> None:
         bits = _native.DataFlags
         desc = _native.splat_dataset_desc(struct_size=sizeof(_native.splat_dataset_desc))
         desc.flags = flags_of((depth, bits.DEPTH), (normal, bits.NORMAL), (mask, bits.MASK),
@@ -73,6 +89,9 @@ class Dataset(Handle):
         desc.resolution, desc.limit = whole(resolution, "resolution"), whole(limit, "limit")
         desc.cache_bytes = whole(cache_bytes, "cache_bytes", 64)
         desc.background[:] = doubles(background, (3,), "background").tolist()
+        for name, file in (("objects_file", objects_file), ("excluded_file", excluded_file),
+                           ("views_file", views_file)):
+            setattr(desc, name, path_of(file, name))
         self._own(made("dataset", direct, lib.splat_dataset_open, byref(desc)))
         report = self.report
         self._side = int(report["resolution"])
@@ -135,6 +154,29 @@ def view_numbers(dataset: Dataset, index: int, views: Optional[Sequence[int]]) -
     if given is None:
         given = range(dataset.views(index) if 0 <= index < len(dataset) else 0)
     return (c_uint32 * len(given))(*(whole(each, "a view") for each in given))
+
+
+def prepare_co3d(raw: PathLike, out: PathLike, category: str, *, subset: str = "fewview_dev",
+                 split: str = "train", size: int = 0, limit: int = 0,
+                 stored_poses: bool = False) -> Dict[str, int]:
+    """Make the data set of the published code from a split of CO3D's raw release.
+
+    category      "hydrant", "teddybear"
+    size          of the images; 0: 128
+    limit         only this many sequences; 0: all
+    stored_poses  keep the release's cameras instead of normalised ones
+    Returns the numbers of sequences, frames, and sequences that were kept or left out. Raises
+    NotFound, IoError, FormatError, InvalidArgument.
+    """
+    desc = _native.splat_co3d_desc(struct_size=sizeof(_native.splat_co3d_desc))
+    desc.flags = flags_of((stored_poses, _native.Co3dFlags.STORED_POSES))
+    desc.raw, desc.out = path_of(raw, "raw"), path_of(out, "out")
+    desc.category, desc.subset = encoded(category, "category"), encoded(subset, "subset")
+    desc.split = encoded(split, "split")
+    desc.size, desc.limit = whole(size, "size"), whole(limit, "limit")
+    info = _native.splat_co3d_info(struct_size=sizeof(_native.splat_co3d_info))
+    check(lib.splat_co3d_prepare(byref(desc), byref(info)))
+    return {name: getattr(info, name) for name in ("sequences", "frames", "kept", "left_out")}
 
 
 def write_synthetic(path: PathLike, *, category: str = "cars", seed: int = 0, resolution: int = 0,

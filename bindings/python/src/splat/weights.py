@@ -71,7 +71,7 @@ class Weights(Handle):
                             flags))
 
     def save(self, path: PathLike, *, half: bool = False) -> None:
-        """Write .safetensors or .npz, whole or not at all.
+        """Write .safetensors, .pth or .npz, whole or not at all.
 
         half  as float16; InvalidArgument for finite values beyond its range
         """
@@ -79,7 +79,7 @@ class Weights(Handle):
                                      flags_of((half, _native.WeightsFlags.HALF))))
 
     def to_bytes(self, format: Union[int, str] = "safetensors", *, half: bool = False) -> bytes:
-        """The bytes of such a file, "safetensors" or "npz"."""
+        """The bytes of such a file, "safetensors", "pth" or "npz"."""
         return bytes_from(lib.splat_weights_save_memory, self.handle,
                           choice(_native.WeightsFormat, format, "format"),
                           flags_of((half, _native.WeightsFlags.HALF)))

@@ -105,6 +105,9 @@ pub const SPLAT_ACCESS_READ: splat_access = 1;
 pub const SPLAT_ACCESS_WRITE: splat_access = 2;
 pub const SPLAT_ACCESS_READ_WRITE: splat_access = 3;
 
+/// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
+pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
+
 pub type splat_scene_format = i32;
 /// 3DGS, ascii or binary, properties in any order
 pub const SPLAT_SCENE_PLY: splat_scene_format = 1;
@@ -155,6 +158,7 @@ pub const SPLAT_WEIGHTS_COPY: u32 = 2;
 pub type splat_weights_format = i32;
 pub const SPLAT_WEIGHTS_SAFETENSORS: splat_weights_format = 1;
 pub const SPLAT_WEIGHTS_NPZ: splat_weights_format = 2;
+pub const SPLAT_WEIGHTS_PTH: splat_weights_format = 3;
 
 /// undo: take folded adapters out of weights
 pub const SPLAT_FOLD_OUT: u32 = 1;
@@ -548,10 +552,7 @@ pub type splat_predictor = *mut splat_predictor_s;
 pub struct splat_dataset_s {
     opaque: [u8; 0],
 }
-/// ```text
-/// Objects seen by several cameras, stored in a folder and read into host memory; needs no device.
-/// Thread-safe.
-/// ```
+/// Objects seen by several cameras, stored in a folder; needs no device. Thread-safe.
 pub type splat_dataset = *mut splat_dataset_s;
 
 #[repr(C)]
@@ -649,10 +650,10 @@ pub struct splat_evaluator_s {
 /// ```text
 /// The published protocol of Splatter Image: each object is predicted from its conditioning views
 /// and drawn in all its views. Conditioning views are number 64 (for two inputs also 128) of SRN's
-/// 251 test views, 0 and 30 for two inputs of CO3D, else the first ones; the others are novel. PSNR,
-/// SSIM and LPIPS are means over an object's views, then over objects, apart for conditioning and
-/// novel views. A view that equals its target has no PSNR; such views are counted. A view whose
-/// target is all black is skipped.
+/// 251 test views, 0 and 30 for two inputs of CO3D, that of the views_file of NMR, else the first
+/// ones; the others are novel. PSNR, SSIM and LPIPS are means over an object's views, then over
+/// objects, apart for conditioning and novel views. A view that equals its target has no PSNR; such
+/// views are counted. A view whose target is all black is skipped.
 ///
 /// The scores of an object with numbers that are not finite are NaN, and so are the means: no number
 /// looks like a score. The caller synchronises calls on the evaluators of one predictor; the device
@@ -880,6 +881,61 @@ pub struct splat_tensor_stats {
 }
 
 impl Default for splat_tensor_stats {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_co3d_desc {
+    pub struct_size: u32,
+    /// SPLAT_CO3D_*
+    pub flags: u32,
+    pub next: *const c_void,
+    /// folder of the release, with a folder for each category
+    pub raw: *const c_char,
+    /// folder to write to
+    pub out: *const c_char,
+    /// "hydrant", "teddybear"
+    pub category: *const c_char,
+    /// NULL: "fewview_dev", as published
+    pub subset: *const c_char,
+    /// "train", "val", "test"; NULL: train
+    pub split: *const c_char,
+    /// of the images, pixels; 0: 128
+    pub size: u32,
+    /// only this many sequences, the first by name; 0: all
+    pub limit: u32,
+}
+
+impl Default for splat_co3d_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_co3d_info {
+    pub struct_size: u32,
+    /// of the split
+    pub sequences: u32,
+    /// of them, that were there before
+    pub kept: u32,
+    /// of them, whose cameras are not finite
+    pub left_out: u32,
+    /// of all of them
+    pub frames: u64,
+}
+
+impl Default for splat_co3d_info {
     fn default() -> Self {
         // SAFETY: zero is a valid value of all fields.
         let mut value: Self = unsafe { std::mem::zeroed() };
@@ -1860,6 +1916,12 @@ pub struct splat_dataset_desc {
     /// behind transparent pixels, 0 to 1
     pub background: [f32; 3],
     pub reserved: u32,
+    /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
+    pub objects_file: *const c_char,
+    /// "co3d": names of sequences to leave out, in any text
+    pub excluded_file: *const c_char,
+    /// "nmr": tests, lines "category object source_view"
+    pub views_file: *const c_char,
 }
 
 impl Default for splat_dataset_desc {
@@ -3063,6 +3125,24 @@ extern "C" {
     pub fn splat_tensor_destroy(tensor: splat_tensor) -> splat_result;
 
     /// ```text
+    /// Write the images, masks and cameras of a split to OUT/co3d_CATEGORY_for_gs/SPLIT, which
+    /// splat_dataset_open reads: the largest square around the principal point, LANCZOS to the size, on
+    /// black. Sequences that are there are kept, so that an interrupted run can be repeated. Runs on
+    /// several threads; each sequence done is a message of the level info.
+    /// info    out, may be NULL
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+    ///   SPLAT_ERROR_NOT_FOUND             annotations, an image, a mask or points are not there
+    ///   SPLAT_ERROR_IO                    a file cannot be read or written
+    ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
+    /// After an error, what was written stays.
+    /// ```
+    pub fn splat_co3d_prepare(
+        desc: *const splat_co3d_desc,
+        info: *mut splat_co3d_info,
+    ) -> splat_result;
+
+    /// ```text
     /// Create a scene.
     /// Returns SPLAT_OK, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree > 3, an array that is too short
@@ -3445,11 +3525,12 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Write .safetensors (with the metadata) or .npz by the extension; the file appears whole or not at
-    /// all.
+    /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
+    /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
+    /// appears whole or not at all.
     /// flags     SPLAT_WEIGHTS_HALF
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, a finite value beyond float16
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
     ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
     ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
     ///   SPLAT_ERROR_UNSUPPORTED           another extension
@@ -4347,8 +4428,7 @@ extern "C" {
     /// the same sentences as messages.
     /// text, values, count   as splat_config_merge, which takes all keys that are known
     /// Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
-    ///   refuses to train (opt.pretrained_hf; keys of adapters without opt.lora_finetune; no file of
-    ///   vectors)
+    ///   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors)
     /// ```
     pub fn splat_config_check(
         text: *const c_char,
@@ -4379,10 +4459,33 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Open the data set in a folder. Views of an object and images in it are ordered by name.
+    /// JSON array of the published configurations that the library has by name: {"name", "about"}.
+    /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
+    /// ```
+    pub fn splat_config_presets(
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// ```text
+    /// The text of one of them, such as "cars", in YAML, for splat_config_merge.
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)
+    /// ```
+    pub fn splat_config_preset(
+        name: *const c_char,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// ```text
+    /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+    /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+    /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
-    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder or split, or no such maps
+    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
     ///   SPLAT_ERROR_IO                    a file cannot be read
     ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
     ///                                     poses, an object with one view
@@ -4393,8 +4496,8 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// JSON: {"format", "split", "objects", "views" (of all objects), "resolution", "stored_resolution",
-    /// "maps": ["depth", ...], "names": [], "views_of": []}.
+    /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_dataset_report(
@@ -4560,8 +4663,7 @@ extern "C" {
     /// Do one update. Arrays are read before the call returns.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
     ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; on error there
-    ///   is no update
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
     /// ```
     pub fn splat_trainer_step(
         trainer: splat_trainer,
@@ -4570,9 +4672,9 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// JSON: {"step", "attempts" (calls that ran, including skipped ones), "parameters", "trainable",
-    /// "ledger" (of the last attempt; null before the first): {"visible", "culled", "non_finite",
-    /// "gradients_zero"} (see splat_trainer_info), "config"}.
+    /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
+    /// attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
+    /// splat_trainer_info), "config"}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_trainer_report(
@@ -4594,8 +4696,7 @@ extern "C" {
     /// ```text
     /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (the file cannot be written), and errors of the
-    ///   device.
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (cannot be written), and errors of the device.
     /// ```
     pub fn splat_trainer_save(trainer: splat_trainer, path: *const c_char) -> splat_result;
 
@@ -5062,6 +5163,8 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_tensor_desc", false, std::mem::size_of::<splat_tensor_desc>()),
     ("splat_tensor_info", false, std::mem::size_of::<splat_tensor_info>()),
     ("splat_tensor_stats", false, std::mem::size_of::<splat_tensor_stats>()),
+    ("splat_co3d_desc", false, std::mem::size_of::<splat_co3d_desc>()),
+    ("splat_co3d_info", false, std::mem::size_of::<splat_co3d_info>()),
     ("splat_scene_desc", false, std::mem::size_of::<splat_scene_desc>()),
     ("splat_scene_file_desc", false, std::mem::size_of::<splat_scene_file_desc>()),
     ("splat_similarity", true, std::mem::size_of::<splat_similarity>()),
@@ -5227,6 +5330,25 @@ mod tests {
             min: 24, 8;
             max: 32, 8;
             mean: 40, 8;
+        );
+        layout!(splat_co3d_desc, 64, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            raw: 16, 8;
+            out: 24, 8;
+            category: 32, 8;
+            subset: 40, 8;
+            split: 48, 8;
+            size: 56, 4;
+            limit: 60, 4;
+        );
+        layout!(splat_co3d_info, 24, 8,
+            struct_size: 0, 4;
+            sequences: 4, 4;
+            kept: 8, 4;
+            left_out: 12, 4;
+            frames: 16, 8;
         );
         layout!(splat_scene_desc, 112, 8,
             struct_size: 0, 4;
@@ -5589,7 +5711,7 @@ mod tests {
             weight_count: 24, 4;
             side: 28, 4;
         );
-        layout!(splat_dataset_desc, 72, 8,
+        layout!(splat_dataset_desc, 96, 8,
             struct_size: 0, 4;
             flags: 4, 4;
             next: 8, 8;
@@ -5601,6 +5723,9 @@ mod tests {
             cache_bytes: 48, 8;
             background: 56, 12;
             reserved: 68, 4;
+            objects_file: 72, 8;
+            excluded_file: 80, 8;
+            views_file: 88, 8;
         );
         layout!(splat_dataset_views, 136, 8,
             struct_size: 0, 4;

@@ -10,6 +10,21 @@ pub fn keys() -> Result<String> {
     text(|buffer, capacity, needed| unsafe { sys::splat_config_keys(buffer, capacity, needed) })
 }
 
+/// JSON array of the configurations of published models: name, about.
+pub fn presets() -> Result<String> {
+    // SAFETY: the buffer lives through the call.
+    text(|buffer, capacity, needed| unsafe { sys::splat_config_presets(buffer, capacity, needed) })
+}
+
+/// The text of one of them, YAML, for [`merge`]. Errors: `InvalidArgument` (no such name).
+pub fn preset(name: &str) -> Result<String> {
+    let name = c_optional("name", Some(name))?;
+    // SAFETY: name and buffer live through the call.
+    text(|buffer, capacity, needed| unsafe {
+        sys::splat_config_preset(pointer(&name), buffer, capacity, needed)
+    })
+}
+
 /// JSON: warnings on what a training of a configuration would leave out. Arguments and errors as
 /// [`merge`].
 pub fn check(config: Option<&str>, values: &[&str]) -> Result<String> {

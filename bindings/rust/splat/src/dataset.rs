@@ -3,7 +3,7 @@
 use crate::error::{call, Result};
 use crate::object::object;
 use crate::text::{array_mut, c_optional, count, pointer, text};
-use crate::values::DataFlags;
+use crate::values::{Co3dFlags, DataFlags};
 use splat_sys as sys;
 
 /// Which data set, and how its images are read.
@@ -17,6 +17,12 @@ pub struct DatasetDesc<'a> {
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
+    /// The objects of "objaverse" in their order, a JSON array of names.
+    pub objects_file: Option<&'a str>,
+    /// Names of sequences of "co3d" to leave out.
+    pub excluded_file: Option<&'a str>,
+    /// Test objects of "nmr" and their source views.
+    pub views_file: Option<&'a str>,
     /// Of the returned images, which are square; 0: as stored.
     pub resolution: u32,
     /// Use only this many objects, the first in order; 0: all.
@@ -66,11 +72,17 @@ impl Dataset {
         let path = c_optional("path", Some(desc.path))?;
         let format = c_optional("format", desc.format)?;
         let split = c_optional("split", desc.split)?;
+        let objects_file = c_optional("objects_file", desc.objects_file)?;
+        let excluded_file = c_optional("excluded_file", desc.excluded_file)?;
+        let views_file = c_optional("views_file", desc.views_file)?;
         let raw = sys::splat_dataset_desc {
             flags: desc.flags.0,
             path: pointer(&path),
             format: pointer(&format),
             split: pointer(&split),
+            objects_file: pointer(&objects_file),
+            excluded_file: pointer(&excluded_file),
+            views_file: pointer(&views_file),
             resolution: desc.resolution,
             limit: desc.limit,
             cache_bytes: desc.cache_bytes,
@@ -185,4 +197,50 @@ pub fn synthetic_write(desc: &SyntheticDesc<'_>, index: u32) -> Result<()> {
         ..Default::default()
     };
     call!(splat_synthetic_write(&raw, index))
+}
+
+/// Which part of CO3D's raw release becomes a data set of the published code, and where.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Co3dDesc<'a> {
+    /// The folder of the release.
+    pub raw: &'a str,
+    /// The folder to write to.
+    pub out: &'a str,
+    /// "hydrant", "teddybear".
+    pub category: &'a str,
+    /// None: "fewview_dev".
+    pub subset: Option<&'a str>,
+    /// "train", "val", "test"; None: train.
+    pub split: Option<&'a str>,
+    /// Of the images; 0: 128.
+    pub size: u32,
+    /// Use only this many sequences; 0: all.
+    pub limit: u32,
+    /// Keep the release's cameras.
+    pub flags: Co3dFlags,
+}
+
+/// Write the data set; sequences that are there are kept.
+///
+/// Errors: `NotFound`, `Format` (the release), `Io`, `InvalidArgument`.
+pub fn co3d_prepare(desc: &Co3dDesc<'_>) -> Result<sys::splat_co3d_info> {
+    let raw = c_optional("raw", Some(desc.raw))?;
+    let out = c_optional("out", Some(desc.out))?;
+    let category = c_optional("category", Some(desc.category))?;
+    let subset = c_optional("subset", desc.subset)?;
+    let split = c_optional("split", desc.split)?;
+    let given = sys::splat_co3d_desc {
+        flags: desc.flags.0,
+        raw: pointer(&raw),
+        out: pointer(&out),
+        category: pointer(&category),
+        subset: pointer(&subset),
+        split: pointer(&split),
+        size: desc.size,
+        limit: desc.limit,
+        ..Default::default()
+    };
+    let mut info = sys::splat_co3d_info::default();
+    call!(splat_co3d_prepare(&given, &mut info))?;
+    Ok(info)
 }

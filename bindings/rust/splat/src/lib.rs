@@ -42,7 +42,9 @@ pub use splat_sys as sys;
 
 pub use camera::CameraBytes;
 pub use comparison::{CompareDesc, Comparison, Score, ScoreSet};
-pub use dataset::{synthetic_write, Dataset, DatasetDesc, DatasetViews, SyntheticDesc};
+pub use dataset::{
+    co3d_prepare, synthetic_write, Co3dDesc, Dataset, DatasetDesc, DatasetViews, SyntheticDesc,
+};
 pub use device::{Canceller, Device, DeviceDesc};
 pub use error::{Error, Result};
 pub use evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};

@@ -302,6 +302,34 @@ impl std::fmt::Debug for Access {
     }
 }
 
+/// Bits `SPLAT_CO3D_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Co3dFlags(pub u32);
+
+impl Co3dFlags {
+    /// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
+    pub const STORED_POSES: Co3dFlags = Co3dFlags(sys::SPLAT_CO3D_STORED_POSES);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: Co3dFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for Co3dFlags {
+    type Output = Co3dFlags;
+
+    fn bitor(self, other: Co3dFlags) -> Co3dFlags {
+        Co3dFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for Co3dFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "Co3dFlags", self.0, &[("STORED_POSES", Co3dFlags::STORED_POSES.0)])
+    }
+}
+
 /// Values `SPLAT_SCENE_*`. The default is 0.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SceneFormat(pub i32);
@@ -456,11 +484,13 @@ impl WeightsFormat {
     pub const SAFETENSORS: WeightsFormat = WeightsFormat(sys::SPLAT_WEIGHTS_SAFETENSORS);
     /// `SPLAT_WEIGHTS_NPZ`
     pub const NPZ: WeightsFormat = WeightsFormat(sys::SPLAT_WEIGHTS_NPZ);
+    /// `SPLAT_WEIGHTS_PTH`
+    pub const PTH: WeightsFormat = WeightsFormat(sys::SPLAT_WEIGHTS_PTH);
 }
 
 impl std::fmt::Debug for WeightsFormat {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::number(f, "WeightsFormat", self.0, &[("SAFETENSORS", WeightsFormat::SAFETENSORS.0), ("NPZ", WeightsFormat::NPZ.0)])
+        crate::text::number(f, "WeightsFormat", self.0, &[("SAFETENSORS", WeightsFormat::SAFETENSORS.0), ("NPZ", WeightsFormat::NPZ.0), ("PTH", WeightsFormat::PTH.0)])
     }
 }
 

@@ -1,20 +1,15 @@
-#include "io/pth.h"
+#include "io/torch/pth.h"
 
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "io/pickle.h"
 #include "io/reader.h"
-#include "io/zip.h"
+#include "io/torch/pth_archive.h"
 
 namespace splat::io {
 namespace {
 
 using Kind = PickleNode::Kind;
-
-constexpr std::string_view kPickleName = "/data.pkl";
-constexpr std::string_view kLegacyMagic("\x80\x02\x8a\x0al\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19",
-                                        14);
 
 Status bad_pth(const std::string& problem) {
     return error(Code::kFormat, "pth: %s", problem.c_str());
@@ -64,31 +59,12 @@ class PthReader {
         : source_(source), limits_(limits), budget_(limits.allowed(source.size())) {}
 
     Status open() {
-        SPLAT_ASSIGN(zip_, Zip::open(source_, "pth", limits_));
-        const ZipEntry* found = nullptr;
-        for (const ZipEntry& entry : zip_.entries()) {
-            if (!is_pth_entry(entry.name)) continue;
-            if (found != nullptr) return bad_pth("there are two files data.pkl in the archive");
-            found = &entry;
-        }
-        if (found == nullptr)
-            return bad_pth("the archive holds no data.pkl, so torch.save() did not write it");
-        prefix_ = found->name.substr(0, found->name.size() - kPickleName.size());
-        SPLAT_TRY(check_byte_order());
-        if (found->bytes > Pickle::kMaxBytes)
-            return bad_pth(format("data.pkl has %llu bytes, the limit is %zu",
-                                  static_cast<unsigned long long>(found->bytes),
-                                  Pickle::kMaxBytes));
-        Buffer bytes;
-        SPLAT_TRY(zip_.read(*found, bytes));
-        auto pickle = Pickle::read(std::move(bytes));
-        if (!pickle.ok())
-            return {pickle.status().code(), "pth: data.pkl: " + pickle.status().message()};
-        pickle_ = std::move(pickle.value());
+        SPLAT_ASSIGN(archive_, PthArchive::open(source_, limits_));
         return {};
     }
 
-    [[nodiscard]] const Pickle& pickle() const { return pickle_; }
+    [[nodiscard]] const Pickle& pickle() const { return archive_->pickle(); }
+    [[nodiscard]] const PickleNode& root() const { return archive_->root(); }
 
     Result<NamedTensor> tensor(const PickleNode& node, const std::string& name) {
         SPLAT_ASSIGN(const View view, view_of(node, name));
@@ -115,27 +91,14 @@ class PthReader {
     }
 
   private:
-    /// Files of PyTorch before 2.1 do not record it; they are little-endian.
-    Status check_byte_order() {
-        const ZipEntry* entry = zip_.find(prefix_ + "/byteorder");
-        if (entry == nullptr) return {};
-        Buffer bytes;
-        if (entry->bytes <= 16) SPLAT_TRY(zip_.read(*entry, bytes));
-        if (as_text(bytes) == "little") return {};
-        return error(Code::kUnsupported,
-                     "pth: the byte order is '%s', expected 'little'; save the file again on a "
-                     "little-endian machine",
-                     std::string(as_text(bytes)).c_str());
-    }
-
     Result<std::vector<std::int64_t>> numbers(std::uint32_t node, const std::string& what) const {
-        const PickleNode& tuple = pickle_[node];
+        const PickleNode& tuple = pickle()[node];
         if (tuple.kind != Kind::kTuple) return bad_pth(what + " is not a tuple");
         std::vector<std::int64_t> values;
         for (const std::uint32_t item : tuple.items) {
-            if (pickle_[item].kind != Kind::kInt || pickle_[item].integer < 0)
+            if (pickle()[item].kind != Kind::kInt || pickle()[item].integer < 0)
                 return bad_pth(what + " holds something other than whole numbers >= 0");
-            values.push_back(pickle_[item].integer);
+            values.push_back(pickle()[item].integer);
         }
         return values;
     }
@@ -143,15 +106,22 @@ class PthReader {
     Result<View> view_of(const PickleNode& node, const std::string& name) const {
         View view;
         view.name = name;
-        const PickleNode& storage = pickle_[node.items[0]];
-        const PickleNode& elements = pickle_[storage.items[4]];
-        const PickleNode& offset = pickle_[node.items[1]];
-        SPLAT_ASSIGN(view.type, Pickle::storage_type(pickle_[storage.items[1]]));
-        view.key = pickle_[storage.items[2]].text;
+        const PickleNode& storage = pickle()[node.items[0]];
+        const PickleNode& elements = pickle()[storage.items[4]];
+        const PickleNode& offset = pickle()[node.items[1]];
+        SPLAT_ASSIGN(view.type, Pickle::storage_type(pickle()[storage.items[1]]));
+        view.key = pickle()[storage.items[2]].text;
         if (elements.integer < 0 || offset.kind != Kind::kInt || offset.integer < 0)
             return bad_pth("the storage of '" + name + "' has a size or offset below 0");
         view.stored = static_cast<std::uint64_t>(elements.integer);
         view.offset = static_cast<std::uint64_t>(offset.integer);
+        // The part of another storage that this one is, in files from before PyTorch 1.6; later always None.
+        if (storage.items.size() > 5 && pickle()[storage.items[5]].kind != Kind::kNone)
+            return error(Code::kUnsupported,
+                         "pth: the storage of '%s' is part of another one; load the file in Python "
+                         "and save it "
+                         "again with torch.save()",
+                         name.c_str());
         SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
         SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
         SPLAT_ASSIGN(view.count, from_file(count_elements(view.dims, name)));
@@ -182,14 +152,11 @@ class PthReader {
     Status load(const View& view) {
         if (view.key == loaded_ && view.type == loaded_type_)
             return check_length(view, stored_.size());
-        const std::string name = prefix_ + "/data/" + view.key;
-        const ZipEntry* entry = zip_.find(name);
-        if (entry == nullptr)
-            return bad_pth("the archive has no '" + name + "', the storage of '" + view.name + "'");
-        SPLAT_TRY(check_length(view, entry->bytes));
-        SPLAT_TRY(budget_.take(entry->bytes, 1, "pth: '" + name + "'"));
+        SPLAT_ASSIGN(const std::uint64_t bytes, archive_->size_of(view.key, view.name));
+        SPLAT_TRY(check_length(view, bytes));
+        SPLAT_TRY(budget_.take(bytes, 1, "pth: storage '" + view.key + "'"));
         loaded_.clear();
-        SPLAT_TRY(zip_.read(*entry, stored_));
+        SPLAT_TRY(archive_->read(view.key, stored_));
         loaded_ = view.key;
         loaded_type_ = view.type;
         return {};
@@ -206,9 +173,7 @@ class PthReader {
     const Source& source_;
     const ReadLimits& limits_;
     Budget budget_;
-    Zip zip_;
-    std::string prefix_;
-    Pickle pickle_;
+    std::unique_ptr<PthArchive> archive_;
     Buffer stored_;
     std::string loaded_;  // key of stored_; empty: none
     NumberType loaded_type_ = NumberType::kF32;
@@ -235,7 +200,7 @@ Result<double> required(PthReader& reader, const PickleNode& dict, const char* k
 }
 
 Status read_scalars(PthReader& reader, PthScalars& scalars) {
-    const PickleNode& root = reader.pickle().root();
+    const PickleNode& root = reader.root();
     const PickleNode* iteration = reader.pickle().find(root, "iteration");
     if (iteration != nullptr && iteration->kind == Kind::kInt)
         scalars.iteration = iteration->integer;
@@ -312,7 +277,7 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
 Result<PthFile> read_pth(const Source& source, const ReadLimits& limits) {
     PthReader reader(source, limits);
     SPLAT_TRY(reader.open());
-    const PickleNode* dict = &reader.pickle().root();
+    const PickleNode* dict = &reader.root();
     if (dict->kind != Kind::kDict)
         return bad_pth(std::string("it holds ") + kind_name(dict->kind) +
                        ", expected a state dict");
@@ -333,7 +298,7 @@ Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits) 
     PthReader reader(source, limits);
     SPLAT_TRY(reader.open());
     const Pickle& pickle = reader.pickle();
-    const PickleNode* root = pickle.find(pickle.root(), "optimizer_state_dict");
+    const PickleNode* root = pickle.find(reader.root(), "optimizer_state_dict");
     const PickleNode* state = root != nullptr ? pickle.find(*root, "state") : nullptr;
     const PickleNode* groups = root != nullptr ? pickle.find(*root, "param_groups") : nullptr;
     if (state == nullptr || state->kind != Kind::kDict || groups == nullptr ||
@@ -350,14 +315,6 @@ Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits) 
         adam.groups.push_back(std::move(group));
     }
     return adam;
-}
-
-bool is_pth_entry(const std::string& name) {
-    return name.ends_with(kPickleName) && name.find('/') == name.size() - kPickleName.size();
-}
-
-bool is_legacy_pth(Bytes head) {
-    return as_text(head).starts_with(kLegacyMagic);
 }
 
 }  // namespace splat::io

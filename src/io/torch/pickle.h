@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,21 +41,25 @@ class Pickle {
   public:
     using Kind = PickleNode::Kind;
 
-    /// Reads a pickle of protocol 2 to 4 without running any of it: a global off the allow-list
+    /// Reads pickles of protocol 2 to 4 that follow each other, without running any of it: a global off the allow-list
     /// (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name, called or
     /// not, as is every opcode that a state dict does not need.
     ///
     /// Errors       kUnsupported with the global or the opcode; kFormat with the byte, for
     ///              a pickle that is damaged or exceeds kMaxBytes, kMaxNodes or kMaxMarks
     /// Source       Python's pickletools.py, which describes the opcodes
-    static Result<Pickle> read(Buffer bytes);
+    static Result<Pickle> read(Buffer bytes, std::size_t count = 1);
 
     static constexpr std::size_t kMaxBytes = 64U << 20U;
     static constexpr std::size_t kMaxNodes = 4U << 20U;
     static constexpr std::size_t kMaxMarks = 256;
 
-    [[nodiscard]] const PickleNode& root() const { return nodes_[root_]; }
+    [[nodiscard]] const PickleNode& root(std::size_t i = 0) const { return nodes_[roots_[i]]; }
     [[nodiscard]] const PickleNode& operator[](std::uint32_t node) const { return nodes_[node]; }
+    [[nodiscard]] std::span<const PickleNode> nodes() const { return nodes_; }
+    [[nodiscard]] std::size_t size() const {
+        return size_;
+    }  ///< bytes up to the end of the last one
 
     /// The last value of this key; nullptr if there is none, or `dict` is not a dict.
     [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const {
@@ -76,7 +81,8 @@ class Pickle {
     Buffer bytes_;
     std::deque<std::string> texts_;  // those that are not in bytes_
     std::vector<PickleNode> nodes_;
-    std::uint32_t root_ = 0;
+    std::vector<std::uint32_t> roots_;
+    std::size_t size_ = 0;
 };
 
 /// "a number", "a list", ...; for messages.

@@ -20,15 +20,22 @@ struct PthFile {
     std::string section;  ///< where the tensors were: "model_state_dict", "state_dict", or ""
 };
 
-/// Weights as torch.save() writes them since version 1.6: a zip of a pickle and one file for each
-/// storage. They are the dict 'model_state_dict' or 'state_dict' of the pickle, or the pickle itself.
+/// Weights of a file of torch.save(), see pth_archive.h: the dict 'model_state_dict' or 'state_dict' of its
+/// pickle, or the pickle itself.
 /// Tensors of any strides become row-major (convolutions in channels_last order). The device tag of a
 /// storage is ignored. No code of the pickle is run, see pickle.h.
 ///
 /// Errors       kFormat if the file is damaged, is not a state dict, or asks for more than the
-///              limits allow; kUnsupported for the format before 1.6, big-endian files, and pickles
-///              of anything other than weights
+///              limits allow; kUnsupported for big-endian files, and pickles of anything other
+///              than weights
 Result<PthFile> read_pth(const Source& source, const ReadLimits& limits = {});
+
+/// A checkpoint as the published code saves it: a dict of iteration, loss and best_PSNR, 0 where they are not
+/// given, and model_state_dict; float32, or float16 with `half`. The pieces refer to the tensors.
+///
+/// Errors       kUnsupported from 4 GiB on; kInvalidArgument for finite values that float16 does not reach
+Result<FilePieces> write_pth(const NamedTensors& tensors, const PthScalars& scalars,
+                             bool half = false);
 
 /// Adam's state of one parameter.
 struct AdamMoments {
@@ -55,11 +62,5 @@ struct AdamState {
 /// The 'optimizer_state_dict' of such a file, of torch.optim.Adam. Errors: as read_pth(), and
 /// kFormat if there is none.
 Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits = {});
-
-/// Whether an archive with these files was written by torch.save().
-bool is_pth_entry(const std::string& name);
-
-/// The first bytes of a file from before PyTorch 1.6.
-bool is_legacy_pth(Bytes head);
 
 }  // namespace splat::io

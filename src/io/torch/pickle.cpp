@@ -1,47 +1,18 @@
-#include "io/pickle.h"
+#include "io/torch/pickle.h"
 
 #include <array>
 #include <optional>
 #include <unordered_map>
 
 #include "io/reader.h"
+#include "io/torch/pickle_globals.h"
 
 namespace splat::io {
 
 namespace {
 
 using Kind = PickleNode::Kind;
-
-/// How a call of a global is handled.
-enum class Role { kStorageType, kTensor, kParameter, kDict, kSize, kEncode, kDtype, kScalar };
-
-struct Global {
-    std::string_view name;
-    Role role;
-    NumberType type = NumberType::kF32;
-};
-
-/// The allow-list.
-constexpr Global kGlobals[] = {
-    {"torch._utils._rebuild_tensor_v2", Role::kTensor},
-    {"torch._utils._rebuild_parameter", Role::kParameter},
-    {"collections.OrderedDict", Role::kDict},
-    {"torch.Size", Role::kSize},
-    {"_codecs.encode", Role::kEncode},
-    {"numpy.dtype", Role::kDtype},
-    {"numpy.core.multiarray.scalar", Role::kScalar},
-    {"numpy._core.multiarray.scalar", Role::kScalar},
-    {"torch.FloatStorage", Role::kStorageType, NumberType::kF32},
-    {"torch.DoubleStorage", Role::kStorageType, NumberType::kF64},
-    {"torch.HalfStorage", Role::kStorageType, NumberType::kF16},
-    {"torch.BFloat16Storage", Role::kStorageType, NumberType::kBf16},
-    {"torch.LongStorage", Role::kStorageType, NumberType::kI64},
-    {"torch.IntStorage", Role::kStorageType, NumberType::kI32},
-    {"torch.ShortStorage", Role::kStorageType, NumberType::kI16},
-    {"torch.CharStorage", Role::kStorageType, NumberType::kI8},
-    {"torch.ByteStorage", Role::kStorageType, NumberType::kU8},
-    {"torch.BoolStorage", Role::kStorageType, NumberType::kBool},
-};
+using Role = PickleRole;
 
 /// UTF-8 to the Latin-1 bytes that protocol 2 writes as text; nothing for a character outside Latin-1.
 std::optional<std::string> latin1(std::string_view text) {
@@ -74,7 +45,16 @@ class Unpickler {
         true_ = node(value);
     }
 
-    Status run() {
+    /// Run pickles that follow each other.
+    Status run(std::size_t count) {
+        while (count-- > 0) SPLAT_TRY(run_one());
+        pickle_.size_ = reader_.position();
+        return {};
+    }
+
+  private:
+    Status run_one() {
+        memo_.clear();
         std::uint8_t op = 0;
         while (true) {
             at_ = reader_.position();
@@ -85,11 +65,11 @@ class Unpickler {
                 return bad(format("more than %zu values", Pickle::kMaxNodes));
         }
         if (stack_.size() != 1 || !marks_.empty()) return bad("it does not end with one value");
-        pickle_.root_ = stack_[0];
+        pickle_.roots_.push_back(stack_[0]);
+        stack_.clear();
         return {};
     }
 
-  private:
     [[nodiscard]] Status bad(const std::string& problem) const {
         return error(Code::kFormat, "pickle: byte %zu: %s", at_, problem.c_str());
     }
@@ -243,10 +223,12 @@ class Unpickler {
                 return push_sized<std::uint32_t>(Kind::kText);
             case 0x8C:  // SHORT_BINUNICODE
                 return push_sized<std::uint8_t>(Kind::kText);
-            case 'T':
+            case 'T':  // BINSTRING, a text of Python 2
+                return push_sized<std::uint32_t>(Kind::kText);
+            case 'U':  // SHORT_BINSTRING
+                return push_sized<std::uint8_t>(Kind::kText);
             case 'B':
                 return push_sized<std::uint32_t>(Kind::kBytes);
-            case 'U':
             case 'C':
                 return push_sized<std::uint8_t>(Kind::kBytes);
             case 'q':
@@ -350,9 +332,10 @@ class Unpickler {
     Status push_global(std::string_view module, std::string_view name) {
         const std::string full =
             std::string(module.substr(0, 200)) + "." + std::string(name.substr(0, 200));
-        for (std::size_t i = 0; i < std::size(kGlobals); ++i) {
-            if (kGlobals[i].name != full) continue;
-            return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), kGlobals[i].name);
+        const std::span<const PickleGlobal> known = pickle_globals();
+        for (std::size_t i = 0; i < known.size(); ++i) {
+            if (known[i].name != full) continue;
+            return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), known[i].name);
         }
         return error(Code::kUnsupported,
                      "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
@@ -366,7 +349,8 @@ class Unpickler {
         SPLAT_ASSIGN(const std::vector<std::uint32_t> call, pop_many(2));
         if (at(call[0]).kind != Kind::kGlobal || at(call[1]).kind != Kind::kTuple)
             return bad("a call of something that is not a function");
-        const Global& global = kGlobals[static_cast<std::size_t>(at(call[0]).integer)];
+        const PickleGlobal& global =
+            pickle_globals()[static_cast<std::size_t>(at(call[0]).integer)];
         const std::vector<std::uint32_t> arguments = at(call[1]).items;
         const auto misfit = [this, name = global.name] {
             return bad("arguments that do not fit " + std::string(name));
@@ -382,7 +366,7 @@ class Unpickler {
                 if (arguments.empty() || at(arguments[0]).kind != Kind::kTensor) return misfit();
                 return push(arguments[0]);
             case Role::kDict:
-                return arguments.empty() ? push_new(Kind::kDict) : misfit();
+                return push_dict(arguments) ? Status() : misfit();
             case Role::kSize:
                 if (arguments.size() != 1 || at(arguments[0]).kind != Kind::kTuple) return misfit();
                 return push(arguments[0]);
@@ -399,6 +383,21 @@ class Unpickler {
         return misfit();
     }
 
+    /// OrderedDict(), and OrderedDict([[key, value], ...]), as Python 2 writes it.
+    bool push_dict(const std::vector<std::uint32_t>& arguments) {
+        std::vector<std::uint32_t> items;
+        if (arguments.size() > 1) return false;
+        if (!arguments.empty() && at(arguments[0]).kind != Kind::kList) return false;
+        for (std::size_t i = 0; !arguments.empty() && i < at(arguments[0]).items.size(); ++i) {
+            const PickleNode& pair = at(at(arguments[0]).items[i]);
+            if (pair.kind != Kind::kList || pair.items.size() != 2) return false;
+            items.insert(items.end(), pair.items.begin(), pair.items.end());
+        }
+        if (!push_new(Kind::kDict).ok()) return false;
+        at(stack_.back()).items = std::move(items);
+        return true;
+    }
+
     /// _codecs.encode(text, 'latin1'): bytes, in protocol 2.
     bool encode(const std::vector<std::uint32_t>& arguments) {
         if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kText ||
@@ -413,7 +412,7 @@ class Unpickler {
     /// numpy.core.multiarray.scalar(dtype, bytes).
     bool scalar(const std::vector<std::uint32_t>& arguments) {
         if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kDtype ||
-            at(arguments[1]).kind != Kind::kBytes)
+            (at(arguments[1]).kind != Kind::kBytes && at(arguments[1]).kind != Kind::kText))
             return false;
         const std::string_view type = at(arguments[0]).text;
         const Bytes data = as_bytes(at(arguments[1]).text);
@@ -425,12 +424,13 @@ class Unpickler {
         return false;
     }
 
-    /// The state of an object: attributes of a dict, which are ignored, or a dtype's byte order.
+    /// The state of an object: attributes of a dict or of a parameter, which are ignored, or a dtype's byte order.
     Status build() {
         SPLAT_ASSIGN(const std::uint32_t state, pop());
         SPLAT_TRY(need(1));
         const PickleNode& object = at(stack_.back());
         if (object.kind == Kind::kDict && at(state).kind == Kind::kDict) return {};
+        if (object.kind == Kind::kTensor && at(state).kind == Kind::kTuple) return {};
         if (object.kind == Kind::kDtype && at(state).kind == Kind::kTuple &&
             at(state).items.size() >= 2) {
             const std::string_view order = at(at(state).items[1]).text;
@@ -467,19 +467,19 @@ class Unpickler {
     std::uint32_t true_ = 0;
 };
 
-Result<Pickle> Pickle::read(Buffer bytes) {
+Result<Pickle> Pickle::read(Buffer bytes, std::size_t count) {
     if (bytes.size() > kMaxBytes)
         return error(Code::kFormat, "pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
     Pickle pickle;
     pickle.bytes_ = std::move(bytes);
-    SPLAT_TRY(Unpickler(pickle).run());
+    SPLAT_TRY(Unpickler(pickle).run(count));
     return pickle;
 }
 
 Result<NumberType> Pickle::storage_type(const PickleNode& global) {
     const auto row = static_cast<std::size_t>(global.integer);
-    if (global.kind == Kind::kGlobal && kGlobals[row].role == Role::kStorageType)
-        return kGlobals[row].type;
+    if (global.kind == Kind::kGlobal && pickle_globals()[row].role == PickleRole::kStorageType)
+        return pickle_globals()[row].type;
     return error(Code::kUnsupported, "pickle: '%s' is not a storage type",
                  std::string(global.text).c_str());
 }

@@ -1,0 +1,47 @@
+#include "api/api_guard.h"
+#include "core/log.h"
+#include "data/co3d_prepare.h"
+
+using namespace splat;
+
+namespace {
+
+Result<data::Co3dPreparation> preparation_of(const splat_co3d_desc* desc) {
+    SPLAT_TRY(
+        api::check_desc(desc, "splat_co3d_desc", sizeof(splat_co3d_desc), SPLAT_CO3D_STORED_POSES));
+    SPLAT_TRY(api::require(desc->raw, "desc.raw"));
+    SPLAT_TRY(api::require(desc->out, "desc.out"));
+    SPLAT_TRY(api::require(desc->category, "desc.category"));
+    data::Co3dPreparation value;
+    value.raw = desc->raw;
+    value.out = desc->out;
+    value.category = desc->category;
+    if (desc->subset != nullptr) value.subset = desc->subset;
+    if (desc->split != nullptr) value.split = desc->split;
+    if (desc->size != 0) value.size = desc->size;
+    value.limit = desc->limit;
+    value.stored_poses = (desc->flags & SPLAT_CO3D_STORED_POSES) != 0;
+    return value;
+}
+
+}  // namespace
+
+splat_result splat_co3d_prepare(const splat_co3d_desc* desc, splat_co3d_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const data::Co3dPreparation preparation, preparation_of(desc));
+        if (info != nullptr)
+            SPLAT_TRY(api::check_info(info, "splat_co3d_info", sizeof(splat_co3d_info)));
+        SPLAT_ASSIGN(const data::Co3dPrepared made,
+                     data::prepare_co3d(preparation, [](std::size_t done, std::size_t all) {
+                         log(LogLevel::kInfo, format("co3d: sequence %zu of %zu", done, all));
+                     }));
+        if (info == nullptr) return {};
+        splat_co3d_info filled = {};
+        filled.sequences = made.sequences;
+        filled.kept = made.kept;
+        filled.left_out = made.left_out;
+        filled.frames = made.frames;
+        api::give(filled, info);
+        return {};
+    });
+}

@@ -1,0 +1,212 @@
+#include "data/co3d_prepare.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+
+#include "core/log.h"
+#include "core/parallel.h"
+#include "data/co3d_cameras.h"
+#include "data/co3d_image.h"
+#include "data/folder.h"
+#include "io/file.h"
+#include "io/npy.h"
+#include "io/npz.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The arrays of a sequence.
+struct PreparedSequence {
+    io::FloatArray full, foreground, masks, focals;
+    Co3dCameras cameras;
+    std::string order;
+};
+
+bool all_finite(const std::vector<float>& values) {
+    return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+}
+
+Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFrame& frame,
+                                 double& half_side) {
+    const fs::path image_path = fs::path(preparation.raw) / frame.image;
+    const fs::path mask_path = fs::path(preparation.raw) / frame.mask;
+    SPLAT_ASSIGN(const io::Image image, load_bytes(image_path));
+    SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path));
+    const auto check = [&frame](const io::Image& found, const fs::path& path) {
+        if (found.width == frame.width && found.height == frame.height) return Status();
+        return error(Code::kFormat, "'%s': %u x %u pixels, its annotation has %u x %u",
+                     path.c_str(), found.width, found.height, frame.width, frame.height);
+    };
+    SPLAT_TRY(check(image, image_path));
+    SPLAT_TRY(check(mask, mask_path));
+    if (image.channels < 3)
+        return error(Code::kFormat, "'%s': an image without colours", image_path.c_str());
+    const Planes probability = planes_of(mask);
+    const auto box =
+        crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width, frame.height);
+    if (!box.ok()) return in_file(box.status(), mask_path.string());
+    const auto square = principal_square(frame.principal_point, frame.width, frame.height);
+    if (!square.ok()) return in_file(square.status(), image_path.string());
+    half_side = square.value().half_side;
+    return prepare_frame(image, probability, box.value(), square.value(), preparation.size);
+}
+
+Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
+                                          const RawSequence& sequence) {
+    PreparedSequence made;
+    const std::uint64_t frames = sequence.frames.size(), size = preparation.size;
+    made.full.shape = made.foreground.shape = {frames, 3, size, size};
+    made.masks.shape = {frames, 1, size, size};
+    made.focals.shape = {frames, 1, 2};
+    for (const RawFrame& frame : sequence.frames) {
+        double half_side = 1;
+        SPLAT_ASSIGN(const PreparedFrame images, read_frame(preparation, frame, half_side));
+        const auto append = [](const std::vector<float>& from, std::vector<float>& to) {
+            to.insert(to.end(), from.begin(), from.end());
+        };
+        append(images.full, made.full.values);
+        append(images.foreground, made.foreground.values);
+        append(images.mask, made.masks.values);
+        for (const double focal : frame.focal)
+            made.focals.values.push_back(static_cast<float>(focal / half_side));
+        made.order += format("%05zu.png\n", frame.place);
+    }
+    if (preparation.stored_poses) {
+        made.cameras = stored_cameras(sequence.frames);
+        return made;
+    }
+    const fs::path file =
+        fs::path(sequence.points).is_relative()
+            ? fs::path(sequence.points)  // else a path of another machine
+            : fs::path(preparation.category) / sequence.name / fs::path(sequence.points).filename();
+    SPLAT_ASSIGN(const std::vector<scene::Vec3> points,
+                 read_points((fs::path(preparation.raw) / file).string()));
+    auto cameras = normalised_cameras(sequence.frames, points);
+    if (!cameras.ok()) return in_file(cameras.status(), sequence.name);
+    made.cameras = std::move(cameras.value());
+    return made;
+}
+
+Status write_array(const fs::path& path, const io::FloatArray& array) {
+    SPLAT_ASSIGN(const io::Buffer file, io::write_npy(array));
+    return io::write_new_file(path.string(), file);
+}
+
+Status make_folders(const fs::path& path) {
+    std::error_code code;
+    fs::create_directories(path, code);
+    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
+}
+
+/// Writes the folder of a sequence, whole or not at all.
+Status write_sequence(const fs::path& folder, const PreparedSequence& made) {
+    static std::atomic<unsigned> counter{0};
+    const fs::path temporary =
+        folder.parent_path() /
+        format(".%s.%d-%u.tmp", folder.filename().c_str(), static_cast<int>(::getpid()), counter++);
+    const std::uint64_t frames = made.full.shape[0];
+    const auto write = [&]() -> Status {
+        SPLAT_TRY(make_folders(temporary));
+        SPLAT_TRY(write_array(temporary / "images_full.npy", made.full));
+        SPLAT_TRY(write_array(temporary / "images_fg.npy", made.foreground));
+        SPLAT_TRY(write_array(temporary / "masks.npy", made.masks));
+        SPLAT_TRY(write_array(temporary / "focal_lengths.npy", made.focals));
+        SPLAT_TRY(
+            write_array(temporary / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
+        SPLAT_TRY(
+            write_array(temporary / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
+        SPLAT_TRY(
+            io::write_new_file((temporary / "frame_order.txt").string(), io::as_bytes(made.order)));
+        std::error_code code;
+        fs::rename(temporary, folder, code);
+        return code ? io::system_error(code.value(), "create the folder", folder.string())
+                    : Status();
+    };
+    Status written = write();
+    std::error_code none;
+    if (!written.ok()) fs::remove_all(temporary, none);
+    return written;
+}
+
+/// The arrays {sequence}/{name}.npy of all sequences in one file.
+Status collect_cameras(const fs::path& root, const std::vector<RawSequence>& sequences,
+                       const char* name, const char* target) {
+    io::NamedTensors tensors;
+    for (const RawSequence& sequence : sequences) {
+        const fs::path path = root / sequence.name / (std::string(name) + ".npy");
+        if (!is_file(path)) continue;
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string()));
+        const auto array = io::read_npy(file);
+        if (!array.ok()) return in_file(array.status(), path.string());
+        SPLAT_TRY(tensors.add({sequence.name,
+                               {array.value().shape.begin(), array.value().shape.end()},
+                               io::NumberType::kF32,
+                               array.value().values}));
+    }
+    SPLAT_ASSIGN(const io::FilePieces file, io::write_npz(tensors));
+    return io::write_file((root / target).string(), file.pieces());
+}
+
+Status check_preparation(const Co3dPreparation& preparation) {
+    if (preparation.split != "train" && preparation.split != "val" && preparation.split != "test")
+        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
+                     preparation.split.c_str());
+    if (preparation.size == 0 || preparation.size > 4096)
+        return error(Code::kInvalidArgument, "size is %u, expected 1 to 4096", preparation.size);
+    if (preparation.category.empty() || preparation.category.find('/') != std::string::npos)
+        return error(Code::kInvalidArgument, "category is '%s', expected a name such as 'hydrant'",
+                     preparation.category.c_str());
+    return {};
+}
+
+}  // namespace
+
+Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
+                                  const std::function<void(std::size_t, std::size_t)>& progress) {
+    SPLAT_TRY(check_preparation(preparation));
+    SPLAT_ASSIGN(std::vector<RawSequence> sequences,
+                 read_raw_co3d(preparation.raw, preparation.category, preparation.subset,
+                               preparation.split));
+    if (preparation.limit != 0 && sequences.size() > preparation.limit)
+        sequences.resize(preparation.limit);
+    const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
+                          preparation.split;
+    SPLAT_TRY(make_folders(root));
+    std::atomic<std::uint32_t> kept{0}, left_out{0};
+    std::atomic<std::size_t> done{0};
+    const auto prepare_one = [&](std::size_t i) -> Status {
+        const RawSequence& sequence = sequences[i];
+        if (is_file(root / sequence.name / "frame_order.txt")) {
+            ++kept;
+        } else {
+            SPLAT_ASSIGN(const PreparedSequence made, prepare_sequence(preparation, sequence));
+            if (all_finite(made.focals.values) && all_finite(made.cameras.rotations) &&
+                all_finite(made.cameras.translations)) {
+                SPLAT_TRY(write_sequence(root / sequence.name, made));
+            } else {
+                ++left_out;
+                log(LogLevel::kWarning,
+                    "sequence '" + sequence.name + "' is left out: its cameras are not finite");
+            }
+        }
+        progress(++done, sequences.size());
+        return {};
+    };
+    SPLAT_TRY(parallel_for(sequences.size(), kMostHostThreads, prepare_one));
+    SPLAT_TRY(collect_cameras(root, sequences, "camera_R", "camera_Rs.npz"));
+    SPLAT_TRY(collect_cameras(root, sequences, "camera_T", "camera_Ts.npz"));
+    Co3dPrepared report;
+    report.sequences = static_cast<std::uint32_t>(sequences.size());
+    report.kept = kept;
+    report.left_out = left_out;
+    for (const RawSequence& sequence : sequences) report.frames += sequence.frames.size();
+    return report;
+}
+
+}  // namespace splat::data

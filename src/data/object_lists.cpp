@@ -1,0 +1,134 @@
+#include "data/object_lists.h"
+
+#include <charconv>
+
+#include "core/json_tree.h"
+#include "data/folder.h"
+#include "io/file.h"
+#include "io/reader.h"
+
+namespace splat::data {
+namespace {
+
+constexpr std::uint64_t kMaxListFileBytes = 1U << 26;
+
+bool is_folder_name(const std::string& name) {
+    return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+           name.find('\0') == std::string::npos;
+}
+
+/// The words of a line.
+std::vector<std::string> words_in(std::string_view line) {
+    std::vector<std::string> words;
+    std::string word;
+    for (const char c : line) {
+        if (c != ' ' && c != '\t') {
+            word += c;
+        } else if (!word.empty()) {
+            words.push_back(std::move(word));
+            word.clear();
+        }
+    }
+    if (!word.empty()) words.push_back(std::move(word));
+    return words;
+}
+
+bool read_whole(std::string_view text, std::uint32_t& number) {
+    const char* const end = text.data() + text.size();
+    const auto [stopped, code] = std::from_chars(text.data(), end, number);
+    return code == std::errc() && stopped == end;
+}
+
+/// Three numbers with '_' between them.
+bool is_sequence_name(std::string_view word) {
+    std::size_t parts = 1;
+    for (std::size_t i = 0; i < word.size(); ++i) {
+        if (word[i] != '_') continue;
+        if (i == 0 || i + 1 == word.size() || word[i + 1] == '_') return false;
+        ++parts;
+    }
+    return parts == 3;
+}
+
+bool is_sequence_character(char c) {
+    return (c >= '0' && c <= '9') || c == '_';
+}
+
+bool is_word_character(char c) {
+    return is_sequence_character(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> load_object_list(const std::string& path) {
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxListFileBytes));
+    const auto tree = io::from_file(parse_json_tree(io::as_text(file), "objects"));
+    if (!tree.ok()) return in_file(tree.status(), path);
+    const JsonTree::List* list = tree.value().list();
+    if (list == nullptr || list->empty())
+        return error(Code::kFormat, "'%s': expected a JSON array of the names of objects",
+                     path.c_str());
+    std::vector<std::string> names;
+    std::set<std::string> seen;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+        const std::string* name = (*list)[i].text();
+        if (name == nullptr || !is_folder_name(*name))
+            return error(Code::kFormat, "'%s': element %zu is not the name of a folder",
+                         path.c_str(), i);
+        if (!seen.insert(*name).second)
+            return error(Code::kFormat, "'%s': element %zu, '%s', occurs twice", path.c_str(), i,
+                         name->c_str());
+        names.push_back(*name);
+    }
+    return names;
+}
+
+Result<std::set<std::string>> load_excluded_sequences(const std::string& path) {
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxListFileBytes));
+    const std::string_view text = io::as_text(file);
+    std::set<std::string> names;
+    for (std::size_t at = 0; at < text.size();) {
+        std::size_t end = at;
+        bool digits = true;
+        while (end < text.size() && is_word_character(text[end]))
+            digits = is_sequence_character(text[end++]) && digits;
+        const std::string_view word = text.substr(at, end - at);
+        if (digits && is_sequence_name(word)) names.emplace(word);
+        at = end + 1;
+    }
+    if (!names.empty()) return names;
+    return error(Code::kFormat, "'%s' holds no names of sequences, such as 106_12648_23157",
+                 path.c_str());
+}
+
+Result<std::vector<SourceView>> load_source_views(const std::string& path) {
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxListFileBytes));
+    const std::string_view text = io::as_text(file);
+    std::vector<SourceView> views;
+    std::set<std::string> seen;
+    std::size_t line = 1;
+    for (std::size_t at = 0; at < text.size(); ++line) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        std::string_view content = text.substr(at, end - at);
+        if (content.ends_with('\r')) content.remove_suffix(1);
+        at = end + 1;
+        std::vector<std::string> words = words_in(content);
+        if (words.empty()) continue;
+        SourceView view;
+        const bool three = words.size() == 3;
+        if (!three || !read_whole(words[2], view.view) || !is_folder_name(words[0]) ||
+            !is_folder_name(words[1]))
+            return error(Code::kFormat, "'%s': line %zu is not 'category object view'",
+                         path.c_str(), line);
+        view.category = std::move(words[0]);
+        view.object = std::move(words[1]);
+        if (!seen.insert(view.category + "/" + view.object).second)
+            return error(Code::kFormat, "'%s': line %zu names an object for the second time",
+                         path.c_str(), line);
+        views.push_back(std::move(view));
+    }
+    if (!views.empty()) return views;
+    return error(Code::kFormat, "'%s' holds no lines 'category object view'", path.c_str());
+}
+
+}  // namespace splat::data
