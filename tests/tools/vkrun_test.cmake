@@ -1174,6 +1174,13 @@ function(ViewVectorsAreRead)
   list(GET picture 0 picture)
   vkrun(4 predict ${picture} --weights ${weights} --out ${TEMP}/picture)
   expect("${err}" "the embedding has 0 numbers, expected 12 of the configuration")
+  write_vectors(${TEMP}/one.safetensors view=1x12)
+  vkrun(0 predict ${picture} --weights ${weights} --embedding ${TEMP}/one.safetensors --out ${TEMP}/picture)
+  vkrun(4 predict ${picture} --weights ${weights} --embedding ${TEMP}/data/short.safetensors --out ${TEMP}/two)
+  expect("${err}" "--embedding '.*short.safetensors' holds 3 arrays, expected one")
+  vkrun(4 predict ${picture} --weights ${weights} --embedding ${TEMP}/one.safetensors --tokens ${TEMP}/one.safetensors
+        --out ${TEMP}/two)
+  expect("${err}" "tokens")
 endfunction()
 
 function(ConfigurationsAreListedAndShown)

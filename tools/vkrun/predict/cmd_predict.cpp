@@ -42,11 +42,12 @@ int predict(const PredictionOptions& options, bool json) {
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
     const bool cut = options.whole || options.foreground != 0 || !options.mask.empty() ||
-                     !options.depth.empty() || !options.normal.empty();
+                     !options.depth.empty() || !options.normal.empty() ||
+                     !options.embedding.empty() || !options.tokens.empty();
     if (!options.data.empty() && cut)
         throw Failure(kUsageError,
-                      "--mask, --depth, --normal, --whole and --foreground go with a picture, not "
-                      "with --data");
+                      "--mask, --depth, --normal, --embedding, --tokens, --whole and --foreground "
+                      "go with a picture, not with --data");
     if (options.whole && options.foreground != 0)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     check_number("--elevation", options.elevation, -89, 89);
@@ -105,6 +106,15 @@ void add_predict(CLI::App& app, int& exit_code) {
                      "in the folder of the weights")
         ->type_name("FILE");
     command->add_option("--mask", o.mask, "Mask of the object, of the size of IMAGE")
+        ->type_name("FILE");
+    command
+        ->add_option("--embedding", o.embedding,
+                     "The picture's embedding, for networks that take one: .npz or .safetensors of "
+                     "one array")
+        ->type_name("FILE");
+    command
+        ->add_option("--tokens", o.tokens,
+                     "Its tokens, for networks that take them: such a file of [token_dim, tokens]")
         ->type_name("FILE");
     command->add_option("--depth", o.depth, "Depth map, for networks that take one")
         ->type_name("FILE");

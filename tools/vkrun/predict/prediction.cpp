@@ -127,6 +127,21 @@ void take_facts(const splat_predictor_info& info, Facts facts, Task& task) {
     task.not_finite = facts.prediction.not_finite;
 }
 
+/// The values of a file that holds one array; none without a file.
+std::vector<float> vector_of(const std::string& path, const char* option) {
+    if (path.empty()) return {};
+    const Weights file = load_weights(path);
+    std::uint32_t count = 0;
+    check(splat_weights_count(file.get(), &count));
+    if (count != 1)
+        throw Failure(kBadData, std::string(option) + " '" + path + "' holds " +
+                                    std::to_string(count) + " arrays, expected one");
+    const float* values = nullptr;
+    std::uint64_t length = 0;
+    check(splat_weights_data(file.get(), 0, &values, &length));
+    return {values, values + length};
+}
+
 Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
     const splat_predictor_info& info = loaded.info;
     if (info.views != 1)
@@ -144,7 +159,13 @@ Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
                                        "normal map: give --depth and --normal to match");
     Task task;
     task.name = std::filesystem::path(options.image).stem().string();
-    const splat_picture picture = picture_of(options);
+    splat_picture picture = picture_of(options);
+    const std::vector<float> embedding = vector_of(options.embedding, "--embedding");
+    const std::vector<float> tokens = vector_of(options.tokens, "--tokens");
+    picture.embedding = options.embedding.empty() ? nullptr : embedding.data();
+    picture.embedding_count = embedding.size();
+    picture.tokens = options.tokens.empty() ? nullptr : tokens.data();
+    picture.token_count = tokens.size();
     Facts facts(info, 1);
     check_data(splat_predictor_predict(loaded.predictor.get(), &picture, 1, task.scene.out(),
                                        &facts.prediction));
