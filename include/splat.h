@@ -7,7 +7,8 @@
  *   splat/model.h   weights, operators, networks
  *   splat/predict.h pictures of an object to a scene
  *   splat/priors.h  depth maps, normals and masks: how good they are
- *   splat/train.h   configurations, data sets, training
+ *   splat/data.h    data sets and their files
+ *   splat/train.h   configurations, training
  *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
  */
@@ -16,6 +17,7 @@
 
 #include "splat/co3d.h"
 #include "splat/core.h"
+#include "splat/data.h"
 #include "splat/evaluate.h"
 #include "splat/model.h"
 #include "splat/predict.h"

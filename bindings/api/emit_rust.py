@@ -175,7 +175,9 @@ def _sys_handles(api: Api) -> str:
             f"{_name(p['name'])}: {_raw_type(api, p['type'], p['enum'])}" for p in callback["parameters"])
         text += "\n" + _doc(callback.get("doc"), fence=True)
         text += f"pub type {callback['name']} =\n"
-        text += f"    Option<unsafe extern \"C\" fn({parameters})>;\n"
+        returns = _raw_type(api, callback["returns"])
+        arrow = "" if returns == "()" else f" -> {returns}"
+        text += f"    Option<unsafe extern \"C\" fn({parameters}){arrow}>;\n"
     return text
 
 

@@ -1,4 +1,4 @@
-/* libsplat: configurations, data sets and training.
+/* libsplat: configurations and training.
  *
  * A trainer of the published cars model:
  *
@@ -8,6 +8,7 @@
 #ifndef SPLAT_TRAIN_H
 #define SPLAT_TRAIN_H
 
+#include "data.h"
 #include "model.h"
 
 #ifdef __cplusplus
@@ -53,124 +54,6 @@ SPLAT_API splat_result splat_config_presets(char* buffer, size_t capacity, size_
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name) */
 SPLAT_API splat_result splat_config_preset(const char* name, char* buffer, size_t capacity,
                                            size_t* needed);
-
-/* ---- Data sets ------------------------------------------------------------------------------- */
-
-/* Objects seen by several cameras, stored in a folder; needs no device. Thread-safe. */
-
-enum {
-    SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
-    SPLAT_DATA_NORMAL = 1u << 1,
-    SPLAT_DATA_MASK = 1u << 2,
-    SPLAT_DATA_LENIENT = 1u << 3 /* keep objects with missing files, for splat_dataset_check */
-};
-
-typedef struct splat_dataset_desc {
-    uint32_t struct_size;
-    uint32_t flags; /* SPLAT_DATA_* */
-    const void* next;
-    const char* path;
-    /* "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
-    const char* format;
-    const char* split;    /* "train", "val", "test"; NULL: train */
-    uint32_t resolution;  /* of the returned images, which are square; 0: as stored */
-    uint32_t limit;       /* use only this many objects, the first in order; 0: all */
-    uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
-    float background[3];  /* behind transparent pixels, 0 to 1 */
-    uint32_t reserved;
-    /* NULL, or a list for one format: a path, or one in the folder of the data */
-    const char* objects_file;  /* "objaverse": JSON array of all objects in order */
-    const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */
-    const char* views_file;    /* "nmr": tests, lines "category object source_view" */
-} splat_dataset_desc;
-
-/* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
- * in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
- * without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
- * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
- *   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
- *   SPLAT_ERROR_IO                    a file cannot be read
- *   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
- *                                     poses, an object with one view */
-SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset);
-
-/* JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
- * "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
- * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
-SPLAT_API splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
-                                            size_t* needed);
-
-/* Destinations of n views of R x R pixels; NULL: not read. */
-typedef struct splat_dataset_views {
-    uint32_t struct_size;
-    uint32_t reserved;
-    float* images;  /* [n,3,R,R] 0 to 1 */
-    float* depths;  /* [n,1,R,R] 0 to 1, larger is nearer; scaled for each image */
-    float* normals; /* [n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes */
-    float* masks;   /* [n,1,R,R] 0 to 1 */
-    /* [n,16] row vectors, OpenCV axes; the world is the frame of the first view */
-    float* view_to_world;
-    float* quaternions;      /* [n,4] w x y z of that rotation, w >= 0 */
-    float* focals;           /* [n,2] pixels at R */
-    float* origin_distances; /* [n] of the origin along the absolute camera's axis (CO3D); else 0 */
-    /* floats of each array, at least those of n views; 0: trusted */
-    uint64_t image_count;
-    uint64_t depth_count;
-    uint64_t normal_count;
-    uint64_t mask_count;
-    uint64_t view_to_world_count;
-    uint64_t quaternion_count;
-    uint64_t focal_count;
-    uint64_t origin_distance_count;
-} splat_dataset_views;
-
-/* Read views of one object, in the given order (a view may occur twice). The camera of the first is
- * exactly the identity.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
- *   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
- *   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
- *                                     its path. After these three, arrays may be partly written */
-SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object,
-                                          const uint32_t* views, uint32_t count,
-                                          splat_dataset_views* out);
-
-/* Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
- * images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
- * [sentences on views that are duplicate or blank]}.
- * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
- *   such object) */
-SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
-                                           size_t capacity, size_t* needed);
-
-/* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
-SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);
-
-/* Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
- * the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128. */
-typedef struct splat_synthetic_desc {
-    uint32_t struct_size;
-    uint32_t flags; /* 0 */
-    const void* next;
-    const char* path;
-    const char* category; /* "cars", "chairs", "mixed"; NULL: cars */
-    uint64_t seed;
-    uint32_t resolution;  /* 8 to 2048; 0: 128 */
-    uint32_t train_views; /* from random places around the object; 0: 50 */
-    uint32_t test_views;  /* of val and test, on a spiral; 0: 251 */
-    uint32_t train_objects, val_objects, test_objects;
-} splat_synthetic_desc;
-
-/* Write one object, counted over all splits, train first. Its folder appears whole or not at all;
- * an existing one is left alone. The bytes depend only on the seed, the split and the number within
- * it. Several threads may write different objects at once.
- * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
- * 2048), or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
- *                                     from other values
- *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written */
-SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index);
 
 /* ---- Optimizer ------------------------------------------------------------------------------- */
 

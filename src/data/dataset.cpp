@@ -11,6 +11,9 @@
 #include "data/objaverse.h"
 #include "data/relative_pose.h"
 #include "data/srn.h"
+#include "data/stored_tables.h"
+#include "tables/store.h"
+#include "tables/table_files.h"
 
 namespace splat::data {
 namespace {
@@ -25,7 +28,9 @@ struct Format {
 };
 
 /// Tried in this order.
-constexpr Format kFormats[] = {{"srn", is_srn, open_srn},
+constexpr Format kFormats[] = {{"store", tables::is_store, open_store},
+                               {"tables", tables::is_tables, open_tables},
+                               {"srn", is_srn, open_srn},
                                {"co3d", is_co3d, open_co3d},
                                {"nmr", is_nmr, open_nmr},
                                {"gso", is_gso, open_gso},
@@ -105,6 +110,11 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
     const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
     const std::size_t count = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> out(count * channels);
+    if (!has_alpha && colors == channels) {
+        std::transform(image.samples.begin(), image.samples.end(), out.begin(),
+                       [](std::uint16_t sample) { return static_cast<std::uint8_t>(sample); });
+        return out;
+    }
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint16_t* from = &image.samples[i * image.channels];
         const double alpha = has_alpha && !as_stored ? from[image.channels - 1] / 255.0 : 1;
@@ -166,8 +176,10 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
     const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 2) |
                               static_cast<std::uint32_t>(kind);
     if (ImageCache::Pixels found = cache_.find(key)) return found;
-    SPLAT_ASSIGN(const io::Image stored, reader_->map(object, view, kind));
-    SPLAT_ASSIGN(const io::Image image, resample(stored, resolution_, resolution_, index().filter));
+    SPLAT_ASSIGN(io::Image image, reader_->map(object, view, kind));
+    if (image.width != resolution_ || image.height != resolution_) {
+        SPLAT_ASSIGN(image, resample(image, resolution_, resolution_, index().filter));
+    }
     auto flat = std::make_shared<const std::vector<std::uint8_t>>(
         flattened(image, channels_of(kind), background_, index().ignores_alpha));
     cache_.add(key, flat);
@@ -180,11 +192,13 @@ Status Dataset::read_map(std::uint32_t object, std::span<const std::uint32_t> vi
     if (kind != MapKind::kRgb) SPLAT_TRY(check_maps(flag_of(kind), index()));
     const std::size_t channels = channels_of(kind);
     const std::size_t area = std::size_t{resolution_} * resolution_;
+    std::array<float, 256> levels{};
+    for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = static_cast<float>(i) / 255.0F;
     for (const std::uint32_t view : views) {
         SPLAT_ASSIGN(const ImageCache::Pixels image, pixels(object, view, kind));
-        for (std::size_t i = 0; i < area; ++i)
-            for (std::size_t c = 0; c < channels; ++c)
-                out[c * area + i] = static_cast<float>((*image)[i * channels + c]) / 255.0F;
+        for (std::size_t c = 0; c < channels; ++c)
+            for (std::size_t i = 0; i < area; ++i)
+                out[c * area + i] = levels[(*image)[i * channels + c]];
         out += channels * area;
     }
     return {};

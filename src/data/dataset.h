@@ -58,13 +58,14 @@ class Dataset {
 
     /// Read the cameras of every object, which stay in memory. Errors: those of DatasetReader::cameras.
     Status read_cameras();
+    /// 8-bit samples [R,R,channels] of an image, over the background. Errors: as read().
+    Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
 
   private:
     Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader);
 
     using Views = std::shared_ptr<const std::vector<StoredView>>;
     Result<Views> cameras(std::uint32_t object);
-    Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
     Status read_cameras(std::uint32_t object, std::span<const std::uint32_t> views,
                         const ViewArrays& out);
     Status read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,

@@ -1,9 +1,13 @@
 #include "data/dataset_reader.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace splat::data {
 namespace {
+
+/// Relative difference of focal lengths that counts as none.
+constexpr double kSameFocal = 1e-6;
 
 /// "123 (first 'x')" for the elements that only `a` has.
 std::string only_in(const std::vector<std::string>& a, const std::vector<std::string>& b) {
@@ -82,6 +86,30 @@ Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, M
     for (std::size_t i = channels - 1; i < found.samples.size(); i += channels)
         alpha.samples.push_back(found.samples[i]);
     return alpha;
+}
+
+Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
+    SPLAT_ASSIGN(const std::vector<StoredView> views, cameras(object));
+    const double side = index().resolution;
+    ObjectText text;
+    for (const StoredView& view : views) {
+        const StoredView& first = views.front();
+        if (std::abs(view.focal_x - first.focal_x) > kSameFocal * first.focal_x ||
+            std::abs(view.focal_y - first.focal_x) > kSameFocal * first.focal_x)
+            return error(Code::kUnsupported,
+                         "object '%s': focal lengths %g and %g, view %zu has %g; tables and SRN's "
+                         "files hold one for each object",
+                         index().names[object].c_str(), first.focal_x * side, first.focal_y * side,
+                         text.views.size(), view.focal_x * side);
+        std::string pose;
+        for (const double value : view.camera_to_world)
+            pose += format("%s%.17g", pose.empty() ? "" : " ", value);
+        text.views.push_back({format("%06zu", text.views.size()), pose + "\n"});
+    }
+    if (views.empty()) return text;
+    text.intrinsics = format("%.17g %.17g %.17g 0\n0 0 0\n1\n%.0f %.0f\n",
+                             views.front().focal_x * side, side / 2, side / 2, side, side);
+    return text;
 }
 
 }  // namespace splat::data

@@ -76,6 +76,16 @@ struct DatasetIndex {
 Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images);
 
+/// The cameras of an object as SRN's files have them, without loss.
+struct ObjectText {
+    struct View {
+        std::string name;  ///< stem of its files, "000064"
+        std::string pose;  ///< 16 numbers, row-major camera-to-world
+    };
+    std::string intrinsics;
+    std::vector<View> views;
+};
+
 /// One format of data sets. Thread-safe once opened.
 class DatasetReader {
   public:
@@ -96,6 +106,10 @@ class DatasetReader {
     /// The same, with masks that are the alpha of images. Errors: also kFormat for an image without alpha.
     [[nodiscard]] Result<io::Image> map(std::uint32_t object, std::uint32_t view,
                                         MapKind kind) const;
+
+    /// Of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
+    /// for views of different focal lengths, which SRN's files cannot hold.
+    [[nodiscard]] virtual Result<ObjectText> text(std::uint32_t object) const;
 };
 
 struct ReaderDesc {

@@ -1,13 +1,12 @@
 #include "data/srn.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/file.h"
+#include "tables/srn_text.h"
 
 namespace splat::data {
 namespace {
@@ -77,49 +76,23 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     return error(Code::kNotFound, "'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
-/// All numbers of a text file.
-Result<std::vector<double>> numbers_of(const fs::path& path) {
+Result<std::string> text_of_file(const fs::path& path) {
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxTextBytes));
-    const std::string_view text = io::as_text(file);
-    std::vector<double> numbers;
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    while (true) {
-        while (at != end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) ++at;
-        if (at == end) return numbers;
-        double value = 0;
-        const auto [next, code] = std::from_chars(at, end, value);
-        if (code != std::errc() || next == at)
-            return error(Code::kFormat, "'%s': no number at byte %td", path.c_str(),
-                         at - text.data());
-        numbers.push_back(value);
-        at = next;
-    }
+    return std::string(io::as_text(file));
 }
 
-struct Focal {
-    double x = 0;  ///< in widths
-    double y = 0;
-};
-
-/// "f cx cy 0", then a centre, a scale, and last the height and width of the images.
-Result<Focal> focal_of(const fs::path& path) {
-    SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
-    if (n.size() < 6 || !(n.front() > 0) || !(n[n.size() - 1] >= 1) || !(n[n.size() - 2] >= 1))
-        return error(
-            Code::kFormat,
-            "'%s': %zu numbers, expected a focal length first and height and width last, all > 0",
-            path.c_str(), n.size());
-    return Focal{n.front() / n[n.size() - 1], n.front() / n[n.size() - 2]};
+Result<tables::Focal> focal_of_file(const fs::path& path) {
+    SPLAT_ASSIGN(const std::string text, text_of_file(path));
+    auto focal = tables::focal_of(text);
+    if (!focal.ok()) return in_file(focal.status(), path.string());
+    return focal;
 }
 
-Result<scene::Mat4> pose_of(const fs::path& path) {
-    SPLAT_ASSIGN(const std::vector<double> n, numbers_of(path));
-    if (n.size() != 16)
-        return error(Code::kFormat, "'%s': %zu numbers, expected 16", path.c_str(), n.size());
-    scene::Mat4 pose;
-    std::copy(n.begin(), n.end(), pose.begin());
-    SPLAT_TRY(check_pose(pose, path.string()));
+Result<scene::Mat4> pose_of_file(const fs::path& path) {
+    SPLAT_ASSIGN(const std::string text, text_of_file(path));
+    const auto pose = tables::pose_of(text);
+    if (!pose.ok()) return in_file(pose.status(), path.string());
+    SPLAT_TRY(check_pose(pose.value(), path.string()));
     return pose;
 }
 
@@ -143,10 +116,11 @@ class SrnReader : public DatasetReader {
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         const SrnObject& found = objects_[object];
-        SPLAT_ASSIGN(const Focal focal, focal_of(found.folder / "intrinsics.txt"));
+        SPLAT_ASSIGN(const tables::Focal focal, focal_of_file(found.folder / "intrinsics.txt"));
         std::vector<StoredView> views;
         for (const std::string& name : found.views) {
-            SPLAT_ASSIGN(const scene::Mat4 pose, pose_of(found.folder / "pose" / (name + ".txt")));
+            SPLAT_ASSIGN(const scene::Mat4 pose,
+                         pose_of_file(found.folder / "pose" / (name + ".txt")));
             views.push_back({pose, focal.x, focal.y, 0});
         }
         return views;
@@ -159,6 +133,17 @@ class SrnReader : public DatasetReader {
         if (kind == MapKind::kRgb) return load_square(found.folder / "rgb" / (stem + ".png"));
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
         return load_square(path);
+    }
+
+    [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {
+        const SrnObject& found = objects_[object];
+        ObjectText text;
+        SPLAT_ASSIGN(text.intrinsics, text_of_file(found.folder / "intrinsics.txt"));
+        for (const std::string& name : found.views) {
+            SPLAT_ASSIGN(std::string pose, text_of_file(found.folder / "pose" / (name + ".txt")));
+            text.views.push_back({name, std::move(pose)});
+        }
+        return text;
     }
 
   private:

@@ -273,7 +273,7 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
         change(desc);
         EXPECT_ERROR(Dataset::open(desc).status(), code, part);
     };
-    refused([](DatasetDesc& d) { d.format = "x"; }, "format is 'x', expected one of srn");
+    refused([](DatasetDesc& d) { d.format = "x"; }, "format is 'x', expected one of store, tables, srn");
     refused([](DatasetDesc& d) { d.split = "all"; }, "split is 'all'");
     refused([](DatasetDesc& d) { d.path = "/nonexistent"; }, "/nonexistent", Code::kNotFound);
     refused([](DatasetDesc& d) { d.resolution = 4097; }, "4097");

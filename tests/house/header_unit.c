@@ -24,6 +24,8 @@ splat_rasterizer_info sample_rasterizer_info;
 splat_weights_info sample_weights_info;
 splat_dataset_desc sample_dataset_desc;
 splat_dataset_views sample_dataset_views;
+splat_dataset_import_desc sample_dataset_import_desc;
+splat_dataset_export_desc sample_dataset_export_desc;
 splat_synthetic_desc sample_synthetic_desc;
 splat_co3d_desc sample_co3d_desc;
 splat_co3d_info sample_co3d_info;

@@ -77,8 +77,8 @@ function(HelpNamesEveryCommand)
   foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
-                           "data;check" "data;co3d" "data;show" compare "config;list" "config;show"
-                           "config;presets" train eval predict report "priors;eval")
+                           "data;check" "data;co3d" "data;show" "data;import" "data;export" "data;split" compare
+                           "config;list" "config;show" "config;presets" train eval predict report "priors;eval")
     vkrun(0 ${command} --help)
     expect("${out}" "Exit status" "Examples" "--json")
   endforeach()

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Runtime.ExceptionServices;
 using Splat.Interop;
 
 namespace Splat
@@ -7,8 +8,8 @@ namespace Splat
     /// <summary>How to open a data set.</summary>
     public sealed class DatasetOptions
     {
-        /// <summary>"srn", "co3d", "nmr", "objaverse", "gso", "images"; null: by the
-        /// folder.</summary>
+        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; null: by
+        /// the folder.</summary>
         public string Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
         public string Split { get; set; }
@@ -87,6 +88,34 @@ namespace Splat
         public int ValObjects { get; set; }
         /// <summary>Objects of the split test.</summary>
         public int TestObjects { get; set; }
+    }
+
+    /// <summary>Where tables are imported to, see Dataset.ImportTables.</summary>
+    public sealed class TableOptions
+    {
+        /// <summary>Folder of the store; null: where a Dataset of the tables looks.</summary>
+        public string Out { get; set; }
+        /// <summary>"train", "val", "test"; null: train.</summary>
+        public string Split { get; set; }
+        /// <summary>DuckDB's library; null: SPLAT_DUCKDB_LIBRARY, or found.</summary>
+        public string DuckDb { get; set; }
+        /// <summary>Remove an import of other tables in the folder.</summary>
+        public bool Replace { get; set; }
+    }
+
+    /// <summary>What of a data set to write, and how, see Dataset.Export.</summary>
+    public sealed class ExportOptions
+    {
+        /// <summary>"tables", "srn", "store"; null: tables.</summary>
+        public string Layout { get; set; }
+        /// <summary>Of what is written; null: that of the data set.</summary>
+        public string Split { get; set; }
+        /// <summary>In names of folders and configurations; null: cars.</summary>
+        public string Category { get; set; }
+        /// <summary>DuckDB's library; null: SPLAT_DUCKDB_LIBRARY, or found.</summary>
+        public string DuckDb { get; set; }
+        /// <summary>Numbers of objects; null: all.</summary>
+        public IReadOnlyList<int> Objects { get; set; }
     }
 
     /// <summary>Objects seen by several cameras, stored in a folder. Thread-safe.</summary>
@@ -246,6 +275,86 @@ namespace Splat
                 };
                 Check.Ok(Native.splat_co3d_prepare(&desc, null));
             }
+        }
+
+        /// <summary>
+        /// Copy a split of tables in Parquet files to a store, which a Dataset reads fast. What
+        /// `progress` throws ends the import, which goes on when it is called again.
+        /// </summary>
+        public static void ImportTables(string path, TableOptions options = null,
+                                        Action<long, long> progress = null)
+        {
+            Check.NotNull(path, nameof(path));
+            options = options ?? new TableOptions();
+            using (var arena = new Arena())
+            {
+                var desc = new splat_dataset_import_desc
+                {
+                    struct_size = (uint)sizeof(splat_dataset_import_desc),
+                    flags = options.Replace ? ImportFlags.Replace : ImportFlags.None,
+                    path = arena.Text(path),
+                    @out = arena.Text(options.Out),
+                    split = arena.Text(options.Split),
+                    duckdb = arena.Text(options.DuckDb),
+                };
+                splat_dataset_import_desc* given = &desc;
+                Run(progress, callback => Native.splat_dataset_import(given, callback, null));
+            }
+        }
+
+        /// <summary>
+        /// Write objects with their cameras, images and maps, as 8 bits at the data set's
+        /// resolution.
+        /// </summary>
+        public void Export(string path, ExportOptions options = null,
+                           Action<long, long> progress = null)
+        {
+            Check.NotNull(path, nameof(path));
+            options = options ?? new ExportOptions();
+            using (var arena = new Arena())
+            {
+                uint[] numbers = options.Objects == null ? null : ViewNumbers(options.Objects);
+                if (numbers != null && numbers.Length == 0)
+                    throw new ArgumentException("Objects is empty; null exports all");
+                var desc = new splat_dataset_export_desc
+                {
+                    struct_size = (uint)sizeof(splat_dataset_export_desc),
+                    path = arena.Text(path),
+                    layout = arena.Text(options.Layout),
+                    split = arena.Text(options.Split),
+                    category = arena.Text(options.Category),
+                    duckdb = arena.Text(options.DuckDb),
+                    objects = (uint*)arena.Pin(numbers),
+                    object_count = (ulong)(numbers?.Length ?? 0),
+                };
+                splat_dataset_export_desc* given = &desc;
+                Run(progress, callback =>
+                    Native.splat_dataset_export(Handle, given, callback, null));
+            }
+        }
+
+        /// <summary>Call the library; an exception of `progress` is thrown at the end.</summary>
+        private static void Run(Action<long, long> progress,
+                                Func<splat_progress_callback, ResultCode> call)
+        {
+            Exception thrown = null;
+            splat_progress_callback callback = (user, done, total) =>
+            {
+                try
+                {
+                    progress?.Invoke((long)done, (long)total);
+                    return 0;
+                }
+                catch (Exception error)
+                {
+                    thrown = error;
+                    return 1;
+                }
+            };
+            ResultCode code = call(callback);
+            GC.KeepAlive(callback);
+            if (thrown != null) ExceptionDispatchInfo.Capture(thrown).Throw();
+            Check.Ok(code);
         }
 
         /// <summary>

@@ -186,6 +186,32 @@ namespace Splat
         StoredPoses = 1,
     }
 
+    /// <summary>splat_data_flags of the C API.</summary>
+    [Flags]
+    public enum DataFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>maps that are required</summary>
+        Depth = 1,
+        /// <summary>SPLAT_DATA_NORMAL</summary>
+        Normal = 2,
+        /// <summary>SPLAT_DATA_MASK</summary>
+        Mask = 4,
+        /// <summary>keep objects with missing files, for splat_dataset_check</summary>
+        Lenient = 8,
+    }
+
+    /// <summary>splat_import_flags of the C API.</summary>
+    [Flags]
+    public enum ImportFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>an import of other tables in the folder is removed</summary>
+        Replace = 1,
+    }
+
     /// <summary>splat_scene_format of the C API.</summary>
     public enum SceneFormat : int
     {
@@ -563,22 +589,6 @@ namespace Splat
         Npy = 2,
         /// <summary>of animations: 252 colours, dithered; no alpha</summary>
         Gif = 3,
-    }
-
-    /// <summary>splat_data_flags of the C API.</summary>
-    [Flags]
-    public enum DataFlags : uint
-    {
-        /// <summary>Nothing: the default.</summary>
-        None = 0,
-        /// <summary>maps that are required</summary>
-        Depth = 1,
-        /// <summary>SPLAT_DATA_NORMAL</summary>
-        Normal = 2,
-        /// <summary>SPLAT_DATA_MASK</summary>
-        Mask = 4,
-        /// <summary>keep objects with missing files, for splat_dataset_check</summary>
-        Lenient = 8,
     }
 
     /// <summary>splat_schedule of the C API.</summary>

@@ -356,6 +356,133 @@ namespace Splat.Interop
             splat_co3d_info* info);
 
         /// <summary>
+        /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+        /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+        /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train". The
+        /// first opening of a split of tables imports it, as splat_dataset_import with out NULL does.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
+        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
+        ///   SPLAT_ERROR_IO                    a file cannot be read
+        ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
+        ///                                     poses, an object with one view
+        ///   of tables as splat_dataset_import
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_open(
+            splat_dataset_desc* desc,
+            IntPtr* dataset);
+
+        /// <summary>
+        /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+        /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_report(
+            SafeDatasetHandle dataset,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
+        /// exactly the identity.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
+        ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
+        ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
+        ///                                     its path. After these three, arrays may be partly written
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_read(
+            SafeDatasetHandle dataset,
+            uint @object,
+            uint* views,
+            uint count,
+            splat_dataset_views* @out);
+
+        /// <summary>
+        /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
+        /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
+        /// [sentences on views that are duplicate or blank]}.
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
+        ///   such object)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_check(
+            SafeDatasetHandle dataset,
+            uint @object,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
+
+        /// <summary>
+        /// Copy a split of tables to a store, &lt;out&gt;/&lt;split&gt;/: .npy files with a checksum for each row, in any
+        /// order of which images are read fast. Tables are read once, front to back, in less than 512 MiB of
+        /// memory. An import that a killed process began is continued, a complete one is left alone.
+        /// splat_dataset_open reads `out`.
+        /// callback  may be NULL
+        /// user      passed to it
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
+        ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+        ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
+        ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
+        ///                                     groups that do not fit in that memory
+        ///   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
+        ///                                     one table lacks, ids that occur twice, values of wrong length,
+        ///                                     damaged files
+        ///   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_import(
+            splat_dataset_import_desc* desc,
+            splat_progress_callback callback,
+            void* user);
+
+        /// <summary>
+        /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+        /// resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+        /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+        /// export_&lt;split&gt;.json in the folder says what it holds, and for tables the CRC-32 of each file,
+        /// which an import compares.
+        /// callback, user   as splat_dataset_import
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        ///   SPLAT_ERROR_CANCELLED, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split
+        ///   SPLAT_ERROR_INVALID_STATE         another process writes the store
+        ///   SPLAT_ERROR_NOT_FOUND             no DuckDB, with how to get it; a missing file of the data set
+        ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB as above
+        ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_dataset_export(
+            SafeDatasetHandle dataset,
+            splat_dataset_export_desc* desc,
+            splat_progress_callback callback,
+            void* user);
+
+        /// <summary>
+        /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
+        /// an existing one is left alone. The bytes depend only on the seed, the split and the number within
+        /// it. Several threads may write different objects at once.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
+        /// 2048), or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
+        ///                                     from other values
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_synthetic_write(
+            splat_synthetic_desc* desc,
+            uint index);
+
+        /// <summary>
         /// Create a scene.
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      desc, sh_degree &gt; 3, an array that is too short
@@ -1729,85 +1856,6 @@ namespace Splat.Interop
             UIntPtr* needed);
 
         /// <summary>
-        /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
-        /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
-        /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
-        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
-        ///   SPLAT_ERROR_IO                    a file cannot be read
-        ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
-        ///                                     poses, an object with one view
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_open(
-            splat_dataset_desc* desc,
-            IntPtr* dataset);
-
-        /// <summary>
-        /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
-        /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_report(
-            SafeDatasetHandle dataset,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
-
-        /// <summary>
-        /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
-        /// exactly the identity.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
-        ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
-        ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
-        ///                                     its path. After these three, arrays may be partly written
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_read(
-            SafeDatasetHandle dataset,
-            uint @object,
-            uint* views,
-            uint count,
-            splat_dataset_views* @out);
-
-        /// <summary>
-        /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
-        /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
-        /// [sentences on views that are duplicate or blank]}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
-        ///   such object)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_check(
-            SafeDatasetHandle dataset,
-            uint @object,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
-
-        /// <summary>Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
-
-        /// <summary>
-        /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
-        /// an existing one is left alone. The bytes depend only on the seed, the split and the number within
-        /// it. Several threads may write different objects at once.
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
-        /// 2048), or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
-        ///                                     from other values
-        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_synthetic_write(
-            splat_synthetic_desc* desc,
-            uint index);
-
-        /// <summary>
         /// Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
         /// device    that of all items
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
@@ -2442,6 +2490,13 @@ namespace Splat.Interop
     public unsafe delegate void splat_log_callback(void* user, LogLevel level, byte* message);
 
     /// <summary>
+    /// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
+    /// on; another number ends the call with SPLAT_ERROR_CANCELLED. It must not throw.
+    /// </summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
+
+    /// <summary>
     /// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
     /// read `pixels`, those that give one write there, and no others touch it.
     /// </summary>
@@ -2619,6 +2674,132 @@ namespace Splat.Interop
         public uint left_out;
         /// <summary>of all of them</summary>
         public ulong frames;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_dataset_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_DATA_*</summary>
+        public DataFlags flags;
+        public void* next;
+        public byte* path;
+        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder</summary>
+        public byte* format;
+        /// <summary>"train", "val", "test"; NULL: train</summary>
+        public byte* split;
+        /// <summary>of the returned images, which are square; 0: as stored</summary>
+        public uint resolution;
+        /// <summary>use only this many objects, the first in order; 0: all</summary>
+        public uint limit;
+        /// <summary>for decoded images (8 bits); 0: 1 GiB</summary>
+        public ulong cache_bytes;
+        /// <summary>behind transparent pixels, 0 to 1</summary>
+        public fixed float background[3];
+        public uint reserved;
+        /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
+        public byte* objects_file;
+        /// <summary>"co3d": names of sequences to leave out, in any text</summary>
+        public byte* excluded_file;
+        /// <summary>"nmr": tests, lines "category object source_view"</summary>
+        public byte* views_file;
+    }
+
+    /// <summary>Destinations of n views of R x R pixels; NULL: not read.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_dataset_views
+    {
+        public uint struct_size;
+        public uint reserved;
+        /// <summary>[n,3,R,R] 0 to 1</summary>
+        public float* images;
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; scaled for each image</summary>
+        public float* depths;
+        /// <summary>[n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes</summary>
+        public float* normals;
+        /// <summary>[n,1,R,R] 0 to 1</summary>
+        public float* masks;
+        /// <summary>[n,16] row vectors, OpenCV axes; the world is the frame of the first view</summary>
+        public float* view_to_world;
+        /// <summary>[n,4] w x y z of that rotation, w &gt;= 0</summary>
+        public float* quaternions;
+        /// <summary>[n,2] pixels at R</summary>
+        public float* focals;
+        /// <summary>[n] of the origin along the absolute camera's axis (CO3D); else 0</summary>
+        public float* origin_distances;
+        /// <summary>floats of each array, at least those of n views; 0: trusted</summary>
+        public ulong image_count;
+        public ulong depth_count;
+        public ulong normal_count;
+        public ulong mask_count;
+        public ulong view_to_world_count;
+        public ulong quaternion_count;
+        public ulong focal_count;
+        public ulong origin_distance_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_dataset_import_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_IMPORT_*</summary>
+        public ImportFlags flags;
+        public void* next;
+        /// <summary>folder of the tables</summary>
+        public byte* path;
+        /// <summary>folder of the store; NULL: where splat_dataset_open looks, with REPLACE</summary>
+        public byte* @out;
+        /// <summary>"train", "val", "test"; NULL: train</summary>
+        public byte* split;
+        /// <summary>path of DuckDB's library; NULL: see above</summary>
+        public byte* duckdb;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_dataset_export_desc
+    {
+        public uint struct_size;
+        /// <summary>0</summary>
+        public uint flags;
+        public void* next;
+        public byte* path;
+        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
+        public byte* layout;
+        /// <summary>to write; NULL: that of the data set</summary>
+        public byte* split;
+        /// <summary>in names of folders and configurations; NULL: cars</summary>
+        public byte* category;
+        /// <summary>as in splat_dataset_import_desc</summary>
+        public byte* duckdb;
+        /// <summary>which to write; NULL: all</summary>
+        public uint* objects;
+        public ulong object_count;
+    }
+
+    /// <summary>
+    /// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
+    /// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_synthetic_desc
+    {
+        public uint struct_size;
+        /// <summary>0</summary>
+        public uint flags;
+        public void* next;
+        public byte* path;
+        /// <summary>"cars", "chairs", "mixed"; NULL: cars</summary>
+        public byte* category;
+        public ulong seed;
+        /// <summary>8 to 2048; 0: 128</summary>
+        public uint resolution;
+        /// <summary>from random places around the object; 0: 50</summary>
+        public uint train_views;
+        /// <summary>of val and test, on a spiral; 0: 251</summary>
+        public uint test_views;
+        public uint train_objects;
+        public uint val_objects;
+        public uint test_objects;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3307,94 +3488,6 @@ namespace Splat.Interop
         public uint side;
     }
 
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_dataset_desc
-    {
-        public uint struct_size;
-        /// <summary>SPLAT_DATA_*</summary>
-        public DataFlags flags;
-        public void* next;
-        public byte* path;
-        /// <summary>"srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder</summary>
-        public byte* format;
-        /// <summary>"train", "val", "test"; NULL: train</summary>
-        public byte* split;
-        /// <summary>of the returned images, which are square; 0: as stored</summary>
-        public uint resolution;
-        /// <summary>use only this many objects, the first in order; 0: all</summary>
-        public uint limit;
-        /// <summary>for decoded images (8 bits); 0: 1 GiB</summary>
-        public ulong cache_bytes;
-        /// <summary>behind transparent pixels, 0 to 1</summary>
-        public fixed float background[3];
-        public uint reserved;
-        /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
-        public byte* objects_file;
-        /// <summary>"co3d": names of sequences to leave out, in any text</summary>
-        public byte* excluded_file;
-        /// <summary>"nmr": tests, lines "category object source_view"</summary>
-        public byte* views_file;
-    }
-
-    /// <summary>Destinations of n views of R x R pixels; NULL: not read.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_dataset_views
-    {
-        public uint struct_size;
-        public uint reserved;
-        /// <summary>[n,3,R,R] 0 to 1</summary>
-        public float* images;
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; scaled for each image</summary>
-        public float* depths;
-        /// <summary>[n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes</summary>
-        public float* normals;
-        /// <summary>[n,1,R,R] 0 to 1</summary>
-        public float* masks;
-        /// <summary>[n,16] row vectors, OpenCV axes; the world is the frame of the first view</summary>
-        public float* view_to_world;
-        /// <summary>[n,4] w x y z of that rotation, w &gt;= 0</summary>
-        public float* quaternions;
-        /// <summary>[n,2] pixels at R</summary>
-        public float* focals;
-        /// <summary>[n] of the origin along the absolute camera's axis (CO3D); else 0</summary>
-        public float* origin_distances;
-        /// <summary>floats of each array, at least those of n views; 0: trusted</summary>
-        public ulong image_count;
-        public ulong depth_count;
-        public ulong normal_count;
-        public ulong mask_count;
-        public ulong view_to_world_count;
-        public ulong quaternion_count;
-        public ulong focal_count;
-        public ulong origin_distance_count;
-    }
-
-    /// <summary>
-    /// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
-    /// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
-    /// </summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_synthetic_desc
-    {
-        public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        public void* next;
-        public byte* path;
-        /// <summary>"cars", "chairs", "mixed"; NULL: cars</summary>
-        public byte* category;
-        public ulong seed;
-        /// <summary>8 to 2048; 0: 128</summary>
-        public uint resolution;
-        /// <summary>from random places around the object; 0: 50</summary>
-        public uint train_views;
-        /// <summary>of val and test, on a spiral; 0: 251</summary>
-        public uint test_views;
-        public uint train_objects;
-        public uint val_objects;
-        public uint test_objects;
-    }
-
     /// <summary>What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_item
@@ -4041,6 +4134,25 @@ namespace Splat.Interop
                 "split:48:8 size:56:4 limit:60:4"),
             new NativeLayout(typeof(splat_co3d_info), 24, false,
                 "struct_size:0:4 sequences:4:4 kept:8:4 left_out:12:4 frames:16:8"),
+            new NativeLayout(typeof(splat_dataset_desc), 96, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 " +
+                "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4 " +
+                "objects_file:72:8 excluded_file:80:8 views_file:88:8"),
+            new NativeLayout(typeof(splat_dataset_views), 136, false,
+                "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 " +
+                "view_to_world:40:8 quaternions:48:8 focals:56:8 origin_distances:64:8 " +
+                "image_count:72:8 depth_count:80:8 normal_count:88:8 mask_count:96:8 " +
+                "view_to_world_count:104:8 quaternion_count:112:8 focal_count:120:8 " +
+                "origin_distance_count:128:8"),
+            new NativeLayout(typeof(splat_dataset_import_desc), 48, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8"),
+            new NativeLayout(typeof(splat_dataset_export_desc), 72, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 split:32:8 " +
+                "category:40:8 duckdb:48:8 objects:56:8 object_count:64:8"),
+            new NativeLayout(typeof(splat_synthetic_desc), 64, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 " +
+                "resolution:40:4 train_views:44:4 test_views:48:4 train_objects:52:4 " +
+                "val_objects:56:4 test_objects:60:4"),
             new NativeLayout(typeof(splat_scene_desc), 112, false,
                 "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 reserved:28:4 " +
                 "means:32:8 log_scales:40:8 rotations:48:8 opacity_logits:56:8 sh:64:8 " +
@@ -4142,20 +4254,6 @@ namespace Splat.Interop
                 "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
             new NativeLayout(typeof(splat_lpips_desc), 32, false,
                 "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
-            new NativeLayout(typeof(splat_dataset_desc), 96, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 " +
-                "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4 " +
-                "objects_file:72:8 excluded_file:80:8 views_file:88:8"),
-            new NativeLayout(typeof(splat_dataset_views), 136, false,
-                "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 " +
-                "view_to_world:40:8 quaternions:48:8 focals:56:8 origin_distances:64:8 " +
-                "image_count:72:8 depth_count:80:8 normal_count:88:8 mask_count:96:8 " +
-                "view_to_world_count:104:8 quaternion_count:112:8 focal_count:120:8 " +
-                "origin_distance_count:128:8"),
-            new NativeLayout(typeof(splat_synthetic_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 " +
-                "resolution:40:4 train_views:44:4 test_views:48:4 train_objects:52:4 " +
-                "val_objects:56:4 test_objects:60:4"),
             new NativeLayout(typeof(splat_optimizer_item), 40, true,
                 "name:0:8 model:8:8 module:16:8 parameter:24:8 gradient:32:8"),
             new NativeLayout(typeof(splat_optimizer_group), 40, true,

@@ -81,6 +81,33 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void Exports()
+        {
+            string path = Shared.PathOf("store");
+            var options = new ExportOptions { Layout = "store", Objects = new[] { 1 } };
+            using (Dataset data = Cars.Open())
+            {
+                Expect.Throws<InvalidOperationException>(() => data.Export(path, options,
+                    (done, total) => throw new InvalidOperationException("mine")));
+                long last = 0;
+                data.Export(path, options, (done, total) => last = done);
+                Expect.Equal(30L, last); // 6 views: poses, images and three maps
+                Expect.Throws<ArgumentException>(
+                    () => data.Export(path, new ExportOptions { Objects = new int[0] }));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "layout is 'x'",
+                               () => data.Export(path, new ExportOptions { Layout = "x" }));
+                using (var store = new Dataset(path))
+                {
+                    Expect.Equal(1, store.Count);
+                    Expect.Same(data.Read(1, new[] { 3 }).Images,
+                                store.Read(0, new[] { 3 }).Images);
+                }
+            }
+            Expect.Refused(ResultCode.ErrorNotFound, "lacks tables",
+                           () => Dataset.ImportTables(Cars.Folder));
+        }
+
+        [Test]
         private static void RefusesBadInput()
         {
             Expect.Refused(ResultCode.ErrorNotFound, "nowhere", () =>

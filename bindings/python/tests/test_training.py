@@ -1,7 +1,7 @@
 """Configurations, data sets, training sessions, trainers."""
 import json
 import threading
-from typing import Any
+from typing import Any, List, Tuple
 
 import numpy as np
 
@@ -54,6 +54,31 @@ class Data(Case):
         np.testing.assert_array_equal(found["view_to_world"][0], np.eye(4))
         np.testing.assert_array_equal(dataset.read(0)["images"].shape, (4, 3, 16, 16))
         self.assertEqual(dataset.check(0)["problems"], [])
+
+    def test_export(self) -> None:
+        calls: List[Tuple[int, int]] = []
+        out = self.folder / "out"
+        with splat.Dataset(self.path) as dataset:
+            splat.export_dataset(dataset, out, layout="store", objects=[1],
+                                 progress=lambda done, total: calls.append((done, total)))
+            self.assertEqual(calls[-1], (20, 20))  # 4 views: poses, images and three maps
+            self.refused(splat.InvalidArgument, "layout is 'x'", splat.export_dataset, dataset, out,
+                         layout="x")
+            self.refused(splat.InvalidArgument, "lists no object", splat.export_dataset, dataset,
+                         out, objects=[])
+
+            def stop(done: int, total: int) -> None:
+                raise KeyError("enough")
+
+            self.refused(KeyError, "enough", splat.export_dataset, dataset, self.folder / "b",
+                         layout="store", progress=stop)
+            splat.export_dataset(dataset, self.folder / "b", layout="store")
+            expected = dataset.read(1)
+        with splat.Dataset(out) as store:
+            self.assertEqual((store.report["format"], len(store)), ("store", 1))
+            for name, array in store.read(0).items():
+                np.testing.assert_array_equal(array, expected[name])
+        self.refused(splat.NotFound, "lacks tables", splat.import_tables, self.path, out)
 
     def test_bad_input(self) -> None:
         dataset = self.open()

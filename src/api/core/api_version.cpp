@@ -29,6 +29,8 @@ constexpr StructSize kStructs[] = {
     {"splat_compare_desc", sizeof(splat_compare_desc)},
     {"splat_comparison_info", sizeof(splat_comparison_info)},
     {"splat_dataset_desc", sizeof(splat_dataset_desc)},
+    {"splat_dataset_export_desc", sizeof(splat_dataset_export_desc)},
+    {"splat_dataset_import_desc", sizeof(splat_dataset_import_desc)},
     {"splat_dataset_views", sizeof(splat_dataset_views)},
     {"splat_depth_scores", sizeof(splat_depth_scores)},
     {"splat_device_desc", sizeof(splat_device_desc)},

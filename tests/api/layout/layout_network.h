@@ -240,6 +240,37 @@ inline const Layout kDatasetDesc = {  // clang-format off
     SPLAT_FIELD(splat_dataset_desc, views_file, 88, 8),}
 };  // clang-format on
 
+inline const Layout kDatasetImportDesc = {  // clang-format off
+    "splat_dataset_import_desc",
+    sizeof(splat_dataset_import_desc),
+    48,
+    {
+    SPLAT_FIELD(splat_dataset_import_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_import_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_dataset_import_desc, next, 8, 8),
+    SPLAT_FIELD(splat_dataset_import_desc, path, 16, 8),
+    SPLAT_FIELD(splat_dataset_import_desc, out, 24, 8),
+    SPLAT_FIELD(splat_dataset_import_desc, split, 32, 8),
+    SPLAT_FIELD(splat_dataset_import_desc, duckdb, 40, 8),}
+};  // clang-format on
+
+inline const Layout kDatasetExportDesc = {  // clang-format off
+    "splat_dataset_export_desc",
+    sizeof(splat_dataset_export_desc),
+    72,
+    {
+    SPLAT_FIELD(splat_dataset_export_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_dataset_export_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_dataset_export_desc, next, 8, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, path, 16, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, layout, 24, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, split, 32, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, category, 40, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, duckdb, 48, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, objects, 56, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, object_count, 64, 8),}
+};  // clang-format on
+
 inline const Layout kDatasetViews = {  // clang-format off
     "splat_dataset_views",
     sizeof(splat_dataset_views),

@@ -117,6 +117,7 @@ class MisuseTable {
     void dataset_rows();
     void synthetic_rows();
     void co3d_rows();
+    void table_rows();
     void model_rows();
     void model_state_rows();
     void model_pass_rows();

@@ -17,6 +17,7 @@ splat_result read_one(splat_dataset dataset, std::uint32_t object, const std::ui
 void MisuseTable::dataset_rows() {
     synthetic_rows();
     co3d_rows();
+    table_rows();
     const auto open = [this](const splat_dataset_desc* desc) {
         return splat_dataset_open(desc, outputs.dataset.out());
     };
@@ -85,6 +86,63 @@ void MisuseTable::dataset_rows() {
         return splat_dataset_read(dataset_, 0, &kView, 1, out);
     });
     handles<splat_dataset>("splat_dataset_destroy", "dataset", splat_dataset_destroy, SPLAT_OK);
+}
+
+void MisuseTable::table_rows() {
+    const auto import = [](const splat_dataset_import_desc* desc) {
+        return splat_dataset_import(desc, nullptr, nullptr);
+    };
+    auto good = sized<splat_dataset_import_desc>();
+    good.path = "/nonexistent";
+    add("splat_dataset_import", "desc", "NULL", kArgument, [import] { return import(nullptr); });
+    descs<splat_dataset_import_desc>("splat_dataset_import", good, import);
+    const auto bad_import = [&](const char* what, splat_result expected,
+                                void (*change)(splat_dataset_import_desc&)) {
+        splat_dataset_import_desc desc = good;
+        change(desc);
+        add("splat_dataset_import", "desc", what, expected,
+            [import, desc] { return import(&desc); });
+    };
+    bad_import("no path", kArgument, [](auto& d) { d.path = nullptr; });
+    bad_import("a missing path", kNotFound, [](auto&) {});
+    bad_import("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
+    for (const char* parameter : {"callback", "user"})
+        add("splat_dataset_import", parameter, "not given", kNotFound,
+            [import, good] { return import(&good); });
+
+    const auto write = [this](const splat_dataset_export_desc* desc) {
+        return splat_dataset_export(dataset_, desc, nullptr, nullptr);
+    };
+    auto out = sized<splat_dataset_export_desc>();
+    out.path = "/proc/x";
+    out.layout = "srn";
+    handles<splat_dataset>(
+        "splat_dataset_export", "dataset",
+        [out](splat_dataset d) { return splat_dataset_export(d, &out, nullptr, nullptr); },
+        kHandle);
+    add("splat_dataset_export", "desc", "NULL", kArgument, [write] { return write(nullptr); });
+    descs<splat_dataset_export_desc>("splat_dataset_export", out, write);
+    const auto bad_export = [&](const char* what, splat_result expected,
+                                void (*change)(splat_dataset_export_desc&)) {
+        splat_dataset_export_desc desc = out;
+        change(desc);
+        add("splat_dataset_export", "desc", what, expected, [write, desc] { return write(&desc); });
+    };
+    static const std::uint32_t objects[] = {0, 2};
+    bad_export("no path", kArgument, [](auto& d) { d.path = nullptr; });
+    bad_export("a path that cannot be written", kNotFound, [](auto&) {});
+    bad_export("an unknown layout", kArgument, [](auto& d) { d.layout = "x"; });
+    bad_export("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
+    bad_export("a category that is no name", kArgument, [](auto& d) { d.category = "a/b"; });
+    bad_export("no list of objects", kArgument, [](auto& d) { d.object_count = 1; });
+    bad_export("an empty list of objects", kArgument, [](auto& d) { d.objects = objects; });
+    bad_export("an object beyond the count", kArgument, [](auto& d) {
+        d.objects = objects;
+        d.object_count = 2;
+    });
+    for (const char* parameter : {"callback", "user"})
+        add("splat_dataset_export", parameter, "not given", kNotFound,
+            [write, out] { return write(&out); });
 }
 
 void MisuseTable::synthetic_rows() {

@@ -29,6 +29,9 @@ void add_data_synth(CLI::App& data, int& exit_code);
 void add_data_check(CLI::App& data, int& exit_code);
 void add_data_co3d(CLI::App& data, int& exit_code);
 void add_data_show(CLI::App& data, int& exit_code);
+void add_data_import(CLI::App& data, int& exit_code);
+void add_data_export(CLI::App& data, int& exit_code);
+void add_data_split(CLI::App& data, int& exit_code);
 
 /// Below `priors`.
 void add_priors_eval(CLI::App& priors, int& exit_code);

@@ -3,8 +3,21 @@
 #include <algorithm>
 
 #include "vkrun/config/image_channels.h"
+#include "vkrun/data/transfer.h"
 
 namespace vkrun {
+
+void import_first(const std::string& folder, const std::string& format, const std::string& split) {
+    if (!format.empty() && format != "tables") return;
+    auto desc = sized<splat_dataset_import_desc>();
+    desc.path = folder.c_str();
+    desc.split = split.c_str();
+    with_progress("importing " + split, [&](splat_progress_callback callback, void* user) {
+        const splat_result result = splat_dataset_import(&desc, callback, user);
+        // No tables, or no such split of them: opening the data set tells.
+        return result == SPLAT_ERROR_NOT_FOUND ? SPLAT_OK : result;
+    });
+}
 
 Dataset open_data(const Json& config, const std::string& root, const std::string& split) {
     const Json& data = config.at("data");
@@ -16,6 +29,7 @@ Dataset open_data(const Json& config, const std::string& root, const std::string
         const auto& text = data.at(key).get_ref<const std::string&>();
         return text.empty() ? nullptr : text.c_str();
     };
+    import_first(folder, format, split);
     auto desc = sized<splat_dataset_desc>();
     desc.objects_file = list("objects_file");
     desc.excluded_file = list("excluded_file");

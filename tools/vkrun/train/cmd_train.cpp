@@ -13,6 +13,7 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/config/merged_config.h"
+#include "vkrun/data/open_data.h"
 #include "vkrun/train/training_view.h"
 #include "vkrun/weights/model_load.h"
 
@@ -70,13 +71,18 @@ struct TrainOptions {
     bool json = false;
 };
 
-/// The configuration as the file and --set give it; of a resumed run the library has the rest.
+/// The configuration as the file and --set give it; of a resumed run the library has the rest. Tables are imported.
 void check_config(const TrainOptions& options) {
     if (options.resume && options.config.empty()) return;
     const Json config = merged_config(options.config, options.changes);
-    if (!options.resume && options.data.empty() &&
-        config.at("data").at("root").get<std::string>().empty())
+    const Json& data = config.at("data");
+    const std::string root =
+        options.data.empty() ? data.at("root").get<std::string>() : options.data;
+    if (!options.resume && root.empty())
         throw Failure(kUsageError, "no data: name its folder with --data, or as data.root");
+    if (root.empty()) return;
+    for (const char* split : {"train", "val"})
+        import_first(root, data.at("format").get<std::string>(), split);
 }
 
 Training open_training(splat_device device, const TrainOptions& options) {
@@ -131,9 +137,9 @@ int train(TrainOptions& options) {
             throw Failure(kUsageError, "--resume needs --out, the folder of the run");
         options.out = dated_folder();
     }
+    check_config(options);
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
-    check_config(options);
     const Device device = open_device(device_desc(options.device));
     const Training training = open_training(device.get(), options);
     const splat_training_event_kind end = run(training.get(), options.out);

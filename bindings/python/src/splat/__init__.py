@@ -31,6 +31,7 @@ from .prior_scores import (compare_depth, compare_fidelity, compare_masks, compa
                            depth_points, filter_map, mesh_points)
 from .rasterizer import RasterState, Rasterizer, render
 from .scene import Scene, scene_formats
+from .tables import export_dataset, import_tables
 from .tensor import Tensor
 from .training import Batch, Batches, Event, Trainer, Training
 from .weights import Weights, builtin_weights
@@ -49,9 +50,9 @@ __all__ = [
     "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes", "compare_depth",
     "compare_fidelity", "compare_images", "compare_masks", "compare_normals", "config_keys",
     "config_merge", "config_preset", "config_presets", "config_warnings", "cut_picture",
-    "default_device", "depth_points", "describe", "devices", "filter_map", "mesh_points",
-    "operators", "prepare_co3d", "render", "save_animation", "save_cameras", "scene_formats",
-    "set_log", "write_synthetic",
+    "default_device", "depth_points", "describe", "devices", "export_dataset", "filter_map",
+    "import_tables", "mesh_points", "operators", "prepare_co3d", "render", "save_animation",
+    "save_cameras", "scene_formats", "set_log", "write_synthetic",
 ]
 
 for _name in __all__:  # what tracebacks and help call them

@@ -135,6 +135,21 @@ class Co3dFlags(IntFlag):
     STORED_POSES = 1
 
 
+class DataFlags(IntFlag):
+    """`splat_data_flags` of the headers."""
+
+    DEPTH = 1
+    NORMAL = 2
+    MASK = 4
+    LENIENT = 8
+
+
+class ImportFlags(IntFlag):
+    """`splat_import_flags` of the headers."""
+
+    REPLACE = 1
+
+
 class SceneFormat(OpenEnum):
     """`splat_scene_format` of the headers."""
 
@@ -347,15 +362,6 @@ class ImageFormat(OpenEnum):
     GIF = 3
 
 
-class DataFlags(IntFlag):
-    """`splat_data_flags` of the headers."""
-
-    DEPTH = 1
-    NORMAL = 2
-    MASK = 4
-    LENIENT = 8
-
-
 class Schedule(OpenEnum):
     """`splat_schedule` of the headers."""
 
@@ -445,6 +451,7 @@ class MapFilter(OpenEnum):
 
 
 splat_log_callback = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+splat_progress_callback = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64)
 
 
 class splat_image(Structure):
@@ -675,6 +682,163 @@ class splat_co3d_info(Structure):
         ("kept", c_uint32),
         ("left_out", c_uint32),
         ("frames", c_uint64),
+    ]
+
+
+class splat_dataset_desc(Structure):
+    """`splat_dataset_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    path: Any
+    format: Any
+    split: Any
+    resolution: int
+    limit: int
+    cache_bytes: int
+    background: Any
+    reserved: int
+    objects_file: Any
+    excluded_file: Any
+    views_file: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("path", c_char_p),
+        ("format", c_char_p),
+        ("split", c_char_p),
+        ("resolution", c_uint32),
+        ("limit", c_uint32),
+        ("cache_bytes", c_uint64),
+        ("background", c_float * 3),
+        ("reserved", c_uint32),
+        ("objects_file", c_char_p),
+        ("excluded_file", c_char_p),
+        ("views_file", c_char_p),
+    ]
+
+
+class splat_dataset_views(Structure):
+    """Destinations of n views of R x R pixels."""
+
+    struct_size: int
+    reserved: int
+    images: Any
+    depths: Any
+    normals: Any
+    masks: Any
+    view_to_world: Any
+    quaternions: Any
+    focals: Any
+    origin_distances: Any
+    image_count: int
+    depth_count: int
+    normal_count: int
+    mask_count: int
+    view_to_world_count: int
+    quaternion_count: int
+    focal_count: int
+    origin_distance_count: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("images", c_void_p),
+        ("depths", c_void_p),
+        ("normals", c_void_p),
+        ("masks", c_void_p),
+        ("view_to_world", c_void_p),
+        ("quaternions", c_void_p),
+        ("focals", c_void_p),
+        ("origin_distances", c_void_p),
+        ("image_count", c_uint64),
+        ("depth_count", c_uint64),
+        ("normal_count", c_uint64),
+        ("mask_count", c_uint64),
+        ("view_to_world_count", c_uint64),
+        ("quaternion_count", c_uint64),
+        ("focal_count", c_uint64),
+        ("origin_distance_count", c_uint64),
+    ]
+
+
+class splat_dataset_import_desc(Structure):
+    """`splat_dataset_import_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    path: Any
+    out: Any
+    split: Any
+    duckdb: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("path", c_char_p),
+        ("out", c_char_p),
+        ("split", c_char_p),
+        ("duckdb", c_char_p),
+    ]
+
+
+class splat_dataset_export_desc(Structure):
+    """`splat_dataset_export_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    path: Any
+    layout: Any
+    split: Any
+    category: Any
+    duckdb: Any
+    objects: Any
+    object_count: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("path", c_char_p),
+        ("layout", c_char_p),
+        ("split", c_char_p),
+        ("category", c_char_p),
+        ("duckdb", c_char_p),
+        ("objects", c_void_p),
+        ("object_count", c_uint64),
+    ]
+
+
+class splat_synthetic_desc(Structure):
+    """Procedural objects with exact maps, in the layout of SRN's data."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    path: Any
+    category: Any
+    seed: int
+    resolution: int
+    train_views: int
+    test_views: int
+    train_objects: int
+    val_objects: int
+    test_objects: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("path", c_char_p),
+        ("category", c_char_p),
+        ("seed", c_uint64),
+        ("resolution", c_uint32),
+        ("train_views", c_uint32),
+        ("test_views", c_uint32),
+        ("train_objects", c_uint32),
+        ("val_objects", c_uint32),
+        ("test_objects", c_uint32),
     ]
 
 
@@ -1493,115 +1657,6 @@ class splat_lpips_desc(Structure):
     ]
 
 
-class splat_dataset_desc(Structure):
-    """`splat_dataset_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    format: Any
-    split: Any
-    resolution: int
-    limit: int
-    cache_bytes: int
-    background: Any
-    reserved: int
-    objects_file: Any
-    excluded_file: Any
-    views_file: Any
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("format", c_char_p),
-        ("split", c_char_p),
-        ("resolution", c_uint32),
-        ("limit", c_uint32),
-        ("cache_bytes", c_uint64),
-        ("background", c_float * 3),
-        ("reserved", c_uint32),
-        ("objects_file", c_char_p),
-        ("excluded_file", c_char_p),
-        ("views_file", c_char_p),
-    ]
-
-
-class splat_dataset_views(Structure):
-    """Destinations of n views of R x R pixels."""
-
-    struct_size: int
-    reserved: int
-    images: Any
-    depths: Any
-    normals: Any
-    masks: Any
-    view_to_world: Any
-    quaternions: Any
-    focals: Any
-    origin_distances: Any
-    image_count: int
-    depth_count: int
-    normal_count: int
-    mask_count: int
-    view_to_world_count: int
-    quaternion_count: int
-    focal_count: int
-    origin_distance_count: int
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("images", c_void_p),
-        ("depths", c_void_p),
-        ("normals", c_void_p),
-        ("masks", c_void_p),
-        ("view_to_world", c_void_p),
-        ("quaternions", c_void_p),
-        ("focals", c_void_p),
-        ("origin_distances", c_void_p),
-        ("image_count", c_uint64),
-        ("depth_count", c_uint64),
-        ("normal_count", c_uint64),
-        ("mask_count", c_uint64),
-        ("view_to_world_count", c_uint64),
-        ("quaternion_count", c_uint64),
-        ("focal_count", c_uint64),
-        ("origin_distance_count", c_uint64),
-    ]
-
-
-class splat_synthetic_desc(Structure):
-    """Procedural objects with exact maps, in the layout of SRN's data."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    category: Any
-    seed: int
-    resolution: int
-    train_views: int
-    test_views: int
-    train_objects: int
-    val_objects: int
-    test_objects: int
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("category", c_char_p),
-        ("seed", c_uint64),
-        ("resolution", c_uint32),
-        ("train_views", c_uint32),
-        ("test_views", c_uint32),
-        ("train_objects", c_uint32),
-        ("val_objects", c_uint32),
-        ("test_objects", c_uint32),
-    ]
-
-
 class splat_optimizer_item(Structure):
     """What to update."""
 
@@ -2356,6 +2411,35 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("sequences", 4, 4), ("kept", 8, 4), ("left_out", 12, 4),
         ("frames", 16, 8),
     )),
+    "splat_dataset_desc": (splat_dataset_desc, False, 96, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
+        ("format", 24, 8), ("split", 32, 8), ("resolution", 40, 4), ("limit", 44, 4),
+        ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
+        ("objects_file", 72, 8), ("excluded_file", 80, 8), ("views_file", 88, 8),
+    )),
+    "splat_dataset_views": (splat_dataset_views, False, 136, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8),
+        ("normals", 24, 8), ("masks", 32, 8), ("view_to_world", 40, 8), ("quaternions", 48, 8),
+        ("focals", 56, 8), ("origin_distances", 64, 8), ("image_count", 72, 8),
+        ("depth_count", 80, 8), ("normal_count", 88, 8), ("mask_count", 96, 8),
+        ("view_to_world_count", 104, 8), ("quaternion_count", 112, 8), ("focal_count", 120, 8),
+        ("origin_distance_count", 128, 8),
+    )),
+    "splat_dataset_import_desc": (splat_dataset_import_desc, False, 48, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("out", 24, 8),
+        ("split", 32, 8), ("duckdb", 40, 8),
+    )),
+    "splat_dataset_export_desc": (splat_dataset_export_desc, False, 72, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
+        ("layout", 24, 8), ("split", 32, 8), ("category", 40, 8), ("duckdb", 48, 8),
+        ("objects", 56, 8), ("object_count", 64, 8),
+    )),
+    "splat_synthetic_desc": (splat_synthetic_desc, False, 64, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
+        ("category", 24, 8), ("seed", 32, 8), ("resolution", 40, 4), ("train_views", 44, 4),
+        ("test_views", 48, 4), ("train_objects", 52, 4), ("val_objects", 56, 4),
+        ("test_objects", 60, 4),
+    )),
     "splat_scene_desc": (splat_scene_desc, False, 112, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("count", 16, 8),
         ("sh_degree", 24, 4), ("reserved", 28, 4), ("means", 32, 8), ("log_scales", 40, 8),
@@ -2509,26 +2593,6 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_lpips_desc": (splat_lpips_desc, False, 32, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8),
         ("weight_count", 24, 4), ("side", 28, 4),
-    )),
-    "splat_dataset_desc": (splat_dataset_desc, False, 96, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
-        ("format", 24, 8), ("split", 32, 8), ("resolution", 40, 4), ("limit", 44, 4),
-        ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
-        ("objects_file", 72, 8), ("excluded_file", 80, 8), ("views_file", 88, 8),
-    )),
-    "splat_dataset_views": (splat_dataset_views, False, 136, (
-        ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8),
-        ("normals", 24, 8), ("masks", 32, 8), ("view_to_world", 40, 8), ("quaternions", 48, 8),
-        ("focals", 56, 8), ("origin_distances", 64, 8), ("image_count", 72, 8),
-        ("depth_count", 80, 8), ("normal_count", 88, 8), ("mask_count", 96, 8),
-        ("view_to_world_count", 104, 8), ("quaternion_count", 112, 8), ("focal_count", 120, 8),
-        ("origin_distance_count", 128, 8),
-    )),
-    "splat_synthetic_desc": (splat_synthetic_desc, False, 64, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
-        ("category", 24, 8), ("seed", 32, 8), ("resolution", 40, 4), ("train_views", 44, 4),
-        ("test_views", 48, 4), ("train_objects", 52, 4), ("val_objects", 56, 4),
-        ("test_objects", 60, 4),
     )),
     "splat_optimizer_item": (splat_optimizer_item, True, 40, (
         ("name", 0, 8), ("model", 8, 8), ("module", 16, 8), ("parameter", 24, 8),
@@ -2726,6 +2790,28 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Destroy a tensor, mapped or not."),
     ("splat_co3d_prepare", c_int32, (POINTER(splat_co3d_desc), POINTER(splat_co3d_info)),
      "Write the images, masks and cameras of a split to ...."),
+    ("splat_dataset_open", c_int32, (POINTER(splat_dataset_desc), POINTER(c_void_p)),
+     "Open the data set in a folder."),
+    ("splat_dataset_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
+     "JSON."),
+    ("splat_dataset_read", c_int32, (
+        c_void_p, c_uint32, c_void_p, c_uint32, POINTER(splat_dataset_views),
+    ),
+     "Read views of one object, in the given order (a view may occur twice)."),
+    ("splat_dataset_check", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t, POINTER(c_size_t)),
+     "Check all files of one object."),
+    ("splat_dataset_destroy", c_int32, (c_void_p,),
+     "Destroy a data set."),
+    ("splat_dataset_import", c_int32, (
+        POINTER(splat_dataset_import_desc), splat_progress_callback, c_void_p,
+    ),
+     "Copy a split of tables to a store, <out>/<split>/."),
+    ("splat_dataset_export", c_int32, (
+        c_void_p, POINTER(splat_dataset_export_desc), splat_progress_callback, c_void_p,
+    ),
+     "Write objects of a data set with their cameras, images and all maps that it ...."),
+    ("splat_synthetic_write", c_int32, (POINTER(splat_synthetic_desc), c_uint32),
+     "Write one object, counted over all splits, train first."),
     ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p)),
      "Create a scene."),
     ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
@@ -3000,20 +3086,6 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "JSON array of the published configurations that the library has by name."),
     ("splat_config_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
      "The text of one of them, such as 'cars', in YAML, for splat_config_merge."),
-    ("splat_dataset_open", c_int32, (POINTER(splat_dataset_desc), POINTER(c_void_p)),
-     "Open the data set in a folder."),
-    ("splat_dataset_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_dataset_read", c_int32, (
-        c_void_p, c_uint32, c_void_p, c_uint32, POINTER(splat_dataset_views),
-    ),
-     "Read views of one object, in the given order (a view may occur twice)."),
-    ("splat_dataset_check", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Check all files of one object."),
-    ("splat_dataset_destroy", c_int32, (c_void_p,),
-     "Destroy a data set."),
-    ("splat_synthetic_write", c_int32, (POINTER(splat_synthetic_desc), c_uint32),
-     "Write one object, counted over all splits, train first."),
     ("splat_optimizer_create", c_int32, (
         c_void_p, POINTER(splat_optimizer_desc), POINTER(c_void_p),
     ),

@@ -57,7 +57,8 @@ def config_warnings(config: Config = None, *changes: str) -> List[str]:
 class Dataset(Handle):
     """The data set in a folder, read into host memory; needs no device.
 
-    format       "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder
+    format       "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the
+                 folder
     split        "train", "val" or "test"
     resolution   of the returned images, which are square; 0: as stored
     limit        use only this many objects; 0: all

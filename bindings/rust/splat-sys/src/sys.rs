@@ -108,6 +108,16 @@ pub const SPLAT_ACCESS_READ_WRITE: splat_access = 3;
 /// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
 pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
 
+/// maps that are required
+pub const SPLAT_DATA_DEPTH: u32 = 1;
+pub const SPLAT_DATA_NORMAL: u32 = 2;
+pub const SPLAT_DATA_MASK: u32 = 4;
+/// keep objects with missing files, for splat_dataset_check
+pub const SPLAT_DATA_LENIENT: u32 = 8;
+
+/// an import of other tables in the folder is removed
+pub const SPLAT_IMPORT_REPLACE: u32 = 1;
+
 pub type splat_scene_format = i32;
 /// 3DGS, ascii or binary, properties in any order
 pub const SPLAT_SCENE_PLY: splat_scene_format = 1;
@@ -321,13 +331,6 @@ pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
 pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
 /// of animations: 252 colours, dithered; no alpha
 pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
-
-/// maps that are required
-pub const SPLAT_DATA_DEPTH: u32 = 1;
-pub const SPLAT_DATA_NORMAL: u32 = 2;
-pub const SPLAT_DATA_MASK: u32 = 4;
-/// keep objects with missing files, for splat_dataset_check
-pub const SPLAT_DATA_LENIENT: u32 = 8;
 
 pub type splat_schedule = i32;
 pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
@@ -686,6 +689,13 @@ pub type splat_log_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, level: splat_log_level, message: *const c_char)>;
 
 /// ```text
+/// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
+/// on; another number ends the call with SPLAT_ERROR_CANCELLED. It must not throw.
+/// ```
+pub type splat_progress_callback =
+    Option<unsafe extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
+
+/// ```text
 /// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
 /// read `pixels`, those that give one write there, and no others touch it.
 /// ```
@@ -936,6 +946,177 @@ pub struct splat_co3d_info {
 }
 
 impl Default for splat_co3d_info {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_dataset_desc {
+    pub struct_size: u32,
+    /// SPLAT_DATA_*
+    pub flags: u32,
+    pub next: *const c_void,
+    pub path: *const c_char,
+    /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder
+    pub format: *const c_char,
+    /// "train", "val", "test"; NULL: train
+    pub split: *const c_char,
+    /// of the returned images, which are square; 0: as stored
+    pub resolution: u32,
+    /// use only this many objects, the first in order; 0: all
+    pub limit: u32,
+    /// for decoded images (8 bits); 0: 1 GiB
+    pub cache_bytes: u64,
+    /// behind transparent pixels, 0 to 1
+    pub background: [f32; 3],
+    pub reserved: u32,
+    /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
+    pub objects_file: *const c_char,
+    /// "co3d": names of sequences to leave out, in any text
+    pub excluded_file: *const c_char,
+    /// "nmr": tests, lines "category object source_view"
+    pub views_file: *const c_char,
+}
+
+impl Default for splat_dataset_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// Destinations of n views of R x R pixels; NULL: not read.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_dataset_views {
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// \[n,3,R,R\] 0 to 1
+    pub images: *mut f32,
+    /// \[n,1,R,R\] 0 to 1, larger is nearer; scaled for each image
+    pub depths: *mut f32,
+    /// \[n,3,R,R\] 0 to 1: (normal + 1) / 2, in the camera's axes
+    pub normals: *mut f32,
+    /// \[n,1,R,R\] 0 to 1
+    pub masks: *mut f32,
+    /// \[n,16\] row vectors, OpenCV axes; the world is the frame of the first view
+    pub view_to_world: *mut f32,
+    /// \[n,4\] w x y z of that rotation, w \>= 0
+    pub quaternions: *mut f32,
+    /// \[n,2\] pixels at R
+    pub focals: *mut f32,
+    /// \[n\] of the origin along the absolute camera's axis (CO3D); else 0
+    pub origin_distances: *mut f32,
+    /// floats of each array, at least those of n views; 0: trusted
+    pub image_count: u64,
+    pub depth_count: u64,
+    pub normal_count: u64,
+    pub mask_count: u64,
+    pub view_to_world_count: u64,
+    pub quaternion_count: u64,
+    pub focal_count: u64,
+    pub origin_distance_count: u64,
+}
+
+impl Default for splat_dataset_views {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_dataset_import_desc {
+    pub struct_size: u32,
+    /// SPLAT_IMPORT_*
+    pub flags: u32,
+    pub next: *const c_void,
+    /// folder of the tables
+    pub path: *const c_char,
+    /// folder of the store; NULL: where splat_dataset_open looks, with REPLACE
+    pub out: *const c_char,
+    /// "train", "val", "test"; NULL: train
+    pub split: *const c_char,
+    /// path of DuckDB's library; NULL: see above
+    pub duckdb: *const c_char,
+}
+
+impl Default for splat_dataset_import_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_dataset_export_desc {
+    pub struct_size: u32,
+    /// 0
+    pub flags: u32,
+    pub next: *const c_void,
+    pub path: *const c_char,
+    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "store": \<split\>/, as an import gives; NULL: tables
+    pub layout: *const c_char,
+    /// to write; NULL: that of the data set
+    pub split: *const c_char,
+    /// in names of folders and configurations; NULL: cars
+    pub category: *const c_char,
+    /// as in splat_dataset_import_desc
+    pub duckdb: *const c_char,
+    /// which to write; NULL: all
+    pub objects: *const u32,
+    pub object_count: u64,
+}
+
+impl Default for splat_dataset_export_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// ```text
+/// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
+/// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_synthetic_desc {
+    pub struct_size: u32,
+    /// 0
+    pub flags: u32,
+    pub next: *const c_void,
+    pub path: *const c_char,
+    /// "cars", "chairs", "mixed"; NULL: cars
+    pub category: *const c_char,
+    pub seed: u64,
+    /// 8 to 2048; 0: 128
+    pub resolution: u32,
+    /// from random places around the object; 0: 50
+    pub train_views: u32,
+    /// of val and test, on a spiral; 0: 251
+    pub test_views: u32,
+    pub train_objects: u32,
+    pub val_objects: u32,
+    pub test_objects: u32,
+}
+
+impl Default for splat_synthetic_desc {
     fn default() -> Self {
         // SAFETY: zero is a valid value of all fields.
         let mut value: Self = unsafe { std::mem::zeroed() };
@@ -1887,121 +2068,6 @@ pub struct splat_lpips_desc {
 }
 
 impl Default for splat_lpips_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct splat_dataset_desc {
-    pub struct_size: u32,
-    /// SPLAT_DATA_*
-    pub flags: u32,
-    pub next: *const c_void,
-    pub path: *const c_char,
-    /// "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder
-    pub format: *const c_char,
-    /// "train", "val", "test"; NULL: train
-    pub split: *const c_char,
-    /// of the returned images, which are square; 0: as stored
-    pub resolution: u32,
-    /// use only this many objects, the first in order; 0: all
-    pub limit: u32,
-    /// for decoded images (8 bits); 0: 1 GiB
-    pub cache_bytes: u64,
-    /// behind transparent pixels, 0 to 1
-    pub background: [f32; 3],
-    pub reserved: u32,
-    /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
-    pub objects_file: *const c_char,
-    /// "co3d": names of sequences to leave out, in any text
-    pub excluded_file: *const c_char,
-    /// "nmr": tests, lines "category object source_view"
-    pub views_file: *const c_char,
-}
-
-impl Default for splat_dataset_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// Destinations of n views of R x R pixels; NULL: not read.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct splat_dataset_views {
-    pub struct_size: u32,
-    pub reserved: u32,
-    /// \[n,3,R,R\] 0 to 1
-    pub images: *mut f32,
-    /// \[n,1,R,R\] 0 to 1, larger is nearer; scaled for each image
-    pub depths: *mut f32,
-    /// \[n,3,R,R\] 0 to 1: (normal + 1) / 2, in the camera's axes
-    pub normals: *mut f32,
-    /// \[n,1,R,R\] 0 to 1
-    pub masks: *mut f32,
-    /// \[n,16\] row vectors, OpenCV axes; the world is the frame of the first view
-    pub view_to_world: *mut f32,
-    /// \[n,4\] w x y z of that rotation, w \>= 0
-    pub quaternions: *mut f32,
-    /// \[n,2\] pixels at R
-    pub focals: *mut f32,
-    /// \[n\] of the origin along the absolute camera's axis (CO3D); else 0
-    pub origin_distances: *mut f32,
-    /// floats of each array, at least those of n views; 0: trusted
-    pub image_count: u64,
-    pub depth_count: u64,
-    pub normal_count: u64,
-    pub mask_count: u64,
-    pub view_to_world_count: u64,
-    pub quaternion_count: u64,
-    pub focal_count: u64,
-    pub origin_distance_count: u64,
-}
-
-impl Default for splat_dataset_views {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
-/// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct splat_synthetic_desc {
-    pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    pub next: *const c_void,
-    pub path: *const c_char,
-    /// "cars", "chairs", "mixed"; NULL: cars
-    pub category: *const c_char,
-    pub seed: u64,
-    /// 8 to 2048; 0: 128
-    pub resolution: u32,
-    /// from random places around the object; 0: 50
-    pub train_views: u32,
-    /// of val and test, on a spiral; 0: 251
-    pub test_views: u32,
-    pub train_objects: u32,
-    pub val_objects: u32,
-    pub test_objects: u32,
-}
-
-impl Default for splat_synthetic_desc {
     fn default() -> Self {
         // SAFETY: zero is a valid value of all fields.
         let mut value: Self = unsafe { std::mem::zeroed() };
@@ -3141,6 +3207,129 @@ extern "C" {
         desc: *const splat_co3d_desc,
         info: *mut splat_co3d_info,
     ) -> splat_result;
+
+    /// ```text
+    /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+    /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+    /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train". The
+    /// first opening of a split of tables imports it, as splat_dataset_import with out NULL does.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
+    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
+    ///   SPLAT_ERROR_IO                    a file cannot be read
+    ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
+    ///                                     poses, an object with one view
+    ///   of tables as splat_dataset_import
+    /// ```
+    pub fn splat_dataset_open(
+        desc: *const splat_dataset_desc,
+        dataset: *mut splat_dataset,
+    ) -> splat_result;
+
+    /// ```text
+    /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
+    /// ```
+    pub fn splat_dataset_report(
+        dataset: splat_dataset,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// ```text
+    /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
+    /// exactly the identity.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
+    ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
+    ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
+    ///                                     its path. After these three, arrays may be partly written
+    /// ```
+    pub fn splat_dataset_read(
+        dataset: splat_dataset,
+        object: u32,
+        views: *const u32,
+        count: u32,
+        out: *mut splat_dataset_views,
+    ) -> splat_result;
+
+    /// ```text
+    /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
+    /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
+    /// [sentences on views that are duplicate or blank]}.
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
+    ///   such object)
+    /// ```
+    pub fn splat_dataset_check(
+        dataset: splat_dataset,
+        object: u32,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_dataset_destroy(dataset: splat_dataset) -> splat_result;
+
+    /// ```text
+    /// Copy a split of tables to a store, <out>/<split>/: .npy files with a checksum for each row, in any
+    /// order of which images are read fast. Tables are read once, front to back, in less than 512 MiB of
+    /// memory. An import that a killed process began is continued, a complete one is left alone.
+    /// splat_dataset_open reads `out`.
+    /// callback  may be NULL
+    /// user      passed to it
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
+    ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+    ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
+    ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
+    ///                                     groups that do not fit in that memory
+    ///   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
+    ///                                     one table lacks, ids that occur twice, values of wrong length,
+    ///                                     damaged files
+    ///   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written
+    /// ```
+    pub fn splat_dataset_import(
+        desc: *const splat_dataset_import_desc,
+        callback: splat_progress_callback,
+        user: *mut c_void,
+    ) -> splat_result;
+
+    /// ```text
+    /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+    /// resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+    /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+    /// export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
+    /// which an import compares.
+    /// callback, user   as splat_dataset_import
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    ///   SPLAT_ERROR_CANCELLED, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split
+    ///   SPLAT_ERROR_INVALID_STATE         another process writes the store
+    ///   SPLAT_ERROR_NOT_FOUND             no DuckDB, with how to get it; a missing file of the data set
+    ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB as above
+    ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
+    /// ```
+    pub fn splat_dataset_export(
+        dataset: splat_dataset,
+        desc: *const splat_dataset_export_desc,
+        callback: splat_progress_callback,
+        user: *mut c_void,
+    ) -> splat_result;
+
+    /// ```text
+    /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
+    /// an existing one is left alone. The bytes depend only on the seed, the split and the number within
+    /// it. Several threads may write different objects at once.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
+    /// 2048), or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
+    ///                                     from other values
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+    /// ```
+    pub fn splat_synthetic_write(desc: *const splat_synthetic_desc, index: u32) -> splat_result;
 
     /// ```text
     /// Create a scene.
@@ -4480,81 +4669,6 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
-    /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
-    /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train".
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
-    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
-    ///   SPLAT_ERROR_IO                    a file cannot be read
-    ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
-    ///                                     poses, an object with one view
-    /// ```
-    pub fn splat_dataset_open(
-        desc: *const splat_dataset_desc,
-        dataset: *mut splat_dataset,
-    ) -> splat_result;
-
-    /// ```text
-    /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
-    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
-    pub fn splat_dataset_report(
-        dataset: splat_dataset,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
-
-    /// ```text
-    /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
-    /// exactly the identity.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
-    ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
-    ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
-    ///                                     its path. After these three, arrays may be partly written
-    /// ```
-    pub fn splat_dataset_read(
-        dataset: splat_dataset,
-        object: u32,
-        views: *const u32,
-        count: u32,
-        out: *mut splat_dataset_views,
-    ) -> splat_result;
-
-    /// ```text
-    /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
-    /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
-    /// [sentences on views that are duplicate or blank]}.
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
-    ///   such object)
-    /// ```
-    pub fn splat_dataset_check(
-        dataset: splat_dataset,
-        object: u32,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
-
-    /// Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_dataset_destroy(dataset: splat_dataset) -> splat_result;
-
-    /// ```text
-    /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
-    /// an existing one is left alone. The bytes depend only on the seed, the split and the number within
-    /// it. Several threads may write different objects at once.
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
-    /// 2048), or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
-    ///                                     from other values
-    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
-    /// ```
-    pub fn splat_synthetic_write(desc: *const splat_synthetic_desc, index: u32) -> splat_result;
-
-    /// ```text
     /// Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
     /// device    that of all items
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
@@ -5165,6 +5279,11 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_tensor_stats", false, std::mem::size_of::<splat_tensor_stats>()),
     ("splat_co3d_desc", false, std::mem::size_of::<splat_co3d_desc>()),
     ("splat_co3d_info", false, std::mem::size_of::<splat_co3d_info>()),
+    ("splat_dataset_desc", false, std::mem::size_of::<splat_dataset_desc>()),
+    ("splat_dataset_views", false, std::mem::size_of::<splat_dataset_views>()),
+    ("splat_dataset_import_desc", false, std::mem::size_of::<splat_dataset_import_desc>()),
+    ("splat_dataset_export_desc", false, std::mem::size_of::<splat_dataset_export_desc>()),
+    ("splat_synthetic_desc", false, std::mem::size_of::<splat_synthetic_desc>()),
     ("splat_scene_desc", false, std::mem::size_of::<splat_scene_desc>()),
     ("splat_scene_file_desc", false, std::mem::size_of::<splat_scene_file_desc>()),
     ("splat_similarity", true, std::mem::size_of::<splat_similarity>()),
@@ -5196,9 +5315,6 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
     ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
     ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
-    ("splat_dataset_desc", false, std::mem::size_of::<splat_dataset_desc>()),
-    ("splat_dataset_views", false, std::mem::size_of::<splat_dataset_views>()),
-    ("splat_synthetic_desc", false, std::mem::size_of::<splat_synthetic_desc>()),
     ("splat_optimizer_item", true, std::mem::size_of::<splat_optimizer_item>()),
     ("splat_optimizer_group", true, std::mem::size_of::<splat_optimizer_group>()),
     ("splat_optimizer_desc", false, std::mem::size_of::<splat_optimizer_desc>()),
@@ -5349,6 +5465,77 @@ mod tests {
             kept: 8, 4;
             left_out: 12, 4;
             frames: 16, 8;
+        );
+        layout!(splat_dataset_desc, 96, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            path: 16, 8;
+            format: 24, 8;
+            split: 32, 8;
+            resolution: 40, 4;
+            limit: 44, 4;
+            cache_bytes: 48, 8;
+            background: 56, 12;
+            reserved: 68, 4;
+            objects_file: 72, 8;
+            excluded_file: 80, 8;
+            views_file: 88, 8;
+        );
+        layout!(splat_dataset_views, 136, 8,
+            struct_size: 0, 4;
+            reserved: 4, 4;
+            images: 8, 8;
+            depths: 16, 8;
+            normals: 24, 8;
+            masks: 32, 8;
+            view_to_world: 40, 8;
+            quaternions: 48, 8;
+            focals: 56, 8;
+            origin_distances: 64, 8;
+            image_count: 72, 8;
+            depth_count: 80, 8;
+            normal_count: 88, 8;
+            mask_count: 96, 8;
+            view_to_world_count: 104, 8;
+            quaternion_count: 112, 8;
+            focal_count: 120, 8;
+            origin_distance_count: 128, 8;
+        );
+        layout!(splat_dataset_import_desc, 48, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            path: 16, 8;
+            out: 24, 8;
+            split: 32, 8;
+            duckdb: 40, 8;
+        );
+        layout!(splat_dataset_export_desc, 72, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            path: 16, 8;
+            layout: 24, 8;
+            split: 32, 8;
+            category: 40, 8;
+            duckdb: 48, 8;
+            objects: 56, 8;
+            object_count: 64, 8;
+        );
+        layout!(splat_synthetic_desc, 64, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            path: 16, 8;
+            category: 24, 8;
+            seed: 32, 8;
+            resolution: 40, 4;
+            train_views: 44, 4;
+            test_views: 48, 4;
+            train_objects: 52, 4;
+            val_objects: 56, 4;
+            test_objects: 60, 4;
         );
         layout!(splat_scene_desc, 112, 8,
             struct_size: 0, 4;
@@ -5710,56 +5897,6 @@ mod tests {
             weights: 16, 8;
             weight_count: 24, 4;
             side: 28, 4;
-        );
-        layout!(splat_dataset_desc, 96, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            format: 24, 8;
-            split: 32, 8;
-            resolution: 40, 4;
-            limit: 44, 4;
-            cache_bytes: 48, 8;
-            background: 56, 12;
-            reserved: 68, 4;
-            objects_file: 72, 8;
-            excluded_file: 80, 8;
-            views_file: 88, 8;
-        );
-        layout!(splat_dataset_views, 136, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            images: 8, 8;
-            depths: 16, 8;
-            normals: 24, 8;
-            masks: 32, 8;
-            view_to_world: 40, 8;
-            quaternions: 48, 8;
-            focals: 56, 8;
-            origin_distances: 64, 8;
-            image_count: 72, 8;
-            depth_count: 80, 8;
-            normal_count: 88, 8;
-            mask_count: 96, 8;
-            view_to_world_count: 104, 8;
-            quaternion_count: 112, 8;
-            focal_count: 120, 8;
-            origin_distance_count: 128, 8;
-        );
-        layout!(splat_synthetic_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            category: 24, 8;
-            seed: 32, 8;
-            resolution: 40, 4;
-            train_views: 44, 4;
-            test_views: 48, 4;
-            train_objects: 52, 4;
-            val_objects: 56, 4;
-            test_objects: 60, 4;
         );
         layout!(splat_optimizer_item, 40, 8,
             name: 0, 8;

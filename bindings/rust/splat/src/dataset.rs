@@ -13,7 +13,7 @@ pub struct DatasetDesc<'a> {
     pub flags: DataFlags,
     /// Its folder.
     pub path: &'a str,
-    /// "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
+    /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
@@ -59,9 +59,9 @@ object! {
     Dataset, splat_dataset, splat_dataset_destroy
 }
 
-// SAFETY: train.h: a data set is thread-safe.
+// SAFETY: data.h: a data set is thread-safe.
 unsafe impl Send for Dataset {}
-// SAFETY: train.h: a data set is thread-safe.
+// SAFETY: data.h: a data set is thread-safe.
 unsafe impl Sync for Dataset {}
 
 impl Dataset {

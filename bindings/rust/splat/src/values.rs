@@ -330,6 +330,68 @@ impl std::fmt::Debug for Co3dFlags {
     }
 }
 
+/// Bits `SPLAT_DATA_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct DataFlags(pub u32);
+
+impl DataFlags {
+    /// maps that are required
+    pub const DEPTH: DataFlags = DataFlags(sys::SPLAT_DATA_DEPTH);
+    /// `SPLAT_DATA_NORMAL`
+    pub const NORMAL: DataFlags = DataFlags(sys::SPLAT_DATA_NORMAL);
+    /// `SPLAT_DATA_MASK`
+    pub const MASK: DataFlags = DataFlags(sys::SPLAT_DATA_MASK);
+    /// keep objects with missing files, for splat_dataset_check
+    pub const LENIENT: DataFlags = DataFlags(sys::SPLAT_DATA_LENIENT);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: DataFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for DataFlags {
+    type Output = DataFlags;
+
+    fn bitor(self, other: DataFlags) -> DataFlags {
+        DataFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for DataFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "DataFlags", self.0, &[("DEPTH", DataFlags::DEPTH.0), ("NORMAL", DataFlags::NORMAL.0), ("MASK", DataFlags::MASK.0), ("LENIENT", DataFlags::LENIENT.0)])
+    }
+}
+
+/// Bits `SPLAT_IMPORT_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ImportFlags(pub u32);
+
+impl ImportFlags {
+    /// an import of other tables in the folder is removed
+    pub const REPLACE: ImportFlags = ImportFlags(sys::SPLAT_IMPORT_REPLACE);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: ImportFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for ImportFlags {
+    type Output = ImportFlags;
+
+    fn bitor(self, other: ImportFlags) -> ImportFlags {
+        ImportFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for ImportFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "ImportFlags", self.0, &[("REPLACE", ImportFlags::REPLACE.0)])
+    }
+}
+
 /// Values `SPLAT_SCENE_*`. The default is 0.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SceneFormat(pub i32);
@@ -1030,40 +1092,6 @@ impl ImageFormat {
 impl std::fmt::Debug for ImageFormat {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         crate::text::number(f, "ImageFormat", self.0, &[("PNG", ImageFormat::PNG.0), ("NPY", ImageFormat::NPY.0), ("GIF", ImageFormat::GIF.0)])
-    }
-}
-
-/// Bits `SPLAT_DATA_*`. The default is 0.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct DataFlags(pub u32);
-
-impl DataFlags {
-    /// maps that are required
-    pub const DEPTH: DataFlags = DataFlags(sys::SPLAT_DATA_DEPTH);
-    /// `SPLAT_DATA_NORMAL`
-    pub const NORMAL: DataFlags = DataFlags(sys::SPLAT_DATA_NORMAL);
-    /// `SPLAT_DATA_MASK`
-    pub const MASK: DataFlags = DataFlags(sys::SPLAT_DATA_MASK);
-    /// keep objects with missing files, for splat_dataset_check
-    pub const LENIENT: DataFlags = DataFlags(sys::SPLAT_DATA_LENIENT);
-
-    /// Whether all bits of `other` are set.
-    pub fn contains(self, other: DataFlags) -> bool {
-        self.0 & other.0 == other.0
-    }
-}
-
-impl std::ops::BitOr for DataFlags {
-    type Output = DataFlags;
-
-    fn bitor(self, other: DataFlags) -> DataFlags {
-        DataFlags(self.0 | other.0)
-    }
-}
-
-impl std::fmt::Debug for DataFlags {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::bits(f, "DataFlags", self.0, &[("DEPTH", DataFlags::DEPTH.0), ("NORMAL", DataFlags::NORMAL.0), ("MASK", DataFlags::MASK.0), ("LENIENT", DataFlags::LENIENT.0)])
     }
 }
 

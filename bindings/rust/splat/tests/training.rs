@@ -3,8 +3,8 @@
 mod support;
 
 use splat::{
-    config, Batches, Code, Dataset, DatasetDesc, DatasetViews, SyntheticDesc, Trainer, Training,
-    TrainingDesc, TrainingEventKind, TrainingFlags,
+    config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
+    SyntheticDesc, Trainer, Training, TrainingDesc, TrainingEventKind, TrainingFlags,
 };
 use support::{device, Folder};
 
@@ -42,6 +42,47 @@ fn configurations_are_merged_and_checked() {
         .unwrap_err()
         .message()
         .contains("config"));
+}
+
+#[test]
+fn a_data_set_is_exported() {
+    let folder = Folder::new("export");
+    let (path, out) = (data(&folder), folder.text("out"));
+    let dataset = Dataset::open(&DatasetDesc {
+        path: &path,
+        ..Default::default()
+    })
+    .unwrap();
+    let desc = ExportDesc {
+        path: &out,
+        layout: Some("store"),
+        objects: Some(&[1]),
+        ..Default::default()
+    };
+    let stopped = dataset.export(&desc, Some(&mut |_, _| false)).unwrap_err();
+    assert_eq!(stopped.code(), Code::Cancelled, "{stopped}");
+    let panic =
+        std::panic::catch_unwind(|| dataset.export(&desc, Some(&mut |_, _| panic!("mine"))));
+    assert_eq!(*panic.unwrap_err().downcast::<&str>().unwrap(), "mine");
+    let mut last = (0, 0);
+    let mut progress = |done, total| {
+        last = (done, total);
+        true
+    };
+    dataset.export(&desc, Some(&mut progress)).unwrap();
+    assert_eq!(last, (20, 20)); // 4 views: poses, images and three maps
+    let store = Dataset::open(&DatasetDesc {
+        path: &out,
+        ..Default::default()
+    })
+    .unwrap();
+    assert!(store.report().unwrap().contains("\"format\": \"store\""));
+    let tables = ImportDesc {
+        path: &path,
+        ..Default::default()
+    };
+    let missing = splat::import_tables(&tables, None).unwrap_err();
+    assert!(missing.message().contains("lacks tables"), "{missing}");
 }
 
 #[test]

@@ -1,0 +1,221 @@
+/* libsplat: data sets of posed images, and their files.
+ *
+ * Tables to files for training, once, and then views from them:
+ *
+ *   splat_dataset_import_desc tables = {sizeof tables, .path = "srn_cars_priors", .out = "cars"};
+ *   splat_dataset_desc desc = {sizeof desc, .path = "cars", .flags = SPLAT_DATA_DEPTH};
+ *   splat_dataset_import(&tables, NULL, NULL);
+ *   splat_dataset_open(&desc, &dataset); */
+#ifndef SPLAT_DATA_H
+#define SPLAT_DATA_H
+
+#include "core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Data sets ------------------------------------------------------------------------------- */
+
+/* Objects seen by several cameras, stored in a folder; needs no device. Thread-safe. */
+
+enum {
+    SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
+    SPLAT_DATA_NORMAL = 1u << 1,
+    SPLAT_DATA_MASK = 1u << 2,
+    SPLAT_DATA_LENIENT = 1u << 3 /* keep objects with missing files, for splat_dataset_check */
+};
+
+typedef struct splat_dataset_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_DATA_* */
+    const void* next;
+    const char* path;
+    /* "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
+    const char* format;
+    const char* split;    /* "train", "val", "test"; NULL: train */
+    uint32_t resolution;  /* of the returned images, which are square; 0: as stored */
+    uint32_t limit;       /* use only this many objects, the first in order; 0: all */
+    uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
+    float background[3];  /* behind transparent pixels, 0 to 1 */
+    uint32_t reserved;
+    /* NULL, or a list for one format: a path, or one in the folder of the data */
+    const char* objects_file;  /* "objaverse": JSON array of all objects in order */
+    const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */
+    const char* views_file;    /* "nmr": tests, lines "category object source_view" */
+} splat_dataset_desc;
+
+/* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
+ * in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
+ * without masks, alpha is the mask. Objaverse has no split "test", GSO none "train". The
+ * first opening of a split of tables imports it, as splat_dataset_import with out NULL does.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
+ *   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
+ *   SPLAT_ERROR_IO                    a file cannot be read
+ *   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
+ *                                     poses, an object with one view
+ *   of tables as splat_dataset_import */
+SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset);
+
+/* JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
+ * "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
+SPLAT_API splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
+                                            size_t* needed);
+
+/* Destinations of n views of R x R pixels; NULL: not read. */
+typedef struct splat_dataset_views {
+    uint32_t struct_size;
+    uint32_t reserved;
+    float* images;  /* [n,3,R,R] 0 to 1 */
+    float* depths;  /* [n,1,R,R] 0 to 1, larger is nearer; scaled for each image */
+    float* normals; /* [n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes */
+    float* masks;   /* [n,1,R,R] 0 to 1 */
+    /* [n,16] row vectors, OpenCV axes; the world is the frame of the first view */
+    float* view_to_world;
+    float* quaternions;      /* [n,4] w x y z of that rotation, w >= 0 */
+    float* focals;           /* [n,2] pixels at R */
+    float* origin_distances; /* [n] of the origin along the absolute camera's axis (CO3D); else 0 */
+    /* floats of each array, at least those of n views; 0: trusted */
+    uint64_t image_count;
+    uint64_t depth_count;
+    uint64_t normal_count;
+    uint64_t mask_count;
+    uint64_t view_to_world_count;
+    uint64_t quaternion_count;
+    uint64_t focal_count;
+    uint64_t origin_distance_count;
+} splat_dataset_views;
+
+/* Read views of one object, in the given order (a view may occur twice). The camera of the first is
+ * exactly the identity.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
+ *   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
+ *   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
+ *                                     its path. After these three, arrays may be partly written */
+SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object,
+                                          const uint32_t* views, uint32_t count,
+                                          splat_dataset_views* out);
+
+/* Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
+ * images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
+ * [sentences on views that are duplicate or blank]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
+ *   such object) */
+SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
+                                           size_t capacity, size_t* needed);
+
+/* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);
+
+/* ---- Tables ---------------------------------------------------------------------------------- */
+
+/* Data sets as tables in Parquet files, in the layout of the published SRN cars with priors:
+ *   <table>/<split>/<any name>.parquet   any number of files; tables are intrins, poses, rgbs, depths,
+ *                                        normals and segmentation, splits train, val and test
+ *   <name>_<table>.parquet               one file for all splits, with a column "split"
+ * Rows belong together by the columns uuid and frame_id. Parquet is read and written by DuckDB's
+ * library, which is loaded when it is needed: the one that the desc names, else the one that
+ * SPLAT_DUCKDB_LIBRARY names, else libduckdb.so beside libsplat, else the loader's. */
+
+/* Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
+ * on; another number ends the call with SPLAT_ERROR_CANCELLED. It must not throw. */
+typedef int32_t (*splat_progress_callback)(void* user, uint64_t done, uint64_t total);
+
+enum { SPLAT_IMPORT_REPLACE = 1u << 0 }; /* an import of other tables in the folder is removed */
+
+typedef struct splat_dataset_import_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_IMPORT_* */
+    const void* next;
+    const char* path;  /* folder of the tables */
+    const char* out;   /* folder of the store; NULL: where splat_dataset_open looks, with REPLACE */
+    const char* split; /* "train", "val", "test"; NULL: train */
+    const char* duckdb; /* path of DuckDB's library; NULL: see above */
+} splat_dataset_import_desc;
+
+/* Copy a split of tables to a store, <out>/<split>/: .npy files with a checksum for each row, in any
+ * order of which images are read fast. Tables are read once, front to back, in less than 512 MiB of
+ * memory. An import that a killed process began is continued, a complete one is left alone.
+ * splat_dataset_open reads `out`.
+ * callback  may be NULL
+ * user      passed to it
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
+ *   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+ *   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
+ *   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
+ *                                     groups that do not fit in that memory
+ *   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
+ *                                     one table lacks, ids that occur twice, values of wrong length,
+ *                                     damaged files
+ *   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written */
+SPLAT_API splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
+                                            splat_progress_callback callback, void* user);
+
+typedef struct splat_dataset_export_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    const char* path;
+    /* "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data,
+     * srn_<category>/<category>_<split>/; "store": <split>/, as an import gives; NULL: tables */
+    const char* layout;
+    const char* split;       /* to write; NULL: that of the data set */
+    const char* category;    /* in names of folders and configurations; NULL: cars */
+    const char* duckdb;      /* as in splat_dataset_import_desc */
+    const uint32_t* objects; /* which to write; NULL: all */
+    uint64_t object_count;
+} splat_dataset_export_desc;
+
+/* Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+ * resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+ * as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+ * export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
+ * which an import compares.
+ * callback, user   as splat_dataset_import
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_CANCELLED, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split
+ *   SPLAT_ERROR_INVALID_STATE         another process writes the store
+ *   SPLAT_ERROR_NOT_FOUND             no DuckDB, with how to get it; a missing file of the data set
+ *   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB as above
+ *   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written */
+SPLAT_API splat_result splat_dataset_export(splat_dataset dataset,
+                                            const splat_dataset_export_desc* desc,
+                                            splat_progress_callback callback, void* user);
+
+/* ---- Procedural objects ---------------------------------------------------------------------- */
+
+/* Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
+ * the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128. */
+typedef struct splat_synthetic_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* 0 */
+    const void* next;
+    const char* path;
+    const char* category; /* "cars", "chairs", "mixed"; NULL: cars */
+    uint64_t seed;
+    uint32_t resolution;  /* 8 to 2048; 0: 128 */
+    uint32_t train_views; /* from random places around the object; 0: 50 */
+    uint32_t test_views;  /* of val and test, on a spiral; 0: 251 */
+    uint32_t train_objects, val_objects, test_objects;
+} splat_synthetic_desc;
+
+/* Write one object, counted over all splits, train first. Its folder appears whole or not at all;
+ * an existing one is left alone. The bytes depend only on the seed, the split and the number within
+ * it. Several threads may write different objects at once.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (resolution above
+ * 2048), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or category, a folder with data made
+ *                                     from other values
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written */
+SPLAT_API splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_DATA_H */

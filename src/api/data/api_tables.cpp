@@ -1,0 +1,75 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "data/dataset_export.h"
+#include "data/stored_tables.h"
+#include "tables/import.h"
+
+using namespace splat;
+
+namespace {
+
+tables::Progress progress_of(splat_progress_callback callback, void* user) {
+    if (callback == nullptr) return nullptr;
+    return [callback, user](std::uint64_t done, std::uint64_t total) -> Status {
+        if (callback(user, done, total) == 0) return {};
+        return error(Code::kCancelled, "the callback ended the call after %llu of %llu rows",
+                     static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+    };
+}
+
+std::string text_or(const char* text, const char* fallback) {
+    return text != nullptr ? text : fallback;
+}
+
+Result<data::Layout> layout_of(const std::string& name) {
+    if (name == "tables") return data::Layout::kTables;
+    if (name == "srn") return data::Layout::kSrn;
+    if (name == "store") return data::Layout::kStore;
+    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn or store",
+                 name.c_str());
+}
+
+}  // namespace
+
+splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
+                                  splat_progress_callback callback, void* user) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::check_desc(desc, "splat_dataset_import_desc",
+                                  sizeof(splat_dataset_import_desc), SPLAT_IMPORT_REPLACE));
+        SPLAT_TRY(api::require(desc->path, "desc.path"));
+        tables::ImportDesc value;
+        value.path = desc->path;
+        value.split = text_or(desc->split, "train");
+        if (value.split != "train" && value.split != "val" && value.split != "test")
+            return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
+                         value.split.c_str());
+        value.store = desc->out == nullptr ? data::store_beside(value.path, value.split)
+                                           : desc->out + ("/" + value.split);
+        value.library = text_or(desc->duckdb, "");
+        value.replace = desc->out == nullptr || (desc->flags & SPLAT_IMPORT_REPLACE) != 0;
+        return tables::import_tables(value, progress_of(callback, user));
+    });
+}
+
+splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_export_desc* desc,
+                                  splat_progress_callback callback, void* user) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
+        SPLAT_TRY(api::check_desc(desc, "splat_dataset_export_desc",
+                                  sizeof(splat_dataset_export_desc), 0));
+        SPLAT_TRY(api::require(desc->path, "desc.path"));
+        if (desc->object_count > 0) SPLAT_TRY(api::require(desc->objects, "desc.objects"));
+        if (desc->objects != nullptr && desc->object_count == 0)
+            return error(Code::kInvalidArgument,
+                         "desc.objects lists no object; NULL exports all of them");
+        data::ExportDesc value;
+        value.path = desc->path;
+        SPLAT_ASSIGN(value.layout, layout_of(text_or(desc->layout, "tables")));
+        value.split = text_or(desc->split, "");
+        value.category = text_or(desc->category, "cars");
+        value.library = text_or(desc->duckdb, "");
+        if (desc->objects != nullptr)
+            value.objects.assign(desc->objects, desc->objects + desc->object_count);
+        return data::export_dataset(*found->dataset, value, progress_of(callback, user));
+    });
+}

@@ -1,0 +1,190 @@
+#include "data/dataset_export.h"
+
+#include <algorithm>
+#include <charconv>
+#include <numeric>
+#include <set>
+
+#include "core/log.h"
+#include "data/export_rows.h"
+#include "io/compress.h"
+#include "tables/store.h"
+
+namespace splat::data {
+namespace {
+
+using tables::Table;
+
+Status check_name(const char* what, const std::string& name) {
+    if (!name.empty() && name[0] != '.' && name.find('/') == std::string::npos) return {};
+    return error(Code::kInvalidArgument, "%s is '%s', expected the name of a folder", what,
+                 name.c_str());
+}
+
+Status check_export(const Dataset& dataset, const ExportDesc& desc) {
+    if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
+    SPLAT_TRY(check_name("category", desc.category));
+    if (desc.split != "train" && desc.split != "val" && desc.split != "test")
+        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
+                     desc.split.c_str());
+    std::set<std::uint32_t> seen;
+    for (const std::uint32_t object : desc.objects)
+        if (object >= dataset.index().names.size() || !seen.insert(object).second)
+            return error(Code::kInvalidArgument,
+                         "object %u occurs twice, or is not among the %zu objects", object,
+                         dataset.index().names.size());
+    return {};
+}
+
+/// The number of a stem of digits.
+std::optional<std::int64_t> number_of(const std::string& stem) {
+    std::int64_t number = 0;
+    const char* const end = stem.data() + stem.size();
+    const auto [at, code] = std::from_chars(stem.data(), end, number);
+    if (code != std::errc() || at != end || number < 0 || number > 0x7FFFFFFF) return std::nullopt;
+    return number;
+}
+
+}  // namespace
+
+MapKind map_of(Table table) {
+    if (table == Table::kDepth) return MapKind::kDepth;
+    if (table == Table::kNormal) return MapKind::kNormal;
+    return table == Table::kMask ? MapKind::kMask : MapKind::kRgb;
+}
+
+ExportRows::ExportRows(Dataset& dataset, const ExportDesc& desc, const tables::Progress& progress)
+    : dataset_(dataset), progress_(progress), category_(desc.category), objects_(desc.objects) {
+    if (objects_.empty()) {
+        objects_.resize(dataset.index().names.size());
+        std::iota(objects_.begin(), objects_.end(), 0U);
+    }
+    std::sort(objects_.begin(), objects_.end());
+    for (const std::uint32_t object : objects_) rows_ += dataset.index().views_of[object];
+}
+
+std::vector<Table> ExportRows::maps() const {
+    std::vector<Table> maps;
+    for (const Table table : tables::kTables)
+        if (tables::kind_of(table).map != nullptr &&
+            (dataset_.index().maps & flag_of(map_of(table))) == flag_of(map_of(table)))
+            maps.push_back(table);
+    return maps;
+}
+
+const std::string& ExportRows::name(std::uint32_t object) const {
+    return dataset_.index().names[object];
+}
+
+std::string ExportRows::source() const {
+    std::uint32_t crc = 0;
+    for (const std::uint32_t object : objects_)
+        crc = io::crc32_of(io::as_bytes(format("%s %u\n", name(object).c_str(),
+                                               dataset_.index().views_of[object])),
+                           crc);
+    std::string text =
+        format("%s, %zu objects, %llu views of %u pixels,", dataset_.index().format.c_str(),
+               objects_.size(), static_cast<unsigned long long>(rows_), dataset_.resolution());
+    for (const Table map : maps()) text += std::string(" ") + tables::kind_of(map).map;
+    for (const float value : dataset_.background())
+        text += format(" %g", static_cast<double>(value));
+    return text + format(" behind, names %08x", crc);
+}
+
+Result<ExportRows::Cameras> ExportRows::cameras(std::uint32_t object) {
+    Cameras out;
+    SPLAT_ASSIGN(out.text, dataset_.reader().text(object));
+    std::set<std::int64_t> seen;
+    for (const ObjectText::View& view : out.text.views) {
+        const auto number = number_of(view.name);
+        if (number && seen.insert(*number).second) out.frames.push_back(*number);
+    }
+    const bool numbered = out.frames.size() == out.text.views.size();
+    if (numbered && std::is_sorted(out.frames.begin(), out.frames.end())) return out;
+    if (!warned_)
+        log(LogLevel::kWarning,
+            format("object '%s': names of views such as '%s' are no numbers of one length; the "
+                   "views are numbered in the order of their names",
+                   name(object).c_str(), out.text.views.front().name.c_str()));
+    warned_ = true;
+    out.frames.resize(out.text.views.size());
+    std::iota(out.frames.begin(), out.frames.end(), 0);
+    return out;
+}
+
+Result<io::Buffer> ExportRows::planes(std::uint32_t object, std::uint32_t view, Table map) {
+    SPLAT_ASSIGN(const ImageCache::Pixels pixels, dataset_.pixels(object, view, map_of(map)));
+    const std::size_t channels = tables::kind_of(map).channels;
+    const std::size_t area = pixels->size() / channels;
+    io::Buffer planes(pixels->size());
+    for (std::size_t i = 0; i < area; ++i)
+        for (std::size_t c = 0; c < channels; ++c)
+            planes[c * area + i] = static_cast<std::byte>((*pixels)[i * channels + c]);
+    return planes;
+}
+
+Status ExportRows::advance(std::uint64_t rows) {
+    done_ += rows;
+    if (!progress_) return {};
+    return progress_(done_, rows_ * (maps().size() + 1));
+}
+
+Status export_store(ExportRows& rows, const ExportDesc& desc) {
+    tables::StoreIndex index;
+    index.split = desc.split;
+    index.source = rows.source();
+    index.resolution = rows.dataset().resolution();
+    index.maps = rows.maps();
+    for (const std::uint32_t object : rows.objects()) {
+        SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
+        index.objects.push_back({rows.name(object), cameras.text.intrinsics,
+                                 static_cast<std::uint32_t>(cameras.frames.size())});
+        index.frames.insert(index.frames.end(), cameras.frames.begin(), cameras.frames.end());
+    }
+    SPLAT_ASSIGN(const auto store,
+                 tables::StoreWriter::open(desc.path + "/" + desc.split, std::move(index), false));
+    if (store->complete()) return {};
+    std::uint64_t row = 0;
+    const std::uint64_t done = store->done("objects");
+    for (std::size_t i = 0; i < rows.objects().size(); ++i) {
+        const std::uint32_t object = rows.objects()[i];
+        const std::uint32_t views = rows.dataset().index().views_of[object];
+        bool held = i < done;
+        for (std::uint32_t view = 0; view < views && held; ++view)
+            for (const Table map : rows.maps()) held = held && store->holds(map, row + view);
+        SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
+        for (std::uint32_t view = 0; view < views; ++view) {
+            SPLAT_TRY(
+                store->put(Table::kPoses, row + view, io::as_bytes(cameras.text.views[view].pose)));
+            for (const Table map : rows.maps()) {
+                if (held) break;
+                SPLAT_ASSIGN(const io::Buffer planes, rows.planes(object, view, map));
+                SPLAT_TRY(store->put(map, row + view, planes));
+            }
+        }
+        row += views;
+        SPLAT_TRY(store->mark("objects", i + 1));
+        SPLAT_TRY(rows.advance(views * (rows.maps().size() + 1)));
+    }
+    return store->finish();
+}
+
+Status export_dataset(Dataset& dataset, const ExportDesc& desc, const tables::Progress& progress) {
+    ExportDesc own = desc;
+    if (own.split.empty()) own.split = dataset.index().split;
+    SPLAT_TRY(check_export(dataset, own));
+    if (dataset.index().source_distance != 0)
+        log(LogLevel::kWarning,
+            format("scenes of the format %s are scaled when they are read; the export has them "
+                   "unscaled",
+                   dataset.index().format.c_str()));
+    if (!dataset.index().source_views.empty())
+        log(LogLevel::kWarning, "the list of source views for evaluations is not exported");
+    if (dataset.index().format == "co3d")
+        log(LogLevel::kWarning, "the distances of origins of CO3D are not exported");
+    ExportRows rows(dataset, own, progress);
+    if (own.layout == Layout::kStore) return export_store(rows, own);
+    return own.layout == Layout::kSrn ? export_srn(rows, own) : export_tables(rows, own);
+}
+
+}  // namespace splat::data

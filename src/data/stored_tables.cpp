@@ -1,0 +1,141 @@
+#include "data/stored_tables.h"
+
+#include <filesystem>
+
+#include "data/folder.h"
+#include "tables/import.h"
+#include "tables/srn_text.h"
+#include "tables/store.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using tables::Table;
+
+constexpr const char* kCacheFolder = ".splat";
+
+Table table_of(MapKind kind) {
+    constexpr Table kMapTables[] = {Table::kRgb, Table::kDepth, Table::kNormal, Table::kMask};
+    return kMapTables[static_cast<std::size_t>(kind)];
+}
+
+class StoreReader : public DatasetReader {
+  public:
+    Status open(const ReaderDesc& desc, const std::string& folder, const char* name) {
+        SPLAT_ASSIGN(store_, tables::Store::open(folder));
+        folder_ = folder;
+        index_.format = name;
+        index_.split = store_->index().split;
+        index_.resolution = store_->index().resolution;
+        for (const MapKind kind : kMaps)
+            for (const Table map : store_->index().maps)
+                if (map == table_of(kind)) index_.maps |= flag_of(kind);
+        std::uint64_t row = 0;
+        for (const tables::StoreObject& object : store_->index().objects) {
+            if (desc.limit != 0 && rows_.size() == desc.limit) break;
+            ViewNames names;
+            for (std::uint32_t view = 0; view < object.views; ++view)
+                names.images.push_back(view_name(row + view));
+            names.cameras = names.images;
+            SPLAT_TRY(index_.add(object.name, folder + " " + object.name, names, desc.lenient,
+                                 [](const std::vector<std::string>&) {}));
+            rows_.push_back(row);
+            row += object.views;
+        }
+        return {};
+    }
+
+    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+
+    [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
+        SPLAT_ASSIGN(const ObjectText texts, text(object));
+        const std::string place = folder_ + " " + index_.names[object];
+        const auto focal = tables::focal_of(texts.intrinsics);
+        if (!focal.ok()) return in_file(focal.status(), place);
+        std::vector<StoredView> views;
+        for (const ObjectText::View& view : texts.views) {
+            const std::string name = place + " " + view.name;
+            const auto pose = tables::pose_of(view.pose);
+            if (!pose.ok()) return in_file(pose.status(), name);
+            SPLAT_TRY(check_pose(pose.value(), name));
+            views.push_back({pose.value(), focal.value().x, focal.value().y, 0});
+        }
+        return views;
+    }
+
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
+                                          MapKind kind) const override {
+        const Table map = table_of(kind);
+        std::vector<std::uint8_t> planes(store_->index().image_bytes(map));
+        SPLAT_TRY(
+            store_->image(map, rows_[object] + view, std::as_writable_bytes(std::span(planes))));
+        const std::uint32_t side = index_.resolution;
+        const std::size_t area = std::size_t{side} * side;
+        const std::uint32_t channels = channels_of(kind);
+        io::Image image{side, side, channels, 8, std::vector<std::uint16_t>(planes.size())};
+        for (std::size_t i = 0; i < area; ++i)
+            for (std::uint32_t c = 0; c < channels; ++c)
+                image.samples[i * channels + c] = planes[c * area + i];
+        return image;
+    }
+
+    [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {
+        ObjectText text;
+        text.intrinsics = store_->index().objects[object].intrinsics;
+        for (std::uint32_t view = 0; view < index_.views_of[object]; ++view) {
+            SPLAT_ASSIGN(std::string pose, store_->pose(rows_[object] + view));
+            text.views.push_back({view_name(rows_[object] + view), std::move(pose)});
+        }
+        return text;
+    }
+
+  private:
+    [[nodiscard]] std::string view_name(std::uint64_t row) const {
+        return format("%06lld", static_cast<long long>(store_->index().frames[row]));
+    }
+
+    std::string folder_;
+    std::unique_ptr<tables::Store> store_;
+    DatasetIndex index_;
+    std::vector<std::uint64_t> rows_;  ///< the first of each object
+};
+
+Result<std::unique_ptr<DatasetReader>> open_reader(const ReaderDesc& desc,
+                                                   const std::string& folder, const char* name) {
+    auto reader = std::make_unique<StoreReader>();
+    SPLAT_TRY(reader->open(desc, folder, name));
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
+    const fs::path folder = desc.path;
+    if (is_file(folder / "store.json")) return open_reader(desc, desc.path, "store");
+    if (is_file(folder / desc.split / "store.json"))
+        return open_reader(desc, (folder / desc.split).string(), "store");
+    std::string splits;
+    for (const std::string& name : folders_in(folder))
+        if (is_file(folder / name / "store.json")) splits += (splits.empty() ? "" : ", ") + name;
+    return error(Code::kNotFound, "'%s' has no store of the split %s; it has: %s", folder.c_str(),
+                 desc.split.c_str(), splits.empty() ? "none" : splits.c_str());
+}
+
+std::string store_beside(const std::string& path, const std::string& split) {
+    return (fs::path(path) / kCacheFolder / split).string();
+}
+
+Result<std::unique_ptr<DatasetReader>> open_tables(const ReaderDesc& desc) {
+    const std::string folder = store_beside(desc.path, desc.split);
+    const Status imported =
+        tables::import_tables({desc.path, desc.split, folder, "", true}, nullptr);
+    if (imported.code() == Code::kIo)
+        return Status(Code::kIo, imported.message() +
+                                     "; where the folder of the tables cannot be written or lacks "
+                                     "space, import them into another one and open that");
+    SPLAT_TRY(imported);
+    return open_reader(desc, folder, "tables");
+}
+
+}  // namespace splat::data

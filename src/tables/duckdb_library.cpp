@@ -1,0 +1,97 @@
+#include "tables/duckdb_library.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "core/environment.h"
+#include "core/fork.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLibrary = "libduckdb.so";
+constexpr const char* kVariable = "SPLAT_DUCKDB_LIBRARY";
+
+/// The folder of the file that holds this function: libsplat, or a program that has it inside.
+std::string own_folder() {
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr)
+        return "";
+    std::error_code none;
+    return fs::canonical(info.dli_fname, none).parent_path().string();
+}
+
+/// How to get the library, after what was tried.
+Status not_found(const std::string& tried) {
+    return error(
+        Code::kNotFound,
+        "Parquet files are read and written by DuckDB, which was not found: %s. Get it with 'npm "
+        "pack @duckdb/node-bindings-linux-x64' (linux-arm64 on ARM), unpack the .tgz, and set %s "
+        "to its package/%s",
+        tried.c_str(), kVariable, kLibrary);
+}
+
+std::string load_error() {
+    const char* const text = dlerror();
+    return text == nullptr ? "unknown reason" : text;
+}
+
+/// The places of the library: its path, and the words of an error.
+struct Place {
+    std::string path, name;
+};
+
+std::vector<Place> places(const std::string& path) {
+    if (!path.empty()) return {{path, "the given library"}};
+    if (const auto set = environment(kVariable)) return {{*set, kVariable}};
+    const std::string beside = (fs::path(own_folder()) / kLibrary).string();
+    return {{beside, "beside libsplat"}, {kLibrary, "the loader's path"}};
+}
+
+Result<duckdb::Api> functions_of(void* library, const std::string& path) {
+    duckdb::Api api;
+    const char* missing = nullptr;
+#define SPLAT_DUCKDB_FIND(result, name, parameters)                                   \
+    api.name = reinterpret_cast<decltype(api.name)>(dlsym(library, "duckdb_" #name)); \
+    if (api.name == nullptr && missing == nullptr) missing = "duckdb_" #name;
+    SPLAT_DUCKDB_FUNCTIONS(SPLAT_DUCKDB_FIND)
+#undef SPLAT_DUCKDB_FIND
+    if (missing == nullptr) return api;
+    return error(Code::kUnsupported,
+                 "'%s' has no function %s, expected DuckDB's library of version 1.5 or later",
+                 path.c_str(), missing);
+}
+
+Result<std::unique_ptr<duckdb::Api>> load(const std::string& path) {
+    std::string tried;
+    for (const Place& place : places(path)) {
+        // Never closed: its threads and static objects are not made for it.
+        void* const library = dlopen(place.path.c_str(), RTLD_NOW | RTLD_LOCAL);
+        if (library != nullptr) {
+            SPLAT_ASSIGN(const duckdb::Api api, functions_of(library, place.path));
+            return std::make_unique<duckdb::Api>(api);
+        }
+        tried += (tried.empty() ? "" : "; ") + place.name + ": " + load_error();
+    }
+    return not_found(tried);
+}
+
+}  // namespace
+
+Result<const duckdb::Api*> duckdb_library(const std::string& path) {
+    static ForkMutex mutex;
+    static std::map<std::string, std::unique_ptr<duckdb::Api>> loaded;
+    const std::string key = path.empty() ? environment(kVariable).value_or("") : path;
+    const std::lock_guard lock(mutex);
+    const auto found = loaded.find(key);
+    if (found != loaded.end()) return found->second.get();
+    SPLAT_ASSIGN(std::unique_ptr<duckdb::Api> api, load(path));
+    return (loaded[key] = std::move(api)).get();
+}
+
+}  // namespace splat::tables

@@ -1,0 +1,132 @@
+#include "tables/export_journal.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/json_tree.h"
+#include "core/json_writer.h"
+#include "io/compress.h"
+#include "io/file.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+std::string file_name(const std::string& folder, const std::string& split) {
+    return folder + "/export_" + split + ".json";
+}
+
+/// CRC-32 of a file, read in pieces.
+Result<ExportJournal::File> file_of(const std::string& folder, const std::string& path) {
+    ExportJournal::File file{path};
+    SPLAT_ASSIGN(const auto source, io::open_source(folder + "/" + path));
+    file.bytes = source->size();
+    io::Buffer piece;
+    for (std::uint64_t at = 0; at < file.bytes; at += piece.size()) {
+        piece.resize(std::min<std::uint64_t>(kPieceBytes, file.bytes - at));
+        SPLAT_TRY(source->read(at, piece));
+        file.crc = io::crc32_of(piece, file.crc);
+    }
+    return file;
+}
+
+}  // namespace
+
+bool ExportJournal::load() {
+    const auto file = io::read_file(file_, kMaxJsonBytes);
+    if (!file.ok()) return false;
+    const auto tree = parse_json_tree(io::as_text(file.value()), "export");
+    const JsonTree* const source = tree.ok() ? tree.value().find("source") : nullptr;
+    if (source == nullptr || source->text() == nullptr) return false;
+    source_ = *source->text();
+    const JsonTree* const files = tree.value().find("files");
+    for (const JsonTree& item :
+         files != nullptr && files->list() != nullptr ? *files->list() : JsonTree::List()) {
+        const JsonTree* const path = item.find("path");
+        const JsonTree* const bytes = item.find("bytes");
+        const JsonTree* const crc = item.find("crc32");
+        if (path == nullptr || path->text() == nullptr || bytes == nullptr || crc == nullptr)
+            return false;
+        files_.push_back({*path->text(), static_cast<std::uint64_t>(bytes->number().value_or(0)),
+                          static_cast<std::uint32_t>(crc->number().value_or(0))});
+    }
+    return true;
+}
+
+Result<ExportJournal> ExportJournal::open(const std::string& folder, const std::string& split,
+                                          const std::string& source,
+                                          const std::vector<std::string>& targets) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed) return io::system_error(failed.value(), "create the folder", folder);
+    ExportJournal journal(folder, file_name(folder, split), source);
+    if (!fs::exists(journal.file_, failed)) {
+        for (const std::string& target : targets)
+            if (fs::exists(target, failed))
+                return error(Code::kInvalidArgument,
+                             "'%s' is there and is no export: choose another folder",
+                             target.c_str());
+        SPLAT_TRY(journal.save());
+        return journal;
+    }
+    const bool readable = journal.load();
+    if (readable && journal.source_ == source) return journal;
+    return error(Code::kInvalidArgument,
+                 "'%s' holds another export of the split %s (%s), expected %s: choose another "
+                 "folder",
+                 folder.c_str(), split.c_str(), readable ? journal.source_.c_str() : "unreadable",
+                 source.c_str());
+}
+
+Status ExportJournal::verify(const std::string& folder, const std::string& split) {
+    ExportJournal journal(folder, file_name(folder, split), "");
+    std::error_code none;
+    if (!fs::exists(journal.file_, none)) return {};
+    if (!journal.load())
+        return error(Code::kFormat, "'%s' is damaged: remove it to read the tables unchecked",
+                     journal.file_.c_str());
+    for (const File& file : journal.files_)
+        if (!journal.holds(file.path))
+            return error(Code::kFormat,
+                         "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
+                         "it is damaged, or was written by something else",
+                         folder.c_str(), file.path.c_str(),
+                         static_cast<unsigned long long>(file.bytes), file.crc,
+                         journal.file_.c_str());
+    return {};
+}
+
+bool ExportJournal::holds(const std::string& path) const {
+    for (const File& file : files_) {
+        if (file.path != path) continue;
+        const auto found = file_of(folder_, path);
+        return found.ok() && found.value().bytes == file.bytes && found.value().crc == file.crc;
+    }
+    return false;
+}
+
+Status ExportJournal::add(const std::string& path) {
+    SPLAT_ASSIGN(File file, file_of(folder_, path));
+    std::erase_if(files_, [&path](const File& other) { return other.path == path; });
+    files_.push_back(std::move(file));
+    return save();
+}
+
+Status ExportJournal::save() const {
+    JsonWriter json;
+    json.begin_object().member("source", source_).key("files").begin_array();
+    for (const File& file : files_)
+        json.newline(2)
+            .begin_object()
+            .member("path", file.path)
+            .member("bytes", file.bytes)
+            .member("crc32", file.crc)
+            .end();
+    json.newline().end().end();
+    return io::write_file(file_, io::as_bytes(json.text() + "\n"));
+}
+
+}  // namespace splat::tables

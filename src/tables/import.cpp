@@ -1,0 +1,214 @@
+#include "tables/import.h"
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "io/photo/image_file.h"
+#include "io/reader.h"
+#include "scene/camera_pose.h"
+#include "tables/export_journal.h"
+#include "tables/srn_text.h"
+#include "tables/store.h"
+#include "tables/store_index.h"
+#include "tables/table_files.h"
+#include "tables/table_keys.h"
+#include "tables/table_reader.h"
+
+namespace splat::tables {
+namespace {
+
+/// Bytes of rows between two entries of the journal.
+constexpr std::uint64_t kJournalBytes = std::uint64_t{64} << 20;
+
+/// S of an image of `bytes` bytes, 0 if there is none.
+std::uint32_t side_of(std::uint64_t bytes, std::uint32_t channels) {
+    const auto side =
+        static_cast<std::uint64_t>(std::llround(std::sqrt(static_cast<double>(bytes) / channels)));
+    return side * side * channels == bytes && side <= 16384 ? static_cast<std::uint32_t>(side) : 0;
+}
+
+/// uint8 [channels,S,S] of an image file: of gray, the only channel; of colours, without alpha, as the published
+/// tables were made.
+Result<io::Buffer> decoded(std::string_view file, std::uint32_t channels) {
+    SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file)));
+    if (image.width != image.height)
+        return error(Code::kFormat, "%u x %u pixels, expected a square", image.width, image.height);
+    const std::uint32_t colors = image.channels >= 3 ? 3 : 1;
+    const std::size_t area = std::size_t{image.width} * image.height;
+    io::Buffer planes(area * channels);
+    for (std::uint32_t c = 0; c < channels; ++c)
+        for (std::size_t i = 0; i < area; ++i) {
+            const unsigned sample = image.samples[i * image.channels + std::min(c, colors - 1)];
+            planes[c * area + i] = static_cast<std::byte>(
+                image.bits == 16 ? (sample * 255U + 32767U) / 65535U : sample);
+        }
+    return planes;
+}
+
+Status check_text(const TableRow& row) {
+    SPLAT_ASSIGN(const scene::Mat4 pose, pose_of(row.value));
+    return io::from_file(scene::check_camera(scene::Camera{"pose", 1, 1, 1, 1, 0.5, 0.5, pose}));
+}
+
+class Import {
+  public:
+    Import(const ImportDesc& desc, const Progress& progress) : desc_(desc), progress_(progress) {}
+
+    Status run() {
+        SPLAT_ASSIGN(const std::vector<TableFiles> found, find_tables(desc_.path, desc_.split));
+        const std::string source = fingerprint_of(found);
+        const auto there = read_store_text(desc_.store);
+        if (there.ok() && there.value().source == source) return {};
+        std::error_code none;
+        const std::string root = std::filesystem::canonical(desc_.path, none).string();
+        SPLAT_TRY(ExportJournal::verify(desc_.path, desc_.split));
+        SPLAT_ASSIGN(session_, Session::open(desc_.library, {desc_.path, root}));
+        for (const TableFiles& table : found) {
+            SPLAT_ASSIGN(TableReader reader, TableReader::open(*session_, table, desc_.split));
+            tables_.push_back(std::move(reader));
+        }
+        SPLAT_TRY(keys_.read(tables_));
+        StoreIndex index;
+        index.split = desc_.split;
+        index.source = source;
+        index.objects = keys_.objects();
+        index.frames = keys_.frames();
+        for (const TableReader& table : tables_)
+            if (kind_of(table.table()).map != nullptr) index.maps.push_back(table.table());
+        SPLAT_ASSIGN(index.resolution, resolution());
+        SPLAT_ASSIGN(store_, StoreWriter::open(desc_.store, std::move(index), desc_.replace));
+        if (store_->complete()) return {};
+        total_ = keys_.rows() * (tables_.size() - 1);
+        for (const TableReader& table : tables_)
+            if (table.table() != Table::kIntrinsics) SPLAT_TRY(copy(table));
+        return store_->finish();
+    }
+
+  private:
+    /// S of the first image.
+    Result<std::uint32_t> resolution() const {
+        for (const TableReader& table : tables_) {
+            if (table.table() != Table::kRgb) continue;
+            for (std::size_t file = 0; file < table.files().size(); ++file) {
+                const Status ends_the_scan(Code::kIncomplete, "");
+                std::optional<std::uint64_t> first;
+                std::optional<Result<std::uint32_t>> side;
+                Status ended = table.keys(file, [&](const TableRow& row) -> Status {
+                    first = row.number;
+                    return ends_the_scan;
+                });
+                if (first)
+                    ended = table.values(file, *first, [&](const TableRow& row) {
+                        side = side_of_row(table, file, row);
+                        return ends_the_scan;
+                    });
+                if (side) return *side;
+                SPLAT_TRY(ended);
+            }
+        }
+        return error(Code::kFormat, "table %s has no rows of the split %s",
+                     kind_of(Table::kRgb).name, desc_.split.c_str());
+    }
+
+    static Result<std::uint32_t> side_of_row(const TableReader& table, std::size_t file,
+                                             const TableRow& row) {
+        if (table.encoded(file)) {
+            io::ImageOptions header;
+            header.header_only = true;
+            const auto image = io::read_image(io::as_bytes(row.value), header);
+            if (!image.ok()) return table.in_row(file, row.number, image.status());
+            return image.value().width;
+        }
+        const std::uint32_t side = side_of(row.value.size(), 3);
+        if (side != 0) return side;
+        return table.in_row(
+            file, row.number,
+            error(Code::kFormat, "%zu bytes, expected 3 S S of a square image", row.value.size()));
+    }
+
+    Status copy(const TableReader& table) {
+        for (std::size_t file = 0; file < table.files().size(); ++file)
+            SPLAT_TRY(copy_file(table, file));
+        return {};
+    }
+
+    /// Rows from the first that is not in the store; those before it were written, unless they do not have their
+    /// checksums.
+    Status copy_file(const TableReader& table, std::size_t file) {
+        const std::string part = format("%s %zu", kind_of(table.table()).name, file);
+        const std::uint64_t before = store_->done(part);
+        SPLAT_ASSIGN(const std::uint64_t first, first_missing(table, file, before));
+        const bool image = table.table() != Table::kPoses;
+        const std::uint64_t bytes =
+            image ? store_->index().image_bytes(table.table()) : kMaxPoseBytes;
+        std::uint64_t pending = 0;
+        std::uint64_t next = first;
+        const auto take = [&](const TableRow& row) -> Status {
+            const Status status = put(table, file, row);
+            if (!status.ok()) return table.in_row(file, row.number, status);
+            next = row.number + 1;
+            ++done_;
+            pending += bytes;
+            if (done_ % 64 == 0 && progress_) SPLAT_TRY(progress_(done_, total_));
+            if (pending < kJournalBytes) return {};
+            pending = 0;
+            return store_->mark(part, next);
+        };
+        SPLAT_TRY(table.values(file, first, take));
+        if (progress_) SPLAT_TRY(progress_(done_, total_));
+        return store_->mark(part, next);
+    }
+
+    /// The first of the rows before `before` that the store does not hold, else `before`.
+    Result<std::uint64_t> first_missing(const TableReader& table, std::size_t file,
+                                        std::uint64_t before) {
+        std::optional<std::uint64_t> missing;
+        if (before == 0) return before;
+        SPLAT_TRY(table.keys(file, [&](const TableRow& row) -> Status {
+            if (row.number >= before || missing) return {};
+            SPLAT_ASSIGN(const std::uint64_t place, keys_.place_of(row));
+            if (store_->holds(table.table(), place))
+                ++done_;
+            else
+                missing = row.number;
+            return {};
+        }));
+        return missing.value_or(before);
+    }
+
+    Status put(const TableReader& table, std::size_t file, const TableRow& row) {
+        SPLAT_ASSIGN(const std::uint64_t place, keys_.place_of(row));
+        const TableKind kind = kind_of(table.table());
+        io::Bytes bytes = io::as_bytes(row.value);
+        io::Buffer planes;
+        if (kind.map == nullptr) {
+            SPLAT_TRY(check_text(row));
+        } else if (table.encoded(file)) {
+            SPLAT_ASSIGN(planes, decoded(row.value, kind.channels));
+            bytes = planes;
+        }
+        const std::uint64_t expected = store_->index().image_bytes(table.table());
+        if (kind.map != nullptr && bytes.size() != expected)
+            return error(Code::kFormat, "%zu bytes, expected %llu: uint8 [%u,%u,%u]", bytes.size(),
+                         static_cast<unsigned long long>(expected), kind.channels,
+                         store_->index().resolution, store_->index().resolution);
+        return store_->put(table.table(), place, bytes);
+    }
+
+    const ImportDesc& desc_;
+    const Progress& progress_;
+    std::unique_ptr<Session> session_;
+    std::vector<TableReader> tables_;
+    TableKeys keys_;
+    std::unique_ptr<StoreWriter> store_;
+    std::uint64_t done_ = 0, total_ = 0;
+};
+
+}  // namespace
+
+Status import_tables(const ImportDesc& desc, const Progress& progress) {
+    return Import(desc, progress).run();
+}
+
+}  // namespace splat::tables

@@ -1,0 +1,169 @@
+#include "tables/store.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/json_tree.h"
+#include "core/json_writer.h"
+#include "io/reader.h"
+#include "tables/store_index.h"
+
+namespace splat::tables {
+namespace {
+
+constexpr const char* kStoreFormat = "libsplat store";
+constexpr int kStoreVersion = 1;
+
+Status bad_store(const std::string& path, const std::string& problem) {
+    return error(Code::kFormat, "'%s': %s; remove the store and import again", path.c_str(),
+                 problem.c_str());
+}
+
+/// A whole number of a member, from 0 to `most`.
+Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, double most) {
+    const JsonTree* const found = tree.find(name);
+    const auto number = found == nullptr ? std::nullopt : found->number();
+    if (!number || !(*number >= 0 && *number <= most) || std::floor(*number) != *number)
+        return error(Code::kFormat, "'%s' is missing or not a count", name);
+    return static_cast<std::uint64_t>(*number);
+}
+
+Result<std::string> text_in(const JsonTree& tree, const char* name) {
+    const JsonTree* const found = tree.find(name);
+    if (found == nullptr || found->text() == nullptr)
+        return error(Code::kFormat, "'%s' is missing or not a text", name);
+    return *found->text();
+}
+
+Result<std::vector<Table>> maps_in(const JsonTree& tree) {
+    const JsonTree* const names = tree.find("maps");
+    std::vector<Table> maps;
+    for (const Table table : kTables)
+        for (const JsonTree& name :
+             names != nullptr && names->list() != nullptr ? *names->list() : JsonTree::List())
+            if (kind_of(table).map != nullptr && name.text() != nullptr &&
+                *name.text() == kind_of(table).map)
+                maps.push_back(table);
+    if (!maps.empty() && maps.front() == Table::kRgb) return maps;
+    return error(Code::kFormat, "'maps' has no rgb");
+}
+
+Result<StoreIndex> index_in(const JsonTree& tree) {
+    StoreIndex index;
+    SPLAT_ASSIGN(const std::string name, text_in(tree, "format"));
+    SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1e6));
+    if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", name.c_str());
+    if (version != kStoreVersion)
+        return error(Code::kUnsupported, "version %llu, expected %d",
+                     static_cast<unsigned long long>(version), kStoreVersion);
+    SPLAT_ASSIGN(index.split, text_in(tree, "split"));
+    SPLAT_ASSIGN(index.source, text_in(tree, "source"));
+    SPLAT_ASSIGN(const std::uint64_t resolution, count_in(tree, "resolution", 16384));
+    index.resolution = static_cast<std::uint32_t>(resolution);
+    SPLAT_ASSIGN(index.maps, maps_in(tree));
+    const JsonTree* const objects = tree.find("objects");
+    std::uint64_t rows = 0;
+    for (const JsonTree& item :
+         objects != nullptr && objects->list() != nullptr ? *objects->list() : JsonTree::List()) {
+        StoreObject object;
+        SPLAT_ASSIGN(object.name, text_in(item, "name"));
+        SPLAT_ASSIGN(object.intrinsics, text_in(item, "intrinsics"));
+        SPLAT_ASSIGN(const std::uint64_t views, count_in(item, "views", double{kMaxRows}));
+        object.views = static_cast<std::uint32_t>(views);
+        rows += views;
+        index.objects.push_back(std::move(object));
+    }
+    if (rows == 0 || rows > kMaxRows || resolution == 0)
+        return error(Code::kFormat, "%llu rows of %llu pixels a side",
+                     static_cast<unsigned long long>(rows),
+                     static_cast<unsigned long long>(resolution));
+    index.frames.resize(rows);
+    return index;
+}
+
+}  // namespace
+
+Result<std::string> store_text(const StoreIndex& index) {
+    JsonWriter json;
+    json.begin_object().member("format", kStoreFormat).member("version", kStoreVersion);
+    json.member("split", index.split).member("resolution", index.resolution);
+    json.key("maps").begin_array();
+    for (const Table map : index.maps) json.value(kind_of(map).map);
+    json.end().member("rows", index.frames.size()).member("source", index.source);
+    json.key("objects").begin_array();
+    for (const StoreObject& object : index.objects) {
+        json.newline(2).begin_object().member("name", object.name).member("views", object.views);
+        json.member("intrinsics", object.intrinsics).end();
+    }
+    json.newline().end().end();
+    std::string text = json.text() + "\n";
+    if (text.size() <= kMaxJsonBytes) return text;
+    return error(Code::kUnsupported, "%zu objects take %zu bytes of store.json, at most %zu",
+                 index.objects.size(), text.size(), kMaxJsonBytes);
+}
+
+Result<StoreIndex> read_store_text(const std::string& folder) {
+    const std::string path = folder + "/store.json";
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxJsonBytes));
+    const auto tree = io::from_file(parse_json_tree(io::as_text(file), "store.json"));
+    if (!tree.ok()) return bad_store(path, tree.status().message());
+    auto index = index_in(tree.value());
+    if (index.ok() || index.status().code() != Code::kFormat) return index;
+    return bad_store(path, index.status().message());
+}
+
+RecordShape frame_shape(std::uint64_t rows) {
+    return {"<i8", {1, rows}, rows * sizeof(std::int64_t)};
+}
+
+RecordShape pose_shape(std::uint64_t rows) {
+    return {"|S512", {rows}, kMaxPoseBytes};
+}
+
+RecordShape image_shape(const StoreIndex& index, Table map) {
+    const std::uint64_t side = index.resolution;
+    RecordShape shape{"|u1", {index.frames.size(), side, side}, index.image_bytes(map)};
+    if (kind_of(map).channels > 1)
+        shape.shape.insert(shape.shape.begin() + 1, kind_of(map).channels);
+    return shape;
+}
+
+bool is_store(const std::string& folder) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(folder + "/store.json", none)) return true;
+    for (const char* split : kSplits)
+        if (std::filesystem::is_regular_file(folder + "/" + split + "/store.json", none))
+            return true;
+    return false;
+}
+
+Result<std::unique_ptr<Store>> Store::open(const std::string& folder) {
+    std::unique_ptr<Store> store(new Store);
+    StoreIndex& index = store->index_;
+    SPLAT_ASSIGN(index, read_store_text(folder));
+    const std::uint64_t rows = index.frames.size();
+    SPLAT_ASSIGN(const auto frames, RecordReader::open(folder, "frame", frame_shape(rows)));
+    SPLAT_TRY(frames->read(0, std::as_writable_bytes(std::span(index.frames))));
+    SPLAT_ASSIGN(store->poses_, RecordReader::open(folder, "pose", pose_shape(rows)));
+    for (const Table map : index.maps) {
+        SPLAT_ASSIGN(store->images_[map],
+                     RecordReader::open(folder, kind_of(map).map, image_shape(index, map)));
+    }
+    return store;
+}
+
+Result<std::string> Store::pose(std::uint64_t row) const {
+    std::string text(kMaxPoseBytes, '\0');
+    SPLAT_TRY(poses_->read(row, std::as_writable_bytes(std::span(text))));
+    text.resize(std::min(text.find('\0'), text.size()));
+    return text;
+}
+
+Status Store::image(Table map, std::uint64_t row, std::span<std::byte> to) const {
+    const auto found = images_.find(map);
+    SPLAT_ASSERT(found != images_.end());
+    return found->second->read(row, to);
+}
+
+}  // namespace splat::tables

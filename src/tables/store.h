@@ -1,0 +1,110 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+#include "tables/record_file.h"
+#include "tables/table_kind.h"
+
+namespace splat::tables {
+
+/// One split of a data set as files for random access, in a folder:
+///
+///   store.json          format, version, split, resolution, maps, source, and of each object name, views and
+///                       intrinsics; written last
+///   frame.npy           int64 [1,rows], numbers of the views; rows are ordered by object and frame
+///   pose.npy            text [rows] of SRN's pose files
+///   rgb.npy, depth.npy, normal.npy, mask.npy     uint8 [rows,channels,S,S] ([rows,S,S] of one channel)
+///   *_crc.npy           uint32 [rows], CRC-32 of each row
+///   import.json, lock   while it is written
+struct StoreObject {
+    std::string name, intrinsics;
+    std::uint32_t views = 0;
+};
+
+struct StoreIndex {
+    std::string split;
+    std::string source;            ///< equal texts, equal contents
+    std::uint32_t resolution = 0;  ///< S
+    std::vector<Table> maps;       ///< of images, rgb first
+    std::vector<StoreObject> objects;
+    std::vector<std::int64_t> frames;  ///< of each row
+
+    [[nodiscard]] std::uint64_t image_bytes(Table map) const {
+        return std::uint64_t{kind_of(map).channels} * resolution * resolution;
+    }
+};
+
+inline constexpr std::size_t kMaxPoseBytes = 512;
+/// Of a store: the numbers of its rows lie in memory.
+inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
+
+bool is_store(const std::string& folder);
+
+/// Reads a store. Thread-safe.
+class Store {
+  public:
+    /// Errors: kNotFound; kFormat for damaged files; kUnsupported for another version.
+    static Result<std::unique_ptr<Store>> open(const std::string& folder);
+
+    [[nodiscard]] const StoreIndex& index() const { return index_; }
+    [[nodiscard]] Result<std::string> pose(std::uint64_t row) const;
+    /// uint8 [channels,S,S]. Errors: as RecordReader::read().
+    Status image(Table map, std::uint64_t row, std::span<std::byte> to) const;
+
+  private:
+    Store() = default;
+
+    StoreIndex index_;
+    std::unique_ptr<RecordReader> poses_;
+    std::map<Table, std::unique_ptr<RecordReader>> images_;
+};
+
+/// Writes a store, in any order of rows. What a killed process left is continued.
+class StoreWriter {
+  public:
+    /// Take the folder: one that does not exist, is empty, or holds the same import, begun or complete.
+    /// `replace`: another store in it is removed. Errors: kInvalidState if another process writes it;
+    /// kInvalidArgument for a folder with anything else; as io::system_error().
+    static Result<std::unique_ptr<StoreWriter>> open(const std::string& folder, StoreIndex index,
+                                                     bool replace);
+    ~StoreWriter();
+    StoreWriter(const StoreWriter&) = delete;
+    StoreWriter& operator=(const StoreWriter&) = delete;
+
+    /// The folder holds all of it, and nothing is left to write.
+    [[nodiscard]] bool complete() const { return complete_; }
+    [[nodiscard]] const StoreIndex& index() const { return index_; }
+
+    /// `table` is kPoses or a map. Errors: kFormat for a pose of more than kMaxPoseBytes; as RecordWriter::put().
+    Status put(Table table, std::uint64_t row, io::Bytes bytes);
+    [[nodiscard]] bool holds(Table table, std::uint64_t row) const;
+
+    /// A number for each named part, kept in import.json; 0 at first.
+    [[nodiscard]] std::uint64_t done(const std::string& part) const;
+    Status mark(const std::string& part, std::uint64_t count);
+
+    /// Write store.json once the disk has the rows. Errors: as io::system_error().
+    Status finish();
+
+  private:
+    StoreWriter(std::string folder, StoreIndex index)
+        : folder_(std::move(folder)), index_(std::move(index)) {}
+    Status lock();
+    Status check(bool replace);
+    Status read_journal();
+    Status open_records();
+
+    std::string folder_;
+    StoreIndex index_;
+    int lock_ = -1;                 ///< descriptor of the lock file
+    std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
+    bool complete_ = false;
+    std::map<std::string, std::uint64_t> done_;
+    std::map<Table, std::unique_ptr<RecordWriter>> records_;
+};
+
+}  // namespace splat::tables

@@ -1,0 +1,149 @@
+#include "tables/table_files.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Names of the entries of a folder, sorted, without those that start with '.'.
+std::vector<std::string> entries_of(const fs::path& folder, bool folders) {
+    std::vector<std::string> names;
+    std::error_code none;
+    for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
+         entry.increment(none)) {
+        const std::string name = entry->path().filename().string();
+        std::error_code unknown;
+        if (name[0] != '.' && entry->is_directory(unknown) == folders) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::vector<std::string> parquet_files(const fs::path& folder) {
+    std::vector<std::string> names = entries_of(folder, false);
+    std::erase_if(names, [](const std::string& name) { return !name.ends_with(".parquet"); });
+    return names;
+}
+
+/// "rgbs" and "srn_cars_rgbs" are names of the table rgbs.
+bool names_table(const std::string& name, Table table) {
+    const std::string own = kind_of(table).name;
+    return name == own || name.ends_with("_" + own);
+}
+
+/// The name of a file without ".parquet" and "-00000-of-00002".
+std::string stem_of(const std::string& file) {
+    const std::string stem = file.substr(0, file.size() - std::string(".parquet").size());
+    const std::size_t of = stem.rfind("-of-");
+    const std::size_t dash = of == std::string::npos || of == 0 ? of : stem.rfind('-', of - 1);
+    if (of == std::string::npos || dash == std::string::npos) return stem;
+    const std::string number = stem.substr(dash + 1, of - dash - 1) + stem.substr(of + 4);
+    return number.find_first_not_of("0123456789") == std::string::npos ? stem.substr(0, dash)
+                                                                       : stem;
+}
+
+Status several(const std::string& folder, Table table, const std::string& a, const std::string& b) {
+    return error(Code::kInvalidArgument,
+                 "'%s' holds two tables %s, '%s' and '%s': keep each data set in its own folder",
+                 folder.c_str(), kind_of(table).name, a.c_str(), b.c_str());
+}
+
+/// The folder of a table; empty if there is none.
+Result<std::string> table_folder(const fs::path& folder, Table table) {
+    std::string found;
+    for (const std::string& name : entries_of(folder, true)) {
+        if (!names_table(name, table)) continue;
+        if (!found.empty()) return several(folder.string(), table, found, name);
+        found = name;
+    }
+    return found;
+}
+
+TableFiles files_below(const fs::path& folder, const std::string& name, Table table,
+                       const std::string& split) {
+    TableFiles found{table, {}, false};
+    for (const std::string& file : parquet_files(folder / name / split))
+        found.files.push_back((folder / name / split / file).string());
+    return found;
+}
+
+Result<TableFiles> files_in(const fs::path& folder, Table table) {
+    TableFiles found{table, {}, true};
+    std::string stem;
+    for (const std::string& file : parquet_files(folder)) {
+        const std::string own = stem_of(file);
+        if (!names_table(own, table)) continue;
+        if (!stem.empty() && own != stem) return several(folder.string(), table, stem, own);
+        stem = own;
+        found.files.push_back((folder / file).string());
+    }
+    return found;
+}
+
+}  // namespace
+
+bool is_tables(const std::string& folder) {
+    for (const std::string& name : entries_of(folder, true))
+        if (names_table(name, Table::kRgb))
+            for (const char* split : kSplits)
+                if (!parquet_files(fs::path(folder) / name / split).empty()) return true;
+    for (const std::string& file : parquet_files(folder))
+        if (names_table(stem_of(file), Table::kRgb)) return true;
+    return false;
+}
+
+Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std::string& split) {
+    std::vector<TableFiles> tables;
+    std::string missing;
+    std::string without_split;
+    for (const Table table : kTables) {
+        const char* const name = kind_of(table).name;
+        SPLAT_ASSIGN(const std::string below, table_folder(folder, table));
+        TableFiles found;
+        if (!below.empty()) {
+            found = files_below(folder, below, table, split);
+            if (found.files.empty())
+                without_split += (without_split.empty() ? "" : ", ") + std::string(name);
+        } else {
+            SPLAT_ASSIGN(found, files_in(folder, table));
+            if (found.files.empty() && kind_of(table).required)
+                missing += (missing.empty() ? "" : ", ") + std::string(name);
+        }
+        if (!found.files.empty()) tables.push_back(std::move(found));
+    }
+    if (!missing.empty())
+        return error(
+            Code::kNotFound,
+            "'%s' lacks tables: %s; expected %s/%s/*.parquet or <name>_%s.parquet for each",
+            folder.c_str(), missing.c_str(), kind_of(Table::kRgb).name, split.c_str(),
+            kind_of(Table::kRgb).name);
+    if (without_split.empty()) return tables;
+    // All without the split: there is none. Some without it: the tables do not fit.
+    return error(tables.empty() ? Code::kNotFound : Code::kFormat,
+                 "'%s': no .parquet file of the split %s in the folders of %s%s%s", folder.c_str(),
+                 split.c_str(), without_split.c_str(),
+                 tables.empty() ? "" : ", but there are some of ",
+                 tables.empty() ? "" : kind_of(tables.front().table).name);
+}
+
+std::string fingerprint_of(const std::vector<TableFiles>& tables) {
+    std::string text;
+    for (const TableFiles& table : tables)
+        for (const std::string& file : table.files) {
+            struct stat info {};
+            const bool known = ::stat(file.c_str(), &info) == 0;
+            const long long time =
+                static_cast<long long>(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
+            text += format("%s %s %lld %lld\n", kind_of(table.table).name,
+                           fs::path(file).filename().c_str(),
+                           known ? static_cast<long long>(info.st_size) : -1LL, time);
+        }
+    return text;
+}
+
+}  // namespace splat::tables

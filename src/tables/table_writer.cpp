@@ -1,0 +1,94 @@
+#include "tables/table_writer.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "core/fault.h"
+#include "io/file.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kGroupRows = 512;
+constexpr std::uint64_t kMaxGroupBytes = std::uint64_t{32} << 20;
+
+/// Waits until the disk has the file.
+Status flush_file(const std::string& path) {
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return io::system_error(errno, "open", path);
+    const int failed = SPLAT_FAULT("tables.flush") ? (errno = ENOSPC, -1) : ::fsync(file);
+    const Status status = failed == 0 ? Status() : io::system_error(errno, "flush", path);
+    ::close(file);
+    return status;
+}
+
+}  // namespace
+
+std::size_t row_group(std::uint64_t row_bytes) {
+    return std::clamp<std::uint64_t>(kMaxGroupBytes / std::max<std::uint64_t>(row_bytes, 1), 1,
+                                     kGroupRows);
+}
+
+std::vector<WrittenColumn> columns_of(Table table) {
+    using Type = WrittenColumn::Type;
+    const TableKind kind = kind_of(table);
+    std::vector<WrittenColumn> columns = {{"uuid", Type::kText}};
+    if (table != Table::kIntrinsics)
+        columns.push_back({"frame_id", table == Table::kNormal ? Type::kText : Type::kInteger});
+    columns.push_back({kind.column, kind.map == nullptr ? Type::kText : Type::kBlob});
+    return columns;
+}
+
+Status write_table_file(Session& session, const std::string& path, Table table, const NextRow& next,
+                        std::size_t group) {
+    const fs::path target = path;
+    const std::string temporary =
+        (target.parent_path() / ("." + target.filename().string() + ".tmp")).string();
+    std::error_code failed;
+    fs::create_directories(target.parent_path(), failed);
+    if (failed) return io::system_error(failed.value(), "create the folder", target.parent_path());
+    Status status = session.write_parquet(temporary, columns_of(table), next, group);
+    if (!status.ok() && status.code() == Code::kIo)
+        status = Status(Code::kIo, "cannot write '" + path + "': " + status.message());
+    if (status.ok()) status = flush_file(temporary);
+    if (status.ok()) {
+        fs::rename(temporary, target, failed);
+        if (failed) status = io::system_error(failed.value(), "rename", path);
+    }
+    if (!status.ok()) fs::remove(temporary, failed);
+    return status;
+}
+
+std::string table_card(const std::string& category, const std::vector<Table>& tables,
+                       const std::vector<std::string>& splits, std::uint32_t resolution) {
+    std::string text = "---\nconfigs:\n";
+    for (const Table table : tables) {
+        const char* const name = kind_of(table).name;
+        text += format("- config_name: srn_%s_%s\n  data_files:\n", category.c_str(), name);
+        for (const std::string& split : splits)
+            text += format("  - split: %s\n    path: \"%s/%s/*.parquet\"\n", split.c_str(), name,
+                           split.c_str());
+    }
+    text += format("---\n\n# srn_%s with priors\n\n", category.c_str());
+    text += "Rows of different tables belong together by `uuid` and `frame_id`.\n\n";
+    text += "| table | column | holds |\n|---|---|---|\n";
+    for (const Table table : tables) {
+        const TableKind kind = kind_of(table);
+        std::string holds = table == Table::kPoses ? "text of pose/*.txt, camera-to-world"
+                                                   : "text of intrinsics.txt";
+        if (kind.map != nullptr && kind.channels == 3)
+            holds = format("uint8 [3,%u,%u]", resolution, resolution);
+        else if (kind.map != nullptr)
+            holds = format("uint8 [%u,%u]", resolution, resolution);
+        text += format("| %s | `%s` | %s |\n", kind.name, kind.column, holds.c_str());
+    }
+    return text;
+}
+
+}  // namespace splat::tables

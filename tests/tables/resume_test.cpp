@@ -1,0 +1,253 @@
+// Imports and exports that a signal, a full disk or the caller ends, and that go on.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "core/fault.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+#include "tables/published_tables.h"
+#include "tables/store.h"
+#include "tables/table_samples.h"
+#include "tables/table_writer.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+using data::Layout;
+using test::convert;
+using test::PublishedTables;
+using test::SampleFolder;
+using test::tree_of;
+
+/// 512 frames of 256 x 256 pixels are 100 MB: several entries of the journal.
+constexpr std::uint64_t kFrames = 512;
+constexpr std::size_t kSide = 256;
+
+Status write_large(const fs::path& folder) {
+    SPLAT_ASSIGN(const auto session, Session::open("", {folder.string()}));
+    std::string pixels(3 * kSide * kSide, 0);
+    for (const Table table : {Table::kIntrinsics, Table::kPoses, Table::kRgb}) {
+        std::uint64_t row = 0;
+        const auto next = [&](std::vector<Cell>& cells) -> Result<bool> {
+            if (row == (table == Table::kIntrinsics ? 1 : kFrames)) return false;
+            cells[0] = std::string_view("car");
+            if (table == Table::kIntrinsics)
+                cells[1] = std::string_view("300 128 128 0\n0 0 0\n1\n256 256\n");
+            else
+                cells[1] = static_cast<std::int64_t>(kFrames - 1 - row);
+            std::fill(pixels.begin(), pixels.end(), static_cast<char>(row * 7));
+            if (table == Table::kPoses)
+                cells[2] = std::string_view("1 0 0 0 0 1 0 0 0 0 1 -1 0 0 0 1");
+            if (table == Table::kRgb) cells[2] = std::string_view(pixels);
+            ++row;
+            return true;
+        };
+        const std::string name = kind_of(table).name;
+        SPLAT_TRY(write_table_file(
+            *session, (folder / name / "train" / (name + ".parquet")).string(), table, next, 64));
+    }
+    return {};
+}
+
+Status import_to_store(const fs::path& folder, const Progress& progress) {
+    return import_tables({folder.string(), "train", (folder / "store").string(), "", false},
+                         progress);
+}
+
+/// Runs in a child that kills itself; true if it did.
+bool killed(const std::function<void()>& work) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        work();
+        ::_exit(0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+}
+
+Progress kill_after(std::uint64_t rows) {
+    return [rows](std::uint64_t done, std::uint64_t) -> Status {
+        if (done >= rows) ::kill(::getpid(), SIGKILL);
+        return {};
+    };
+}
+
+TEST(Resume, ParquetImportGoesOnAfterKill) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    ASSERT_OK(write_large(folder.path()));
+    ASSERT_TRUE(
+        killed([&] { static_cast<void>(import_to_store(folder.path(), kill_after(960))); }));
+    EXPECT_FALSE(is_store((folder.path() / "store").string()));
+    std::uint64_t first = 0;  // row of rgb, after those of poses
+    ASSERT_OK(
+        import_to_store(folder.path(), [&](std::uint64_t done, std::uint64_t total) -> Status {
+            if (first == 0 && done > kFrames) first = done - kFrames;
+            EXPECT_LE(done, total);
+            return {};
+        }));
+    EXPECT_GT(first, 320U) << "rows before the last entry of the journal were read again";
+    const std::string resumed = tree_of(folder.path() / "store", {".npy", ".json"});
+    fs::remove_all(folder.path() / "store");
+    ASSERT_OK(import_to_store(folder.path(), nullptr));
+    EXPECT_TRUE(resumed == tree_of(folder.path() / "store", {".npy", ".json"}));
+    fs::remove_all(folder.path() / "rgbs/train");
+    EXPECT_ERROR(import_to_store(folder.path(), nullptr), Code::kFormat, "rgbs");
+}
+
+TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    ASSERT_OK(write_large(folder.path()));
+    ASSERT_TRUE(
+        killed([&] { static_cast<void>(import_to_store(folder.path(), kill_after(960))); }));
+    {
+        std::fstream file(folder.path() / "store/rgb.npy",
+                          std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(-1000, std::ios::end);  // the first row of the table is the last of the store
+        file << "lost";
+    }
+    ASSERT_OK(import_to_store(folder.path(), nullptr));
+    const std::string resumed = tree_of(folder.path() / "store", {".npy"});
+    fs::remove_all(folder.path() / "store");
+    ASSERT_OK(import_to_store(folder.path(), nullptr));
+    EXPECT_TRUE(resumed == tree_of(folder.path() / "store", {".npy"}));
+}
+
+TEST(Resume, ParquetExportGoesOnAfterKill) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const auto go = [&](const char* to, const Progress& progress) {
+        return convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / to,
+                       progress);
+    };
+    ASSERT_OK(go("whole", nullptr));
+    // 6 rows of each table: poses and rgbs are complete, depths is begun.
+    ASSERT_TRUE(killed([&] { static_cast<void>(go("out", kill_after(15))); }));
+    const fs::path rgb = folder.path() / "out/rgbs/train/rgbs.parquet";
+    const auto written = fs::last_write_time(rgb);
+    ASSERT_OK(go("out", nullptr));
+    EXPECT_EQ(written, fs::last_write_time(rgb));
+    EXPECT_TRUE(tree_of(folder.path() / "whole", {".parquet", ".json", ".md"}) ==
+                tree_of(folder.path() / "out", {".parquet", ".json", ".md"}));
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "out"))
+        EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
+}
+
+TEST(Resume, ParquetExportWithAChangedByteIsRefused) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path out = folder.path() / "out";
+    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kTables, out));
+    const fs::path file = out / "depths/val/depths.parquet";
+    std::string bytes = test::file_text(file);
+    bytes[bytes.size() / 3] = static_cast<char>(bytes[bytes.size() / 3] ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
+    EXPECT_ERROR(convert(out, "val", Layout::kSrn, folder.path() / "back"), Code::kFormat,
+                 "depths/val/depths.parquet' is not the file of");
+    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kTables, out));
+    ASSERT_OK(convert(out, "val", Layout::kSrn, folder.path() / "back"));
+}
+
+TEST(Resume, ParquetImportEndsWithTheCallersError) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    ASSERT_OK(PublishedTables().write(folder.path()));
+    EXPECT_ERROR(import_to_store(folder.path(),
+                                 [](std::uint64_t, std::uint64_t) {
+                                     return Status(Code::kCancelled, "enough");
+                                 }),
+                 Code::kCancelled, "enough");
+    ASSERT_OK(import_to_store(folder.path(), nullptr));
+}
+
+TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    ASSERT_OK(PublishedTables().write(folder.path()));
+    fault::arm("tables.allocate", 1);
+    EXPECT_ERROR(import_to_store(folder.path(), nullptr), Code::kIo, "No space left on device");
+    fault::disarm();
+    for (std::uint64_t hit = 1;; ++hit) {
+        fault::arm("tables.write", hit);
+        const Status status = import_to_store(folder.path(), nullptr);
+        if (fault::disarm() < hit) {
+            EXPECT_OK(status);
+            EXPECT_GT(hit, 20U);
+            break;
+        }
+        EXPECT_ERROR(status, Code::kIo, "No space left on device");
+        EXPECT_FALSE(is_store((folder.path() / "store").string()));
+    }
+}
+
+TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+    rlimit small = before;
+    small.rlim_cur = 2048;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const Status status =
+        convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / "out");
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    ::signal(SIGXFSZ, handler);
+    EXPECT_ERROR(status, Code::kIo, "cannot write");
+    EXPECT_EQ(tree_of(folder.path() / "out/rgbs", {".parquet", ".tmp"}), "");
+    EXPECT_OK(convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / "out"));
+}
+
+TEST(Resume, StoreInUseIsRefused) {
+    const SampleFolder folder;
+    StoreIndex index;
+    index.split = "train";
+    index.source = "x";
+    index.resolution = 4;
+    index.maps = {Table::kRgb};
+    index.objects = {{"a", "4 2 2 0\n0 0 0\n1\n4 4\n", 2}};
+    index.frames = {0, 1};
+    const std::string path = (folder.path() / "store").string();
+    {
+        const auto first = StoreWriter::open(path, index, false);
+        ASSERT_OK(first.status());
+        EXPECT_ERROR(StoreWriter::open(path, index, false).status(), Code::kInvalidState,
+                     "another process imports into it");
+    }
+    EXPECT_OK(StoreWriter::open(path, index, false).status());
+    test::put_text(folder.path() / "full/photo.txt", "mine");
+    EXPECT_ERROR(StoreWriter::open((folder.path() / "full").string(), index, false).status(),
+                 Code::kInvalidArgument, "is no store");
+}
+
+TEST(Resume, StoreWithADamagedRecordIsRefused) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kStore, folder.path() / "store"));
+    const fs::path file = folder.path() / "store/val/rgb.npy";
+    std::string bytes = test::file_text(file);
+    bytes.back() = static_cast<char>(bytes.back() ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
+    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back"),
+                 Code::kFormat, "rgb.npy': record 3 does not have its checksum");
+    std::ofstream(file, std::ios::binary) << bytes.substr(0, bytes.size() - 1);
+    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back2"),
+                 Code::kFormat, "it is truncated or damaged");
+    test::put_text(folder.path() / "store/val/store.json", "{\"format\": \"libsplat store\"");
+    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back3"),
+                 Code::kFormat, "remove the store and import again");
+}
+
+}  // namespace
+}  // namespace splat::tables

@@ -1,0 +1,167 @@
+// Tables, SRN's folders and stores hold the same, whatever way the data goes.
+#include <gtest/gtest.h>
+
+#include "data/dataset_check.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+#include "tables/table_samples.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+using data::Layout;
+using test::convert;
+using test::SampleFolder;
+using test::tree_of;
+
+/// Hashes of cameras and images of every object of a split.
+std::vector<std::uint64_t> hashes_of(const fs::path& path, const std::string& split) {
+    data::DatasetDesc desc;
+    desc.path = path.string();
+    desc.split = split;
+    const auto dataset = data::Dataset::open(desc);
+    EXPECT_OK(dataset.status());
+    std::vector<std::uint64_t> hashes;
+    if (!dataset.ok()) return hashes;
+    for (std::uint32_t i = 0; i < dataset.value()->index().names.size(); ++i) {
+        const auto check = data::check_object(*dataset.value(), i);
+        EXPECT_OK(check.status());
+        EXPECT_TRUE(check.value().problems.empty());
+        hashes.push_back(check.value().hash);
+    }
+    return hashes;
+}
+
+TEST(RoundTrip, ParquetTablesGiveTheFilesOfSrnBack) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    for (const char* split : {"train", "val", "test"}) {
+        ASSERT_OK(convert(folder.path() / "srn", split, Layout::kTables, folder.path() / "tables"));
+        ASSERT_OK(convert(folder.path() / "tables", split, Layout::kSrn, folder.path() / "back"));
+        EXPECT_EQ(hashes_of(folder.path() / "srn", split),
+                  hashes_of(folder.path() / "tables", split));
+    }
+    const std::string before = tree_of(folder.path() / "srn", {".png", ".txt"});
+    EXPECT_GT(before.size(), 10000U);
+    EXPECT_TRUE(before == tree_of(folder.path() / "back", {".png", ".txt"}));
+}
+
+TEST(RoundTrip, StoreGivesTheFilesOfSrnBack) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    for (const char* split : {"train", "val", "test"}) {
+        ASSERT_OK(convert(folder.path() / "srn", split, Layout::kStore, folder.path() / "store"));
+        ASSERT_OK(convert(folder.path() / "store", split, Layout::kSrn, folder.path() / "back"));
+        EXPECT_EQ(hashes_of(folder.path() / "srn", split),
+                  hashes_of(folder.path() / "store", split));
+    }
+    EXPECT_TRUE(tree_of(folder.path() / "srn", {".png", ".txt"}) ==
+                tree_of(folder.path() / "back", {".png", ".txt"}));
+}
+
+TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path out = folder.path() / "tables";
+    ASSERT_OK(convert(folder.path() / "srn", "train", Layout::kTables, out));
+    const std::pair<const char*, const char*> rows[] = {
+        {"intrins", "uuid VARCHAR, intrinsics VARCHAR"},
+        {"poses", "uuid VARCHAR, frame_id BIGINT, pose VARCHAR"},
+        {"rgbs", "uuid VARCHAR, frame_id BIGINT, rgb BLOB"},
+        {"depths", "uuid VARCHAR, frame_id BIGINT, depth BLOB"},
+        {"normals", "uuid VARCHAR, frame_id VARCHAR, normal BLOB"},
+        {"segmentation", "uuid VARCHAR, frame_id BIGINT, segmentation BLOB"}};
+    for (const auto& [table, columns] : rows) {
+        const std::string file =
+            (out / table / "train" / (std::string(table) + ".parquet")).string();
+        const auto found = test::ask_sql(
+            out,
+            "SELECT string_agg(column_name || ' ' || column_type, ', ') FROM (DESCRIBE SELECT "
+            "* FROM read_parquet(" +
+                sql_literal(file) + "))");
+        ASSERT_OK(found.status());
+        EXPECT_EQ(found.value(), columns);
+        const auto codec = test::ask_sql(
+            out, "SELECT string_agg(DISTINCT compression, ',') FROM parquet_metadata(" +
+                     sql_literal(file) + ")");
+        ASSERT_OK(codec.status());
+        EXPECT_EQ(codec.value(), "SNAPPY");
+    }
+    const std::string card = test::file_text(out / "README.md");
+    EXPECT_NE(card.find("- config_name: srn_cars_rgbs\n  data_files:\n  - split: train\n    path: "
+                        "\"rgbs/train/*.parquet\"\n"),
+              std::string::npos);
+}
+
+TEST(RoundTrip, ViewsWithoutNumbersAreCounted) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path object = folder.path() / "srn/srn_cars/cars_val/000000_car";
+    for (const char* kind : {"pose", "rgb", "depth", "normal", "mask"}) {
+        const std::string end = std::string(kind) == "pose" ? ".txt" : ".png";
+        fs::rename(object / kind / ("000000" + end), object / kind / ("front" + end));
+    }
+    const std::vector<std::uint64_t> before = hashes_of(folder.path() / "srn", "val");
+    const test::LogCapture log;
+    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kSrn, folder.path() / "out"));
+    EXPECT_NE(log.text().find("object '000000_car': names of views such as '000001'"),
+              std::string::npos)
+        << log.text();
+    EXPECT_TRUE(fs::exists(folder.path() / "out/srn_cars/cars_val/000000_car/rgb/000003.png"));
+    EXPECT_EQ(before, hashes_of(folder.path() / "out", "val"));
+}
+
+/// A photograph of each colour with cameras, in NeRF's layout.
+void put_photographs(const fs::path& folder, double second_focal) {
+    std::string frames;
+    for (int i = 0; i < 3; ++i) {
+        test::put_image(folder / ("photo" + std::to_string(i) + ".png"), 16, 3,
+                        static_cast<std::uint32_t>(i));
+        frames += format(
+            "%s{\"file_path\": \"photo%d.png\", \"fl_x\": %g, \"fl_y\": %g, "
+            "\"cx\": 8, \"cy\": 8, \"w\": 16, \"h\": 16, \"transform_matrix\": "
+            "[[1,0,0,0.25],[0,1,0,0],[0,0,1,%d],[0,0,0,1]]}",
+            i == 0 ? "" : ", ", i, i == 1 ? second_focal : 20.0, i == 1 ? second_focal : 20.0,
+            i + 2);
+    }
+    test::put_text(folder / "transforms.json", "{\"frames\": [" + frames + "]}");
+}
+
+TEST(RoundTrip, ParquetTablesOfPhotographs) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    put_photographs(folder.path() / "photos", 20);
+    const std::vector<std::uint64_t> before = hashes_of(folder.path() / "photos", "train");
+    ASSERT_OK(
+        convert(folder.path() / "photos", "train", Layout::kTables, folder.path() / "tables"));
+    EXPECT_EQ(before, hashes_of(folder.path() / "tables", "train"));
+    put_photographs(folder.path() / "zoomed", 21);
+    EXPECT_ERROR(
+        convert(folder.path() / "zoomed", "train", Layout::kTables, folder.path() / "other"),
+        Code::kUnsupported, "focal lengths 20 and 20, view 1 has 21");
+}
+
+TEST(RoundTrip, ExportRefusesFoldersOfOthers) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    EXPECT_ERROR(convert(folder.path() / "srn", "train", Layout::kSrn, folder.path() / "srn"),
+                 Code::kInvalidArgument, "srn/srn_cars/cars_train' is there and is no export");
+}
+
+TEST(RoundTrip, ExportRefusesAnotherExportsFolder) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    ASSERT_OK(convert(folder.path() / "srn", "train", Layout::kSrn, folder.path() / "out"));
+    ASSERT_OK(convert(folder.path() / "srn", "train", Layout::kSrn, folder.path() / "out"));
+    auto desc = test::sample_cars(folder.path() / "other");
+    desc.train_views = 2;
+    test::write_all(desc);
+    EXPECT_ERROR(convert(folder.path() / "other", "train", Layout::kSrn, folder.path() / "out"),
+                 Code::kInvalidArgument, "holds another export of the split train");
+}
+
+}  // namespace
+}  // namespace splat::tables
