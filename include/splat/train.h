@@ -78,6 +78,7 @@ typedef struct splat_dataset_desc {
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
     float background[3];  /* behind transparent pixels, 0 to 1 */
     uint32_t reserved;
+    const char* category; /* of several in the folder: "cars", "hydrants"; NULL: the only one */
     /* NULL, or a list for one format: a path, or one in the folder of the data */
     const char* objects_file;  /* "objaverse": JSON array of all objects in order */
     const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */
@@ -306,8 +307,7 @@ SPLAT_API splat_result splat_optimizer_save(splat_optimizer optimizer, splat_wei
  *   SPLAT_ERROR_INVALID_ARGUMENT      weights that are no state, or that of other parameters */
 SPLAT_API splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state);
 
-/* Destroy an optimizer; what it updated stays.
- * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+/* Destroy an optimizer; what it updated stays. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_optimizer_destroy(splat_optimizer optimizer);
 
 /* ---- Trainer --------------------------------------------------------------------------------- */

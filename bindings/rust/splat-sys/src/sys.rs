@@ -1916,6 +1916,8 @@ pub struct splat_dataset_desc {
     /// behind transparent pixels, 0 to 1
     pub background: [f32; 3],
     pub reserved: u32,
+    /// of several in the folder: "cars", "hydrants"; NULL: the only one
+    pub category: *const c_char,
     /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
     pub objects_file: *const c_char,
     /// "co3d": names of sequences to leave out, in any text
@@ -4633,10 +4635,7 @@ extern "C" {
     /// ```
     pub fn splat_optimizer_load(optimizer: splat_optimizer, state: splat_weights) -> splat_result;
 
-    /// ```text
-    /// Destroy an optimizer; what it updated stays.
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
+    /// Destroy an optimizer; what it updated stays. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_optimizer_destroy(optimizer: splat_optimizer) -> splat_result;
 
     /// ```text
@@ -5711,7 +5710,7 @@ mod tests {
             weight_count: 24, 4;
             side: 28, 4;
         );
-        layout!(splat_dataset_desc, 96, 8,
+        layout!(splat_dataset_desc, 104, 8,
             struct_size: 0, 4;
             flags: 4, 4;
             next: 8, 8;
@@ -5723,9 +5722,10 @@ mod tests {
             cache_bytes: 48, 8;
             background: 56, 12;
             reserved: 68, 4;
-            objects_file: 72, 8;
-            excluded_file: 80, 8;
-            views_file: 88, 8;
+            category: 72, 8;
+            objects_file: 80, 8;
+            excluded_file: 88, 8;
+            views_file: 96, 8;
         );
         layout!(splat_dataset_views, 136, 8,
             struct_size: 0, 4;
