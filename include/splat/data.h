@@ -39,6 +39,7 @@ typedef struct splat_dataset_desc {
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
     float background[3];  /* behind transparent pixels, 0 to 1 */
     uint32_t reserved;
+    const char* category; /* of several in the folder: "cars", "hydrants"; NULL: the only one */
     /* NULL, or a list for one format: a path, or one in the folder of the data */
     const char* objects_file;  /* "objaverse": JSON array of all objects in order */
     const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */

@@ -58,12 +58,17 @@ Status examine(FrameArray& array) {
 }
 
 /// Folders of splits below the folder of a category, or below a folder that holds some.
-Result<fs::path> category_folder(const fs::path& path, const std::string& split) {
+Result<fs::path> category_folder(const fs::path& path, const std::string& split,
+                                 const std::string& category) {
     if (is_file(path / split / "camera_Rs.npz")) return path;
     std::vector<std::string> found;
     for (const std::string& name : folders_in(path))
         if (is_file(path / name / split / "camera_Rs.npz")) found.push_back(name);
     if (found.size() == 1) return path / found.front();
+    // The published categories are plurals: "hydrants".
+    const std::string wanted =
+        "co3d_" + category.substr(0, category.empty() ? 0 : category.size() - 1) + "_for_gs";
+    if (std::find(found.begin(), found.end(), wanted) != found.end()) return path / wanted;
     return error(
         found.empty() ? Code::kNotFound : Code::kInvalidArgument,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
@@ -89,7 +94,8 @@ class Co3dReader : public DatasetReader {
         if (!desc.excluded_file.empty()) {
             SPLAT_ASSIGN(excluded, load_excluded_sequences(desc.excluded_file));
         }
-        SPLAT_ASSIGN(const fs::path category, category_folder(desc.path, desc.split));
+        SPLAT_ASSIGN(const fs::path category,
+                     category_folder(desc.path, desc.split, desc.category));
         const fs::path root = category / desc.split;
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));

@@ -82,7 +82,7 @@ std::string list_path(const std::string& file, const std::string& folder) {
 
 /// Each list belongs to one format.
 Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
-    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.lenient, {}, {}, {}};
+    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.category, desc.lenient, {}, {}, {}};
     const struct {
         const char* name;
         const char* format;

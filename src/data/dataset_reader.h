@@ -116,6 +116,7 @@ struct ReaderDesc {
     std::string path;
     std::string split;         ///< "train", "val", "test"
     std::uint32_t limit = 0;   ///< objects; 0: all
+    std::string category;      ///< of DatasetDesc
     bool lenient = false;      ///< keep objects with missing files, and note their problems
     std::string objects_file;  ///< of DatasetDesc, each empty or a file that exists
     std::string excluded_file;

@@ -57,10 +57,12 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     fs::path folder = desc.path;
     if (has_objects(folder)) return folder;
     const std::vector<std::string> categories = categories_in(folder);
-    if (categories.size() > 1)
+    const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
+    const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
+    if (categories.size() > 1 && !chosen)
         return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
                      folder.c_str(), joined(categories).c_str());
-    if (categories.size() == 1) folder /= categories.front();
+    if (!categories.empty()) folder /= chosen ? wanted : categories.front();
     const std::vector<std::string> splits = splits_in(folder);
     std::vector<std::string> found;
     for (const std::string& name : splits)

@@ -96,6 +96,7 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
     if (desc.path.empty())
         return error(Code::kInvalidArgument, "no data: 'data.root' is empty, expected a folder");
     desc.format = training.format;
+    desc.category = training.category;
     desc.split = split;
     desc.objects_file = training.objects_file;
     desc.excluded_file = training.excluded_file;

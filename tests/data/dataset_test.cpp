@@ -120,6 +120,14 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
                  "folders of splits: chairs_2.0_train, chairs_test");
     put_object(root / "srn_cars/cars_train/a");
     EXPECT_ERROR(open_status(root), Code::kInvalidArgument, "srn_cars, srn_chairs");
+    desc.path = root.string();
+    desc.split = "train";
+    for (const char* category : {"cars", "cars_priors", "chairs"}) {
+        desc.category = category;
+        ASSERT_NE(opened(desc), nullptr);
+    }
+    desc.category = "nmr";
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, "give the path of one");
 }
 
 TEST(Srn, NamesWhatIsWrong) {

@@ -102,6 +102,11 @@ TEST(Nmr, ReadsListsAndCameras) {
     put_npz(folder.path() / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_1", kPose}, {"camera_mat_1", {2}}});
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "camera_mat_1 has the focal length 2");
+    put_npz(folder.path() / "02691156/b/cameras.npz",
+            {{"world_mat_0", kPose},
+             {"world_mat_1", kPose},
+             {"camera_mat_1", {3.7320509F, 0, 0, 0, 3, 0, 0, 0, 1}}});
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "has the focal length 3");
 }
 
 TEST(Co3d, ReadsArrays) {

@@ -118,6 +118,28 @@ TEST(ObjectLists, ExcludeSequencesOfCo3d) {
     EXPECT_ERROR(data_status(desc), Code::kNotFound, "besides 2 excluded ones");
 }
 
+TEST(Categories, ChooseAmongFolders) {
+    const SampleFolder folder;
+    test::Co3dSample sample;
+    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    sample.t = {0, 0, 3, 0, 0, 4};
+    sample.focal = {2, 2, 2, 2};
+    sample.images.assign(2 * 3 * 64, 0.2F);
+    sample.name = "1_2_4";
+    test::put_co3d(folder.path(), sample);
+    fs::rename(folder.path() / "co3d_hydrant_for_gs", folder.path() / "co3d_teddybear_for_gs");
+    sample.name = "1_2_3";
+    test::put_co3d(folder.path(), sample);
+    DatasetDesc desc = data_desc(folder.path());
+    EXPECT_ERROR(data_status(desc), Code::kInvalidArgument, "give the path of one category");
+    desc.category = "teddybears";
+    EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"1_2_4"}));
+    desc.category = "hydrants";
+    EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"1_2_3"}));
+    desc.category = "apples";
+    EXPECT_ERROR(data_status(desc), Code::kInvalidArgument, "give the path of one category");
+}
+
 TEST(ObjectLists, SourceViewsAreNmrsTestObjects) {
     const SampleFolder folder;
     for (const char* name : {"a", "b"}) test::put_nmr(folder.path(), two_poses(), 12, name);

@@ -13,6 +13,8 @@ namespace Splat
         public string Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
         public string Split { get; set; }
+        /// <summary>Of several in the folder: "cars", "hydrants"; null: the only one.</summary>
+        public string Category { get; set; }
         /// <summary>The objects of "objaverse" in their order, a JSON array of names.</summary>
         public string ObjectsFile { get; set; }
         /// <summary>Names of sequences of "co3d" to leave out.</summary>
@@ -149,6 +151,7 @@ namespace Splat
                     path = arena.Text(path),
                     format = arena.Text(options.Format),
                     split = arena.Text(options.Split),
+                    category = arena.Text(options.Category),
                     objects_file = arena.Text(options.ObjectsFile),
                     excluded_file = arena.Text(options.ExcludedFile),
                     views_file = arena.Text(options.ViewsFile),

@@ -2697,6 +2697,8 @@ namespace Splat.Interop
         /// <summary>behind transparent pixels, 0 to 1</summary>
         public fixed float background[3];
         public uint reserved;
+        /// <summary>of several in the folder: "cars", "hydrants"; NULL: the only one</summary>
+        public byte* category;
         /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
         public byte* objects_file;
         /// <summary>"co3d": names of sequences to leave out, in any text</summary>
@@ -4134,10 +4136,10 @@ namespace Splat.Interop
                 "split:48:8 size:56:4 limit:60:4"),
             new NativeLayout(typeof(splat_co3d_info), 24, false,
                 "struct_size:0:4 sequences:4:4 kept:8:4 left_out:12:4 frames:16:8"),
-            new NativeLayout(typeof(splat_dataset_desc), 96, false,
+            new NativeLayout(typeof(splat_dataset_desc), 104, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 " +
                 "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4 " +
-                "objects_file:72:8 excluded_file:80:8 views_file:88:8"),
+                "category:72:8 objects_file:80:8 excluded_file:88:8 views_file:96:8"),
             new NativeLayout(typeof(splat_dataset_views), 136, false,
                 "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 " +
                 "view_to_world:40:8 quaternions:48:8 focals:56:8 origin_distances:64:8 " +

@@ -70,6 +70,7 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
         value.path = desc->path;
         if (desc->format != nullptr) value.format = desc->format;
         if (desc->split != nullptr) value.split = desc->split;
+        if (desc->category != nullptr) value.category = desc->category;
         if (desc->objects_file != nullptr) value.objects_file = desc->objects_file;
         if (desc->excluded_file != nullptr) value.excluded_file = desc->excluded_file;
         if (desc->views_file != nullptr) value.views_file = desc->views_file;

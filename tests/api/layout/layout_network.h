@@ -222,7 +222,7 @@ inline const Layout kImageScores = {  // clang-format off
 inline const Layout kDatasetDesc = {  // clang-format off
     "splat_dataset_desc",
     sizeof(splat_dataset_desc),
-    96,
+    104,
     {
     SPLAT_FIELD(splat_dataset_desc, struct_size, 0, 4),
     SPLAT_FIELD(splat_dataset_desc, flags, 4, 4),
@@ -235,9 +235,10 @@ inline const Layout kDatasetDesc = {  // clang-format off
     SPLAT_FIELD(splat_dataset_desc, cache_bytes, 48, 8),
     SPLAT_FIELD(splat_dataset_desc, background, 56, 12),
     SPLAT_FIELD(splat_dataset_desc, reserved, 68, 4),
-    SPLAT_FIELD(splat_dataset_desc, objects_file, 72, 8),
-    SPLAT_FIELD(splat_dataset_desc, excluded_file, 80, 8),
-    SPLAT_FIELD(splat_dataset_desc, views_file, 88, 8),}
+    SPLAT_FIELD(splat_dataset_desc, category, 72, 8),
+    SPLAT_FIELD(splat_dataset_desc, objects_file, 80, 8),
+    SPLAT_FIELD(splat_dataset_desc, excluded_file, 88, 8),
+    SPLAT_FIELD(splat_dataset_desc, views_file, 96, 8),}
 };  // clang-format on
 
 inline const Layout kDatasetImportDesc = {  // clang-format off

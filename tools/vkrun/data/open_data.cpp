@@ -25,15 +25,16 @@ Dataset open_data(const Json& config, const std::string& root, const std::string
     if (folder.empty())
         throw Failure(kUsageError, "no data: name its folder with --data, or as data.root");
     const auto format = data.at("format").get<std::string>();
-    const auto list = [&data](const char* key) {
+    const auto text_of = [&data](const char* key) {
         const auto& text = data.at(key).get_ref<const std::string&>();
         return text.empty() ? nullptr : text.c_str();
     };
     import_first(folder, format, split);
     auto desc = sized<splat_dataset_desc>();
-    desc.objects_file = list("objects_file");
-    desc.excluded_file = list("excluded_file");
-    desc.views_file = list("views_file");
+    desc.category = text_of("category");
+    desc.objects_file = text_of("objects_file");
+    desc.excluded_file = text_of("excluded_file");
+    desc.views_file = text_of("views_file");
     desc.flags = ImageChannels::of(config).flags();
     desc.path = folder.c_str();
     desc.format = format.empty() ? nullptr : format.c_str();

@@ -699,6 +699,7 @@ class splat_dataset_desc(Structure):
     cache_bytes: int
     background: Any
     reserved: int
+    category: Any
     objects_file: Any
     excluded_file: Any
     views_file: Any
@@ -714,6 +715,7 @@ class splat_dataset_desc(Structure):
         ("cache_bytes", c_uint64),
         ("background", c_float * 3),
         ("reserved", c_uint32),
+        ("category", c_char_p),
         ("objects_file", c_char_p),
         ("excluded_file", c_char_p),
         ("views_file", c_char_p),
@@ -2411,11 +2413,11 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("sequences", 4, 4), ("kept", 8, 4), ("left_out", 12, 4),
         ("frames", 16, 8),
     )),
-    "splat_dataset_desc": (splat_dataset_desc, False, 96, (
+    "splat_dataset_desc": (splat_dataset_desc, False, 104, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
         ("format", 24, 8), ("split", 32, 8), ("resolution", 40, 4), ("limit", 44, 4),
-        ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
-        ("objects_file", 72, 8), ("excluded_file", 80, 8), ("views_file", 88, 8),
+        ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4), ("category", 72, 8),
+        ("objects_file", 80, 8), ("excluded_file", 88, 8), ("views_file", 96, 8),
     )),
     "splat_dataset_views": (splat_dataset_views, False, 136, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8),

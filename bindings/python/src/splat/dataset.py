@@ -60,6 +60,7 @@ class Dataset(Handle):
     format       "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the
                  folder
     split        "train", "val" or "test"
+    category     of several in the folder: "cars", "hydrants"; None: the only one
     resolution   of the returned images, which are square; 0: as stored
     limit        use only this many objects; 0: all
     cache_bytes  for decoded images; 0: 1 GiB
@@ -80,13 +81,14 @@ class Dataset(Handle):
                  mask: bool = False, lenient: bool = False,
                  objects_file: Optional[PathLike] = None,
                  excluded_file: Optional[PathLike] = None,
-                 views_file: Optional[PathLike] = None) -> None:
+                 views_file: Optional[PathLike] = None,
+                 category: Optional[str] = None) -> None:
         bits = _native.DataFlags
         desc = _native.splat_dataset_desc(struct_size=sizeof(_native.splat_dataset_desc))
         desc.flags = flags_of((depth, bits.DEPTH), (normal, bits.NORMAL), (mask, bits.MASK),
                               (lenient, bits.LENIENT))
         desc.path, desc.format = path_of(path), encoded(format, "format")
-        desc.split = encoded(split, "split")
+        desc.split, desc.category = encoded(split, "split"), encoded(category, "category")
         desc.resolution, desc.limit = whole(resolution, "resolution"), whole(limit, "limit")
         desc.cache_bytes = whole(cache_bytes, "cache_bytes", 64)
         desc.background[:] = doubles(background, (3,), "background").tolist()

@@ -975,6 +975,8 @@ pub struct splat_dataset_desc {
     /// behind transparent pixels, 0 to 1
     pub background: [f32; 3],
     pub reserved: u32,
+    /// of several in the folder: "cars", "hydrants"; NULL: the only one
+    pub category: *const c_char,
     /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
     pub objects_file: *const c_char,
     /// "co3d": names of sequences to leave out, in any text
@@ -5466,7 +5468,7 @@ mod tests {
             left_out: 12, 4;
             frames: 16, 8;
         );
-        layout!(splat_dataset_desc, 96, 8,
+        layout!(splat_dataset_desc, 104, 8,
             struct_size: 0, 4;
             flags: 4, 4;
             next: 8, 8;
@@ -5478,9 +5480,10 @@ mod tests {
             cache_bytes: 48, 8;
             background: 56, 12;
             reserved: 68, 4;
-            objects_file: 72, 8;
-            excluded_file: 80, 8;
-            views_file: 88, 8;
+            category: 72, 8;
+            objects_file: 80, 8;
+            excluded_file: 88, 8;
+            views_file: 96, 8;
         );
         layout!(splat_dataset_views, 136, 8,
             struct_size: 0, 4;

@@ -17,6 +17,8 @@ pub struct DatasetDesc<'a> {
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
+    /// Of several in the folder: "cars", "hydrants"; None: the only one.
+    pub category: Option<&'a str>,
     /// The objects of "objaverse" in their order, a JSON array of names.
     pub objects_file: Option<&'a str>,
     /// Names of sequences of "co3d" to leave out.
@@ -72,6 +74,7 @@ impl Dataset {
         let path = c_optional("path", Some(desc.path))?;
         let format = c_optional("format", desc.format)?;
         let split = c_optional("split", desc.split)?;
+        let category = c_optional("category", desc.category)?;
         let objects_file = c_optional("objects_file", desc.objects_file)?;
         let excluded_file = c_optional("excluded_file", desc.excluded_file)?;
         let views_file = c_optional("views_file", desc.views_file)?;
@@ -80,6 +83,7 @@ impl Dataset {
             path: pointer(&path),
             format: pointer(&format),
             split: pointer(&split),
+            category: pointer(&category),
             objects_file: pointer(&objects_file),
             excluded_file: pointer(&excluded_file),
             views_file: pointer(&views_file),
