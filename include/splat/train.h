@@ -113,6 +113,7 @@ typedef struct splat_optimizer_desc {
     uint64_t group_count;
     double rate;             /* 0: 5e-5 */
     double beta1;            /* 0: 0.9 */
+    double edge_loss;        /* mean over the batch; 0 unless opt.lambda_edge > 0 */
     double beta2;            /* 0: 0.999 */
     double eps;              /* 0: 1e-15 */
     splat_schedule schedule; /* 0: SPLAT_SCHEDULE_CONSTANT */
@@ -252,8 +253,7 @@ typedef struct splat_trainer_info {
     double loss;      /* mean over the batch, like the following */
     double squared_error;
     double pixel_loss;
-    double ssim;      /* 0 unless opt.lambda_ssim > 0 */
-    double edge_loss; /* 0 unless opt.lambda_edge > 0 */
+    double ssim; /* 0 unless opt.lambda_ssim > 0 */
     double network_ms;
     double render_ms;
     double update_ms;

@@ -176,7 +176,8 @@ inline const Layout kTrainerInfo = {  // clang-format off
     SPLAT_FIELD(splat_trainer_info, non_finite, 104, 8),
     SPLAT_FIELD(splat_trainer_info, gradients_zero, 112, 4),
     SPLAT_FIELD(splat_trainer_info, reserved, 116, 4),
-    SPLAT_FIELD(splat_trainer_info, rate, 120, 8),}
+    SPLAT_FIELD(splat_trainer_info, rate, 120, 8),
+    SPLAT_FIELD(splat_trainer_info, edge_loss, 128, 8),}
 };  // clang-format on
 
 inline const Layout kModuleDesc = {  // clang-format off
