@@ -21,6 +21,10 @@ install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LI
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
         DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
 
+# The presets, for reading; the library has them inside.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/priors_model/presets
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat)
+
 # The prefix follows from the location of the file, so an installed folder can be moved.
 file(RELATIVE_PATH SPLAT_PC_PREFIX /${SPLAT_PC_DIR} /)
 string(REGEX REPLACE "/$" "" SPLAT_PC_PREFIX "${SPLAT_PC_PREFIX}")

@@ -6,7 +6,7 @@
  *   splat/render.h  rasterizer, image files, scores of images
  *   splat/model.h   weights, operators, networks
  *   splat/predict.h pictures of an object to a scene
- *   splat/priors.h  depth maps, normals and masks: how good they are
+ *   splat/priors.h  depth maps, normals and masks: made of pictures, judged
  *   splat/data.h    data sets and their files
  *   splat/train.h   configurations, training
  *   splat/co3d.h    the raw release of CO3D to a data set

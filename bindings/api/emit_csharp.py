@@ -37,6 +37,7 @@ _INFOS = (
     "splat_ledger", "splat_object_scores", "splat_evaluation_summary", "splat_comparison_info",
     "splat_metric_comparison", "splat_depth_scores", "splat_normal_scores", "splat_mask_scores",
     "splat_fidelity_scores", "splat_point_scores",
+    "splat_prior_model_info",
 )
 # Members with the values 0 and 1.
 _BOOLS = {

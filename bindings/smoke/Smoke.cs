@@ -32,6 +32,8 @@ internal static class Smoke
     {
         Library.Ensure();
         Print("version", "\"version\":\"" + Library.Version + "\",\"layout\":\"ok\"");
+        byte[] names = Encoding.UTF8.GetBytes(PriorModel.Preset());
+        Print("presets", "\"bytes\":" + names.Length + ",\"names\":" + Hash(names));
         var device = new Device();
         Print("device", "\"kind\":" + (int)device.Info.Kind);
         using (Scene scene = Formulas())

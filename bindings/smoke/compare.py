@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
 HERE = Path(__file__).resolve().parent
-CASES = ("version", "device", "render", "gradient", "predict", "judge", "error", "handle",
+CASES = ("version", "presets", "device", "render", "gradient", "predict", "judge", "error",
          "cancel", "busy", "order")
 
 

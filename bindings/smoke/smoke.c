@@ -442,6 +442,14 @@ static void read_config(const char* folder, char* text, size_t capacity) {
     fclose(file);
 }
 
+static void case_presets(void) {
+    char names[4096];
+    size_t needed = 0;
+    if (splat_prior_preset(NULL, names, sizeof names, &needed) != SPLAT_OK) fail("no presets");
+    printf("{\"case\":\"presets\",\"bytes\":%u,\"names\":\"%016llx\"}\n", (unsigned)(needed - 1),
+           (unsigned long long)hash(names, needed - 1));
+}
+
 int main(int argc, char** argv) {
     char config[4096];
     splat_device device;
@@ -451,6 +459,7 @@ int main(int argc, char** argv) {
     read_config(argv[1], config, sizeof config);
     printf("{\"case\":\"version\",\"version\":\"%s\",\"layout\":\"%s\"}\n", splat_version_string(),
            layout());
+    case_presets();
     check(splat_device_create(NULL, &device));
     check(splat_device_get_info(device, &info));
     printf("{\"case\":\"device\",\"kind\":%d}\n", (int)info.kind);

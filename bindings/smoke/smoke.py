@@ -199,6 +199,8 @@ def destroy_in_mixed_order(device_first: bool) -> int:
 def main(folder: Path) -> None:
     # The import has compared the sizes of all structs with the library's.
     tell("version", version=splat.__version__, layout="ok")
+    names = splat.prior_preset_text().encode()
+    tell("presets", bytes=len(names), names=fnv(names))
     device = splat.Device()
     tell("device", kind=int(device.info.kind))
     scene = make_scene()

@@ -364,6 +364,12 @@ fn run(folder: &str) -> Result<()> {
         r#"{{"case":"version","version":"{}","layout":"ok"}}"#,
         splat::version_string()
     );
+    let names = splat::prior_preset(None)?;
+    println!(
+        r#"{{"case":"presets","bytes":{},"names":"{}"}}"#,
+        names.len(),
+        fnv(names.bytes())
+    );
     let device = Device::create(&Default::default())?;
     println!(
         r#"{{"case":"device","kind":{}}}"#,

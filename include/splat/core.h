@@ -174,6 +174,7 @@ typedef struct splat_training_s* splat_training;
 typedef struct splat_lpips_s* splat_lpips;
 typedef struct splat_evaluator_s* splat_evaluator;
 typedef struct splat_comparison_s* splat_comparison;
+typedef struct splat_prior_model_s* splat_prior_model;
 
 /* ---- Images in memory ------------------------------------------------------------------------ */
 

@@ -1,5 +1,14 @@
 /* libsplat: geometry priors, which are depth maps, normals and masks of pictures.
  *
+ * A mask by a network (an ONNX file, run by ONNX Runtime, which is loaded when it is asked for):
+ *
+ *   splat_prior_model model;
+ *   splat_prior_model_desc desc = {sizeof desc, .preset = "u2net", .model_path = "u2net.onnx"};
+ *   splat_prior_maps maps = {.mask = {.pixels = mask, .type = SPLAT_PIXEL_U8, .width = w,
+ *                                     .height = h, .channels = 1}};
+ *   splat_prior_model_create(&desc, &model);
+ *   splat_prior_model_run(model, &picture, &maps, 1);
+ *
  * How good a depth map is:
  *
  *   splat_depth_scores scores = {sizeof scores};
@@ -8,12 +17,135 @@
 #ifndef SPLAT_PRIORS_H
 #define SPLAT_PRIORS_H
 
-#include "core.h"
-#include "scene.h"
+#include "predict.h"
+#include "train.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* ---- Making ---------------------------------------------------------------------------------- */
+
+/* A network that makes maps of pictures, with the preset that says how pictures become its input
+ * and its outputs maps. Thread-safe. */
+
+/* Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
+ * "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
+ * "licence", "note"}}.
+ * name      as of splat_prior_model_desc; NULL: all names, as a JSON array
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names) */
+SPLAT_API splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity,
+                                          size_t* needed);
+
+enum {
+    /* F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances,
+     * normals from -1 to 1 */
+    SPLAT_PRIOR_MODEL_NUMBERS = 1u << 0
+};
+
+typedef struct splat_prior_model_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_PRIOR_MODEL_ bits */
+    const void* next; /* NULL */
+    /* name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of
+     * model_path */
+    const char* preset;
+    const char* model_path; /* ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else
+                             * libsplat/priors/ of the user's data folder */
+    /* library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
+     * beside libsplat or where the system's loader looks */
+    const char* runtime_path;
+    uint32_t threads; /* of one run; 0: one per core */
+    uint32_t reserved;
+} splat_prior_model_desc;
+
+/* Load a model.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+ *   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
+ *   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+ *   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
+ *                                 than the preset's */
+SPLAT_API splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
+                                                splat_prior_model* model);
+
+typedef struct splat_prior_model_info {
+    uint32_t struct_size;
+    uint32_t maps;  /* SPLAT_DATA_ flags of the maps that it makes */
+    uint32_t width; /* of its input, pixels; 0: by the picture */
+    uint32_t height;
+    const char* preset;  /* its name; lives, as the other texts, as long as the model */
+    const char* licence; /* of the model: show it to the user */
+    const char* note;
+    const char* path;            /* of the model */
+    const char* runtime_version; /* "1.30.0" */
+} splat_prior_model_info;
+
+/* Describe a model.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info). */
+SPLAT_API splat_result splat_prior_model_get_info(splat_prior_model model,
+                                                  splat_prior_model_info* info);
+
+/* Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
+ * wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers
+ * before that, from 0 to 1. */
+typedef struct splat_prior_maps {
+    splat_image depth; /* 1 channel; larger is nearer, from the picture's farthest to its nearest */
+    splat_image normal; /* 3 channels; (normal + 1) / 2 in the model's axes, if the preset does not
+                         * say the camera's */
+    splat_image mask;   /* 1 channel; 1 on the object */
+} splat_prior_maps;
+
+/* Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
+ * number; the memory grows with their number.
+ * pictures  `count`, 1 to 4 channels; read as 8 bits, alpha is left out
+ * maps      `count`; unchanged if the call fails
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, no map, a map that the model lacks
+ *   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
+ *   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
+ *   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+ *   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process */
+SPLAT_API splat_result splat_prior_model_run(splat_prior_model model, const splat_image* pictures,
+                                             const splat_prior_maps* maps, uint32_t count);
+
+/* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_prior_model_destroy(splat_prior_model model);
+
+/* Find the object of a picture without a network: by its alpha, else by the colour of its border, as
+ * predictors do.
+ * mask      1 channel of the picture's size; 1 (U8: 255) on the object
+ * found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
+ *   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY */
+SPLAT_API splat_result splat_picture_mask(const splat_image* picture, const splat_image* mask,
+                                          splat_found* found);
+
+typedef struct splat_normals_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* 0 */
+    const void* next; /* NULL */
+    double focal_x;   /* pixels */
+    double focal_y;
+    double center_x; /* of the principal point, pixels from the left edge; both 0: the middle */
+    double center_y;
+    /* distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both
+     * 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface */
+    double nearest;
+    double farthest;
+} splat_normals_desc;
+
+/* Make normals of the surface that a depth map shows, by a pinhole camera and differences of
+ * neighbours.
+ * depth     1 channel; distances along the camera's axis, or relative depth, larger is nearer
+ * normal    3 channels of its size: (n + 1) / 2, facing the camera, in its axes (x right, y down, z
+ *           forward); 0.5 without a surface. U8 maps are truncated, as models' are
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image or of desc, relative depth outside 0 to 1
+ *   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals */
+SPLAT_API splat_result splat_normals_from_depth(const splat_image* depth,
+                                                const splat_normals_desc* desc,
+                                                const splat_image* normal);
 
 /* ---- Judging --------------------------------------------------------------------------------- */
 

@@ -310,9 +310,10 @@ SPLAT_API splat_result splat_image_load_memory(const void* data, size_t bytes, s
 
 typedef int32_t splat_image_format;
 enum {
-    SPLAT_IMAGE_PNG = 1, /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
-    SPLAT_IMAGE_NPY = 2, /* float32 [height,width,channels]; U8 is divided by 255 */
-    SPLAT_IMAGE_GIF = 3  /* of animations: 252 colours, dithered; no alpha */
+    SPLAT_IMAGE_PNG = 1,  /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
+    SPLAT_IMAGE_NPY = 2,  /* float32 [height,width,channels]; U8 is divided by 255 */
+    SPLAT_IMAGE_GIF = 3,  /* of animations: 252 colours, dithered; no alpha */
+    SPLAT_IMAGE_PNG16 = 4 /* 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */
 };
 
 /* Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
@@ -324,7 +325,7 @@ enum {
 SPLAT_API splat_result splat_image_save(const char* path, const splat_image* image);
 
 /* Write the same bytes to memory.
- * format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY
+ * format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
  * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
  *           SPLAT_INCOMPLETE and nothing is written to `buffer`
  * Returns as splat_image_save, SPLAT_INCOMPLETE. */

@@ -48,6 +48,8 @@ template <>
 constexpr const char* kKind<EvaluatorObject> = "splat_evaluator";
 template <>
 constexpr const char* kKind<ComparisonObject> = "splat_comparison";
+template <>
+constexpr const char* kKind<PriorModelObject> = "splat_prior_model";
 
 struct Entry {
     const char* kind;
@@ -176,5 +178,6 @@ template struct Handles<TrainingObject, splat_training>;
 template struct Handles<LpipsObject, splat_lpips>;
 template struct Handles<EvaluatorObject, splat_evaluator>;
 template struct Handles<ComparisonObject, splat_comparison>;
+template struct Handles<PriorModelObject, splat_prior_model>;
 
 }  // namespace splat::api

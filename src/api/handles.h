@@ -41,6 +41,7 @@ using Trainings = Handles<TrainingObject, splat_training>;
 using Lpipses = Handles<LpipsObject, splat_lpips>;
 using Evaluators = Handles<EvaluatorObject, splat_evaluator>;
 using Comparisons = Handles<ComparisonObject, splat_comparison>;
+using PriorModels = Handles<PriorModelObject, splat_prior_model>;
 
 extern template struct Handles<DeviceObject, splat_device>;
 extern template struct Handles<TensorObject, splat_tensor>;
@@ -60,6 +61,7 @@ extern template struct Handles<TrainingObject, splat_training>;
 extern template struct Handles<LpipsObject, splat_lpips>;
 extern template struct Handles<EvaluatorObject, splat_evaluator>;
 extern template struct Handles<ComparisonObject, splat_comparison>;
+extern template struct Handles<PriorModelObject, splat_prior_model>;
 
 /// Lock the device of a live handle's object and call `body(object)`. Errors: also kCancelled.
 template <class Kind, class Handle, class Body>

@@ -8,6 +8,7 @@
 
 #include "api/api_guard.h"
 #include "api/on_device.h"
+#include "api/priors/prior_model_object.h"
 #include "data/dataset.h"
 #include "eval/compare_scores.h"
 #include "eval/evaluator.h"

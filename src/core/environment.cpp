@@ -1,7 +1,10 @@
 #include "core/environment.h"
 
+#include <dlfcn.h>
+
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 namespace splat {
 
@@ -26,6 +29,15 @@ std::optional<std::string> user_cache_folder() {
     if (const auto cache = environment("XDG_CACHE_HOME")) return *cache + "/libsplat";
     if (const auto home = environment("HOME")) return *home + "/.cache/libsplat";
     return std::nullopt;
+}
+
+std::string library_folder() {
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&library_folder), &info) == 0 ||
+        info.dli_fname == nullptr)
+        return "";
+    std::error_code none;
+    return std::filesystem::canonical(info.dli_fname, none).parent_path().string();
 }
 
 }  // namespace splat

@@ -17,4 +17,8 @@ Result<double> environment_positive(const char* name, double fallback);
 /// `$XDG_CACHE_HOME/libsplat`, else `$HOME/.cache/libsplat`, else nothing.
 std::optional<std::string> user_cache_folder();
 
+/// The folder of the shared library that this code is in, or of the program that has it inside; empty
+/// if the system does not say.
+std::string library_folder();
+
 }  // namespace splat

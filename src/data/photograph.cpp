@@ -195,6 +195,11 @@ const char* mask_from_name(MaskFrom from) {
     return kNames[static_cast<int>(from) - 1];
 }
 
+Result<std::vector<std::uint8_t>> mask_of(const io::Image& image, MaskFrom& from) {
+    io::Image reduced;
+    return object_mask(std::nullopt, eight_bits(image, reduced), from);
+}
+
 Result<NamedImage> load_picture(const std::string& path) {
     SPLAT_ASSIGN(io::Image image, io::load_image(path, {.upright = true}));
     return NamedImage{std::move(image), "'" + path + "'"};

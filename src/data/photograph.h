@@ -60,6 +60,10 @@ struct Photograph {
 /// Source       preprocessing of Splatter Image's demonstration (foreground ratio 0.65, white, Lanczos)
 Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options);
 
+/// The object's mask without a map of it, 0 to 255 for each pixel of an image of 8 or 16 bits: the image's alpha, else
+/// what the flood leaves, else 255 everywhere. `from` says which.
+Result<std::vector<std::uint8_t>> mask_of(const io::Image& image, MaskFrom& from);
+
 /// Read a picture of any format and turn it by its Exif orientation. Errors: those of io::load_image().
 Result<NamedImage> load_picture(const std::string& path);
 

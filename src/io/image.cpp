@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csetjmp>
 #include <cstring>
 
@@ -200,9 +201,6 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
 
 Result<Buffer> write_png(const Image& image, PngEffort effort) {
     SPLAT_TRY(check_image(image));
-    if (image.bits == 16 && image.channels != 1)
-        return error(Code::kUnsupported, "png: 16 bits of %u channels to write, expected 1",
-                     image.channels);
     Buffer rows;
     rows.reserve(image.samples.size() * image.bits / 8);
     for (const std::uint16_t sample : image.samples)
@@ -215,6 +213,20 @@ Result<Buffer> write_png(const Image& image, PngEffort effort) {
     if (!writer.write(image, rows.data(), row_bytes_of(image), effort))
         return error(Code::kInvalidArgument, "png: %s", writer.state.message);
     return file;
+}
+
+Image deep_image_from_floats(std::span<const float> values, std::uint32_t width,
+                             std::uint32_t height, std::uint32_t channels) {
+    SPLAT_ASSERT(values.size() == std::size_t{width} * height * channels);
+    constexpr double kMost = 65535;
+    Image image{width, height, channels, 16, {}};
+    image.samples.reserve(values.size());
+    for (const float value : values) {
+        const double scaled = std::round(kMost * static_cast<double>(value));
+        image.samples.push_back(  // NaN gives 0
+            static_cast<std::uint16_t>(scaled > 0 ? std::min(scaled, kMost) : 0));
+    }
+    return image;
 }
 
 Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,

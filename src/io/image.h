@@ -34,14 +34,18 @@ Result<Image> read_png(Bytes file, const ImageOptions& options = {});
 /// kFast takes a fifth of the time; files of drawn images become a third larger.
 enum class PngEffort { kSmall, kFast };
 
-/// 8 bits of 1 to 4 channels, or 16 bits of gray. Errors: kInvalidArgument if the samples do not fit
-/// the size or a value the bits; kUnsupported for 16 bits of other channels.
+/// 8 or 16 bits of 1 to 4 channels. Errors: kInvalidArgument if the samples do not fit the size or a value
+/// the bits.
 Result<Buffer> write_png(const Image& image, PngEffort effort = PngEffort::kSmall);
 
 /// 8-bit image of linear values: 255 v rounded to nearest, clamped; NaN gives 0. `values` is
 /// [height,width,channels].
 Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
                         std::uint32_t channels);
+
+/// The same with 16 bits: 65535 v.
+Image deep_image_from_floats(std::span<const float> values, std::uint32_t width,
+                             std::uint32_t height, std::uint32_t channels);
 
 /// Errors: kInvalidArgument if the number of samples, channels or bits breaks the rules above.
 Status check_image(const Image& image);

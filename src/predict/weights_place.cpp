@@ -1,7 +1,5 @@
 #include "predict/weights_place.h"
 
-#include <dlfcn.h>
-
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -9,6 +7,7 @@
 #include <set>
 
 #include "config/config_file.h"
+#include "core/environment.h"
 
 namespace splat::predict {
 namespace {
@@ -26,16 +25,6 @@ std::vector<fs::path> weights_folders(const fs::path& library) {
     for (fs::path folder = library; folder.has_relative_path(); folder = folder.parent_path())
         folders.push_back(folder / "tools" / "weights");
     return folders;
-}
-
-/// The folder of the file that holds this function: the shared library, or a program that has it inside.
-std::string library_folder() {
-    Dl_info info{};
-    if (dladdr(reinterpret_cast<const void*>(&library_folder), &info) == 0 ||
-        info.dli_fname == nullptr)
-        return "";
-    std::error_code none;
-    return fs::canonical(info.dli_fname, none).parent_path().string();
 }
 
 bool is_file(const fs::path& path) {

@@ -12,6 +12,7 @@
 #include "api/layout/layout_network.h"
 #include "api/layout/layout_optimizer.h"
 #include "api/layout/layout_predict.h"
+#include "api/layout/layout_prior_models.h"
 #include "api/layout/layout_priors.h"
 #include "api/layout/layout_training.h"
 #include "api/public_headers.h"
@@ -419,7 +420,11 @@ const Layout kLayouts[] = {kTrainingDesc,
                            kFidelityScores,
                            kPointScores,
                            kCo3dDesc,
-                           kCo3dInfo};
+                           kCo3dInfo,
+                           kPriorModelDesc,
+                           kPriorModelInfo,
+                           kPriorMaps,
+                           kNormalsDesc};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

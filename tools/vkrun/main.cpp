@@ -33,6 +33,9 @@ constexpr const char* kMainFooter = R"(Exit status:
 
 Environment:
   SPLAT_KERNELS=auto|plain|cpu|gpu  the shaders to run, on every device
+  SPLAT_MASK_MODEL=FILE             the network that 'vkrun predict' cuts objects out with
+  SPLAT_ONNXRUNTIME_LIBRARY=FILE    ONNX Runtime, which runs networks of 'vkrun priors'
+  SPLAT_PRIORS_DIR=DIR              where their models are looked for
   SPLAT_TIMEOUT_SCALE=X             multiplies every wait for a device (60 s)
   SPLAT_VALIDATION=1                run under the Khronos validation layer
   VK_DRIVER_FILES=FILE[:FILE]...    the Vulkan drivers to consider

@@ -589,6 +589,8 @@ namespace Splat
         Npy = 2,
         /// <summary>of animations: 252 colours, dithered; no alpha</summary>
         Gif = 3,
+        /// <summary>16 bits, to memory only: 65535 v rounded and clamped; NaN is 0</summary>
+        Png16 = 4,
     }
 
     /// <summary>splat_schedule of the C API.</summary>
@@ -694,6 +696,16 @@ namespace Splat
         Worse = 2,
         /// <summary>SPLAT_VERDICT_NOT_COMPARABLE</summary>
         NotComparable = 3,
+    }
+
+    /// <summary>splat_prior_model_flags of the C API.</summary>
+    [Flags]
+    public enum PriorModelFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1</summary>
+        Numbers = 1,
     }
 
     /// <summary>splat_depth_flags of the C API.</summary>

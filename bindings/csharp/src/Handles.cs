@@ -348,4 +348,23 @@ namespace Splat.Interop
             return Native.splat_comparison_destroy(handle) == ResultCode.Ok;
         }
     }
+
+    /// <summary>A splat_prior_model. Released on any thread, in any order.</summary>
+    public sealed class SafePriorModelHandle : SafeHandleZeroOrMinusOneIsInvalid
+    {
+        /// <summary>NULL, where a parameter may be left out.</summary>
+        public static readonly SafePriorModelHandle Null = new SafePriorModelHandle(IntPtr.Zero, false);
+
+        /// <summary>Take over a handle of the library; owns: destroy it.</summary>
+        public SafePriorModelHandle(IntPtr handle, bool owns) : base(owns)
+        {
+            SetHandle(handle);
+        }
+
+        /// <inheritdoc/>
+        protected override bool ReleaseHandle()
+        {
+            return Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
+        }
+    }
 }

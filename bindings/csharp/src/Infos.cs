@@ -834,4 +834,34 @@ namespace Splat
             FScore = from->f_score;
         }
     }
+
+    public sealed class PriorModelInfo
+    {
+        /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
+        public DataFlags Maps { get; }
+        /// <summary>of its input, pixels; 0: by the picture</summary>
+        public int Width { get; }
+        public int Height { get; }
+        /// <summary>its name; lives, as the other texts, as long as the model</summary>
+        public string Preset { get; }
+        /// <summary>of the model: show it to the user</summary>
+        public string Licence { get; }
+        public string Note { get; }
+        /// <summary>of the model</summary>
+        public string Path { get; }
+        /// <summary>"1.30.0"</summary>
+        public string RuntimeVersion { get; }
+
+        internal unsafe PriorModelInfo(splat_prior_model_info* from)
+        {
+            Maps = from->maps;
+            Width = checked((int)from->width);
+            Height = checked((int)from->height);
+            Preset = Text.Read(from->preset, -1);
+            Licence = Text.Read(from->licence, -1);
+            Note = Text.Read(from->note, -1);
+            Path = Text.Read(from->path, -1);
+            RuntimeVersion = Text.Read(from->runtime_version, -1);
+        }
+    }
 }

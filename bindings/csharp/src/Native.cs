@@ -1693,7 +1693,7 @@ namespace Splat.Interop
 
         /// <summary>
         /// Write the same bytes to memory.
-        /// format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY
+        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
         /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_image_save, SPLAT_INCOMPLETE.
@@ -2339,6 +2339,96 @@ namespace Splat.Interop
         /// <summary>Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_comparison_destroy(IntPtr comparison);
+
+        /// <summary>
+        /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
+        /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
+        /// "licence", "note"}}.
+        /// name      as of splat_prior_model_desc; NULL: all names, as a JSON array
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_preset(
+            byte* name,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// Load a model.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+        ///   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
+        ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+        ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
+        ///                                 than the preset's
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_model_create(
+            splat_prior_model_desc* desc,
+            IntPtr* model);
+
+        /// <summary>
+        /// Describe a model.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_model_get_info(
+            SafePriorModelHandle model,
+            splat_prior_model_info* info);
+
+        /// <summary>
+        /// Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
+        /// number; the memory grows with their number.
+        /// pictures  `count`, 1 to 4 channels; read as 8 bits, alpha is left out
+        /// maps      `count`; unchanged if the call fails
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, no map, a map that the model lacks
+        ///   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
+        ///   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
+        ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+        ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_model_run(
+            SafePriorModelHandle model,
+            splat_image* pictures,
+            splat_prior_maps* maps,
+            uint count);
+
+        /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_prior_model_destroy(IntPtr model);
+
+        /// <summary>
+        /// Find the object of a picture without a network: by its alpha, else by the colour of its border, as
+        /// predictors do.
+        /// mask      1 channel of the picture's size; 1 (U8: 255) on the object
+        /// found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
+        ///   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_picture_mask(
+            splat_image* picture,
+            splat_image* mask,
+            Found* found);
+
+        /// <summary>
+        /// Make normals of the surface that a depth map shows, by a pinhole camera and differences of
+        /// neighbours.
+        /// depth     1 channel; distances along the camera's axis, or relative depth, larger is nearer
+        /// normal    3 channels of its size: (n + 1) / 2, facing the camera, in its axes (x right, y down, z
+        ///           forward); 0.5 without a surface. U8 maps are truncated, as models' are
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image or of desc, relative depth outside 0 to 1
+        ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_normals_from_depth(
+            splat_image* depth,
+            splat_normals_desc* desc,
+            splat_image* normal);
 
         /// <summary>
         /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
@@ -3985,6 +4075,80 @@ namespace Splat.Interop
         public ulong n_b;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_prior_model_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_PRIOR_MODEL_ bits</summary>
+        public PriorModelFlags flags;
+        /// <summary>NULL</summary>
+        public void* next;
+        /// <summary>name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of model_path</summary>
+        public byte* preset;
+        /// <summary>ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data folder</summary>
+        public byte* model_path;
+        /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks</summary>
+        public byte* runtime_path;
+        /// <summary>of one run; 0: one per core</summary>
+        public uint threads;
+        public uint reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_prior_model_info
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
+        public DataFlags maps;
+        /// <summary>of its input, pixels; 0: by the picture</summary>
+        public uint width;
+        public uint height;
+        /// <summary>its name; lives, as the other texts, as long as the model</summary>
+        public byte* preset;
+        /// <summary>of the model: show it to the user</summary>
+        public byte* licence;
+        public byte* note;
+        /// <summary>of the model</summary>
+        public byte* path;
+        /// <summary>"1.30.0"</summary>
+        public byte* runtime_version;
+    }
+
+    /// <summary>
+    /// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
+    /// wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers
+    /// before that, from 0 to 1.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_prior_maps
+    {
+        /// <summary>1 channel; larger is nearer, from the picture's farthest to its nearest</summary>
+        public splat_image depth;
+        /// <summary>3 channels; (normal + 1) / 2 in the model's axes, if the preset does not say the camera's</summary>
+        public splat_image normal;
+        /// <summary>1 channel; 1 on the object</summary>
+        public splat_image mask;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_normals_desc
+    {
+        public uint struct_size;
+        /// <summary>0</summary>
+        public uint flags;
+        /// <summary>NULL</summary>
+        public void* next;
+        /// <summary>pixels</summary>
+        public double focal_x;
+        public double focal_y;
+        /// <summary>of the principal point, pixels from the left edge; both 0: the middle</summary>
+        public double center_x;
+        public double center_y;
+        /// <summary>distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface</summary>
+        public double nearest;
+        public double farthest;
+    }
+
     /// <summary>Errors of an aligned depth map p against the true one g, in its units.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_depth_scores
@@ -4330,6 +4494,17 @@ namespace Splat.Interop
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 " +
                 "difference:32:8 p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 " +
                 "high:72:8 effect:80:8 n_a:88:8 n_b:96:8"),
+            new NativeLayout(typeof(splat_prior_model_desc), 48, false,
+                "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 " +
+                "runtime_path:32:8 threads:40:4 reserved:44:4"),
+            new NativeLayout(typeof(splat_prior_model_info), 56, false,
+                "struct_size:0:4 maps:4:4 width:8:4 height:12:4 preset:16:8 licence:24:8 " +
+                "note:32:8 path:40:8 runtime_version:48:8"),
+            new NativeLayout(typeof(splat_prior_maps), 168, true,
+                "depth:0:56 normal:56:56 mask:112:56"),
+            new NativeLayout(typeof(splat_normals_desc), 64, false,
+                "struct_size:0:4 flags:4:4 next:8:8 focal_x:16:8 focal_y:24:8 center_x:32:8 " +
+                "center_y:40:8 nearest:48:8 farthest:56:8"),
             new NativeLayout(typeof(splat_depth_scores), 80, false,
                 "struct_size:0:4 reserved:4:4 pixels:8:8 abs_rel:16:8 rmse:24:8 si_rmse:32:8 " +
                 "within:40:24 scale:64:8 shift:72:8"),

@@ -145,4 +145,92 @@ namespace Splat
             return Check.NotNull(image, name).ToNative(arena);
         }
     }
+
+    /// <summary>Maps of a picture; null: not wanted. All of its size.</summary>
+    public sealed class PriorMaps
+    {
+        /// <summary>1 channel; larger is nearer.</summary>
+        public Image Depth { get; set; }
+        /// <summary>3 channels.</summary>
+        public Image Normal { get; set; }
+        /// <summary>1 channel; 1 (U8: 255) on the object.</summary>
+        public Image Mask { get; set; }
+    }
+
+    /// <summary>A network that makes depth, normals and masks of pictures: an ONNX file that ONNX Runtime
+    /// runs. Needs no device; thread-safe.</summary>
+    public sealed unsafe class PriorModel : NativeObject<SafePriorModelHandle>
+    {
+        /// <summary>Load a model.</summary>
+        /// <param name="preset">a name, or JSON of one's own; null: by the name of the file</param>
+        /// <param name="model">the file; null: the preset's, in the folder of models</param>
+        /// <param name="runtime">library of ONNX Runtime; null: where libsplat looks for it</param>
+        /// <param name="threads">of one run; 0: one per core</param>
+        /// <param name="flags">whether float maps have the model's own numbers</param>
+        public PriorModel(string preset, string model = null, string runtime = null, int threads = 0,
+                          PriorModelFlags flags = PriorModelFlags.None)
+            : base(Create(preset, model, runtime, threads, flags))
+        {
+        }
+
+        private static SafePriorModelHandle Create(string preset, string model, string runtime,
+            int threads, PriorModelFlags flags)
+        {
+            using (var arena = new Arena())
+            {
+                var desc = new splat_prior_model_desc
+                {
+                    struct_size = (uint)sizeof(splat_prior_model_desc),
+                    flags = flags,
+                    preset = arena.Text(preset),
+                    model_path = arena.Text(model),
+                    runtime_path = arena.Text(runtime),
+                    threads = Check.Unsigned(threads, nameof(threads)),
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_prior_model_create(&desc, &handle));
+                return new SafePriorModelHandle(handle, true);
+            }
+        }
+
+        /// <summary>JSON of a preset, and where its model is had; null: an array of all names.</summary>
+        public static string Preset(string name = null)
+        {
+            using (var arena = new Arena())
+            {
+                byte* text = arena.Text(name);
+                return Text.Get((buffer, capacity, needed) =>
+                    Native.splat_prior_preset(text, buffer, capacity, needed));
+            }
+        }
+
+        /// <summary>What it makes, its licence, the size of its input.</summary>
+        public PriorModelInfo Info
+        {
+            get
+            {
+                var info = new splat_prior_model_info
+                    { struct_size = (uint)sizeof(splat_prior_model_info) };
+                Check.Ok(Native.splat_prior_model_get_info(Handle, &info));
+                return new PriorModelInfo(&info);
+            }
+        }
+
+        /// <summary>Fill maps of a picture.</summary>
+        public void Run(Image picture, PriorMaps maps)
+        {
+            Check.NotNull(maps, nameof(maps));
+            using (var arena = new Arena())
+            {
+                splat_image from = Check.NotNull(picture, nameof(picture)).ToNative(arena);
+                var to = new splat_prior_maps
+                {
+                    depth = maps.Depth == null ? default : maps.Depth.ToNative(arena),
+                    normal = maps.Normal == null ? default : maps.Normal.ToNative(arena),
+                    mask = maps.Mask == null ? default : maps.Mask.ToNative(arena),
+                };
+                Check.Ok(Native.splat_prior_model_run(Handle, &from, &to, 1));
+            }
+        }
+    }
 }

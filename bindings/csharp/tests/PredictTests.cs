@@ -180,4 +180,19 @@ namespace Splat.Tests
                                () => comparison.Samples(5, out double[] a, out double[] b));
         }
     }
+
+    /// <summary>Models of depth, normals and masks; tests/interop runs one in C and Python.</summary>
+    internal static class PriorModelTests
+    {
+        [Test]
+        private static void SaysWhatIsMissing()
+        {
+            Expect.Contains("\"u2net\"", PriorModel.Preset());
+            Expect.Contains("\"sha256\"", PriorModel.Preset("u2net"));
+            Expect.Refused(ResultCode.ErrorNotFound, "did you mean 'u2net'", () => PriorModel.Preset("u3net"));
+            Expect.Refused(ResultCode.ErrorNotFound, "runtime.so", () =>
+                new PriorModel("u2net", "/nowhere/u2net.onnx", "/nowhere/runtime.so"));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "neither a preset", () => new PriorModel(null));
+        }
+    }
 }

@@ -124,6 +124,9 @@ Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format fo
     SPLAT_ASSIGN(const api::ImageView view, api::image_to_read(image, "image"));
     if (format == SPLAT_IMAGE_NPY)
         return io::write_npy({{view.height, view.width, view.channels}, api::interleaved_of(view)});
+    if (format == SPLAT_IMAGE_PNG16)
+        return io::write_png(io::deep_image_from_floats(api::interleaved_of(view), view.width,
+                                                        view.height, view.channels));
     return io::write_png(api::image_of(view));
 }
 
@@ -178,8 +181,8 @@ splat_result splat_image_save(const char* path, const splat_image* image) {
 splat_result splat_image_save_memory(const splat_image* image, splat_image_format format,
                                      void* buffer, size_t capacity, size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
-        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_NPY)
-            return bad_format(format, "SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY");
+        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_NPY && format != SPLAT_IMAGE_PNG16)
+            return bad_format(format, "SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY");
         SPLAT_ASSIGN(const io::Buffer file, image_file_of(image, format));
         return give(file);
     });

@@ -38,12 +38,13 @@ bool Outputs::untouched() const {
            predictor.untouched() && predictor_info.untouched() && picture_info.untouched() &&
            trainer.untouched() && trainer_info.untouched() && image_scores.untouched() &&
            module.untouched() && dataset.untouched() && batches.untouched() &&
-           training.untouched() && lpips.untouched() && distance.untouched() &&
-           dlpack.untouched() && model_info.untouched() && port.untouched() && state.untouched() &&
-           evaluator.untouched() && evaluator_info.untouched() && object_scores.untouched() &&
-           summary.untouched() && comparison.untouched() && comparison_info.untouched() &&
-           metric.untouched() && depth_scores.untouched() && normal_scores.untouched() &&
-           mask_scores.untouched() && fidelity_scores.untouched() && point_scores.untouched();
+           training.untouched() && lpips.untouched() && prior_model.untouched() &&
+           distance.untouched() && dlpack.untouched() && model_info.untouched() &&
+           port.untouched() && state.untouched() && evaluator.untouched() &&
+           evaluator_info.untouched() && object_scores.untouched() && summary.untouched() &&
+           comparison.untouched() && comparison_info.untouched() && metric.untouched() &&
+           depth_scores.untouched() && normal_scores.untouched() && mask_scores.untouched() &&
+           fidelity_scores.untouched() && point_scores.untouched();
 }
 
 MisuseTable::MisuseTable() {
@@ -115,6 +116,9 @@ MisuseTable::MisuseTable() {
     prior_filter_rows();
     point_rows();
     scene_point_rows();
+    prior_rows();
+    normals_rows();
+    prior_model_rows();
 }
 
 void MisuseTable::add(const char* function, const char* parameter, const char* what,

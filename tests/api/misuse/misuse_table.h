@@ -52,6 +52,7 @@ struct Outputs {
     Output<splat_optimizer> optimizer;
     Output<splat_optimizer_info> optimizer_info;
     Output<splat_lpips> lpips;
+    Output<splat_prior_model> prior_model;
     Output<double> distance;
     Output<splat_image_scores> image_scores;
     Output<splat_depth_scores> depth_scores;
@@ -145,6 +146,9 @@ class MisuseTable {
     void prior_filter_rows();
     void point_rows();
     void scene_point_rows();
+    void prior_rows();
+    void normals_rows();
+    void prior_model_rows();
 
     template <class Handle>
     static std::uintptr_t number(Handle handle) {

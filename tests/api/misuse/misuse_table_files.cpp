@@ -145,7 +145,7 @@ void MisuseTable::image_memory_rows() {
                                        outputs.size.out());
     });
     for (const splat_image_format format :
-         std::initializer_list<splat_image_format>{-1, 0, SPLAT_IMAGE_GIF, 4})
+         std::initializer_list<splat_image_format>{-1, 0, SPLAT_IMAGE_GIF, 5})
         add("splat_image_save_memory", "format", "not written", kArgument, [this, good, format] {
             return splat_image_save_memory(&good, format, *outputs.values.out(), 64,
                                            outputs.size.out());

@@ -43,6 +43,7 @@ using Model = Owner<splat_model, splat_model_destroy>;
 using Op = Owner<splat_op, splat_op_destroy>;
 using ScenePredictor = Owner<splat_predictor, splat_predictor_destroy>;
 using Rasterizer = Owner<splat_rasterizer, splat_rasterizer_destroy>;
+using PriorModel = Owner<splat_prior_model, splat_prior_model_destroy>;
 using Scene = Owner<splat_scene, splat_scene_destroy>;
 using Tensor = Owner<splat_tensor, splat_tensor_destroy>;
 using Training = Owner<splat_training, splat_training_destroy>;

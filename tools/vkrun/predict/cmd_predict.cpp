@@ -15,8 +15,9 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kPredictFooter =
-    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, or by
-its difference from the colour of the border, and centred in a white square. Instead of a picture, --data and
+    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, by a
+network (--mask-preset, --mask-model or SPLAT_MASK_MODEL; see 'vkrun priors where'), or by its difference from
+the colour of the border, and centred in a white square. Instead of a picture, --data and
 --object take an object of a data set, and the prediction is compared with its images.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
@@ -30,6 +31,7 @@ outputs are not finite.
 
 Examples:
   vkrun predict photo.png --out out
+  vkrun predict photo.jpg --mask-preset u2net --out out
   vkrun predict render.png --whole --weights model_best.pth --config config.yaml --out out
   vkrun predict --data cars --split test --object 0 --out out
 )";
@@ -50,6 +52,11 @@ int predict(const PredictionOptions& options, bool json) {
                       "go with a picture, not with --data");
     if (options.whole && options.foreground != 0)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
+    const bool by_network = !options.mask_model.empty() || !options.mask_preset.empty();
+    if (by_network && (!options.mask.empty() || options.whole || !options.data.empty()))
+        throw Failure(
+            kUsageError,
+            "--mask-preset and --mask-model go with a picture, without --mask and --whole");
     check_number("--elevation", options.elevation, -89, 89);
     check_number("--views", options.views, 1, 10000);
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
@@ -115,6 +122,14 @@ void add_predict(CLI::App& app, int& exit_code) {
     command
         ->add_option("--tokens", o.tokens,
                      "Its tokens, for networks that take them: such a file of [token_dim, tokens]")
+        ->type_name("FILE");
+    command
+        ->add_option("--mask-preset", o.mask_preset,
+                     "Kind of model that makes the mask, where IMAGE has no alpha")
+        ->type_name("NAME");
+    command
+        ->add_option("--mask-model", o.mask_model,
+                     "File of that model (ONNX); default: SPLAT_MASK_MODEL, else the preset's")
         ->type_name("FILE");
     command->add_option("--depth", o.depth, "Depth map, for networks that take one")
         ->type_name("FILE");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -18,6 +19,7 @@
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
 #include "vkrun/predict/drawing.h"
+#include "vkrun/priors/map_maker.h"
 
 namespace vkrun {
 namespace {
@@ -142,6 +144,34 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
     return {values, values + length};
 }
 
+/// The mask that a network makes of the picture; none if it has an alpha, or no network is named.
+struct NetworkMask {
+    std::vector<std::uint8_t> bytes;
+    splat_image image{};
+    std::string preset;
+};
+
+NetworkMask network_mask(const PredictionOptions& options) {
+    NetworkMask mask;
+    if (!options.mask.empty() || options.whole) return mask;
+    std::string model = options.mask_model;
+    const char* const named = std::getenv("SPLAT_MASK_MODEL");
+    if (model.empty() && named != nullptr) model = named;
+    if (model.empty() && options.mask_preset.empty()) return mask;
+    const LoadedPicture picture = load_picture(options.image);
+    if (picture.image.channels == 2 || picture.image.channels == 4) return mask;
+    const PriorModel loaded = load_prior_model(model, options.mask_preset, "", 0, false);
+    auto info = sized<splat_prior_model_info>();
+    check(splat_prior_model_get_info(loaded.get(), &info));
+    mask.preset = info.preset;
+    mask.bytes.resize(std::size_t{picture.image.width} * picture.image.height);
+    mask.image = bytes_image(mask.bytes.data(), picture.image.width, picture.image.height, 1);
+    splat_prior_maps maps{};
+    maps.mask = mask.image;
+    check_data(splat_prior_model_run(loaded.get(), &picture.image, &maps, 1));
+    return mask;
+}
+
 Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
     const splat_predictor_info& info = loaded.info;
     if (info.views != 1)
@@ -166,12 +196,15 @@ Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
     picture.embedding_count = embedding.size();
     picture.tokens = options.tokens.empty() ? nullptr : tokens.data();
     picture.token_count = tokens.size();
+    const NetworkMask mask = network_mask(options);
+    picture.mask.pixels = mask.image;
     Facts facts(info, 1);
     check_data(splat_predictor_predict(loaded.predictor.get(), &picture, 1, task.scene.out(),
                                        &facts.prediction));
     Json found = library_json(splat_prediction_report, &facts.prediction).at("pictures").at(0);
     for (const Json& warning : found.at("warnings")) task.warnings.push_back(warning);
     for (const char* key : {"width", "height", "mask", "square"}) task.photo[key] = found.at(key);
+    if (!mask.preset.empty()) task.photo["mask"] = "network " + mask.preset;
     take_facts(info, std::move(facts), task);
     return task;
 }

@@ -9,9 +9,11 @@ namespace vkrun {
 
 void add_priors(CLI::App& app, int& exit_code) {
     CLI::App* priors =
-        add_command(app, "priors", "Judge depth maps, normals and masks of pictures.",
+        add_command(app, "priors", "Make and judge depth maps, normals and masks of pictures.",
                     "'vkrun priors COMMAND --help' describes a command.\n");
     priors->require_subcommand(1);
+    add_priors_make(*priors, exit_code);
+    add_priors_where(*priors, exit_code);
     add_priors_eval(*priors, exit_code);
 }
 

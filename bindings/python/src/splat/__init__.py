@@ -27,8 +27,9 @@ from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
-from .prior_scores import (compare_depth, compare_fidelity, compare_masks, compare_normals,
-                           depth_points, filter_map, mesh_points)
+from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
+                     depth_points, filter_map, mesh_points, prior_preset, prior_preset_text,
+                     prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
 from .scene import Scene, scene_formats
 from .tables import export_dataset, import_tables
@@ -45,14 +46,15 @@ __all__ = [
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric", "Model",
     "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
-    "RasterState", "Rasterizer", "Result", "Scene", "SceneFormat", "ShapeMismatch", "SkipFlags",
-    "Tensor", "Timeout", "Trainer", "Training", "TrainingEventKind", "Unsupported", "Verdict",
-    "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes", "compare_depth",
-    "compare_fidelity", "compare_images", "compare_masks", "compare_normals", "config_keys",
-    "config_merge", "config_preset", "config_presets", "config_warnings", "cut_picture",
-    "default_device", "depth_points", "describe", "devices", "export_dataset", "filter_map",
-    "import_tables", "mesh_points", "operators", "prepare_co3d", "render", "save_animation",
-    "save_cameras", "scene_formats", "set_log", "write_synthetic",
+    "PriorModel", "RasterState", "Rasterizer", "Result", "Scene", "SceneFormat", "ShapeMismatch",
+    "SkipFlags", "Tensor", "Timeout", "Trainer", "Training", "TrainingEventKind", "Unsupported",
+    "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
+    "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
+    "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",
+    "cut_picture", "default_device", "depth_points", "describe", "devices", "export_dataset",
+    "filter_map", "import_tables", "mesh_points", "operators", "prepare_co3d", "prior_preset",
+    "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
+    "scene_formats", "set_log", "write_synthetic",
 ]
 
 for _name in __all__:  # what tracebacks and help call them

@@ -360,6 +360,7 @@ class ImageFormat(OpenEnum):
     PNG = 1
     NPY = 2
     GIF = 3
+    PNG16 = 4
 
 
 class Schedule(OpenEnum):
@@ -412,6 +413,12 @@ class Verdict(OpenEnum):
     BETTER = 1
     WORSE = 2
     NOT_COMPARABLE = 3
+
+
+class PriorModelFlags(IntFlag):
+    """`splat_prior_model_flags` of the headers."""
+
+    NUMBERS = 1
 
 
 class DepthFlags(IntFlag):
@@ -2252,6 +2259,92 @@ class splat_metric_comparison(Structure):
     ]
 
 
+class splat_prior_model_desc(Structure):
+    """`splat_prior_model_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    preset: Any
+    model_path: Any
+    runtime_path: Any
+    threads: int
+    reserved: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("preset", c_char_p),
+        ("model_path", c_char_p),
+        ("runtime_path", c_char_p),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class splat_prior_model_info(Structure):
+    """`splat_prior_model_info` of the headers."""
+
+    struct_size: int
+    maps: int
+    width: int
+    height: int
+    preset: Any
+    licence: Any
+    note: Any
+    path: Any
+    runtime_version: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("maps", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("preset", c_char_p),
+        ("licence", c_char_p),
+        ("note", c_char_p),
+        ("path", c_char_p),
+        ("runtime_version", c_char_p),
+    ]
+
+
+class splat_prior_maps(Structure):
+    """Where the maps of a picture go."""
+
+    depth: Any
+    normal: Any
+    mask: Any
+    _fields_ = [
+        ("depth", splat_image),
+        ("normal", splat_image),
+        ("mask", splat_image),
+    ]
+
+
+class splat_normals_desc(Structure):
+    """`splat_normals_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    focal_x: float
+    focal_y: float
+    center_x: float
+    center_y: float
+    nearest: float
+    farthest: float
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("focal_x", c_double),
+        ("focal_y", c_double),
+        ("center_x", c_double),
+        ("center_y", c_double),
+        ("nearest", c_double),
+        ("farthest", c_double),
+    ]
+
+
 class splat_depth_scores(Structure):
     """Errors of an aligned depth map p against the true one g, in its units."""
 
@@ -2703,6 +2796,23 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("mean_a", 16, 8), ("mean_b", 24, 8), ("difference", 32, 8), ("p_permutation", 40, 8),
         ("p_parametric", 48, 8), ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8),
         ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
+    )),
+    "splat_prior_model_desc": (splat_prior_model_desc, False, 48, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8),
+        ("model_path", 24, 8), ("runtime_path", 32, 8), ("threads", 40, 4), ("reserved", 44, 4),
+    )),
+    "splat_prior_model_info": (splat_prior_model_info, False, 56, (
+        ("struct_size", 0, 4), ("maps", 4, 4), ("width", 8, 4), ("height", 12, 4),
+        ("preset", 16, 8), ("licence", 24, 8), ("note", 32, 8), ("path", 40, 8),
+        ("runtime_version", 48, 8),
+    )),
+    "splat_prior_maps": (splat_prior_maps, True, 168, (
+        ("depth", 0, 56), ("normal", 56, 56), ("mask", 112, 56),
+    )),
+    "splat_normals_desc": (splat_normals_desc, False, 64, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("focal_x", 16, 8),
+        ("focal_y", 24, 8), ("center_x", 32, 8), ("center_y", 40, 8), ("nearest", 48, 8),
+        ("farthest", 56, 8),
     )),
     "splat_depth_scores": (splat_depth_scores, False, 80, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("abs_rel", 16, 8),
@@ -3183,6 +3293,26 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "JSON."),
     ("splat_comparison_destroy", c_int32, (c_void_p,),
      "Destroy a comparison."),
+    ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
+     "Get a preset."),
+    ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p)),
+     "Load a model."),
+    ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info)),
+     "Describe a model."),
+    ("splat_prior_model_run", c_int32, (
+        c_void_p, POINTER(splat_image), POINTER(splat_prior_maps), c_uint32,
+    ),
+     "Make maps of pictures."),
+    ("splat_prior_model_destroy", c_int32, (c_void_p,),
+     "Destroy a model."),
+    ("splat_picture_mask", c_int32, (
+        POINTER(splat_image), POINTER(splat_image), POINTER(c_int32),
+    ),
+     "Find the object of a picture without a network."),
+    ("splat_normals_from_depth", c_int32, (
+        POINTER(splat_image), POINTER(splat_normals_desc), POINTER(splat_image),
+    ),
+     "Make normals of the surface that a depth map shows, by a pinhole camera and ...."),
     ("splat_prior_compare_depth", c_int32, (
         POINTER(splat_image), POINTER(splat_image), POINTER(splat_image), c_uint32,
         POINTER(splat_depth_scores),

@@ -566,6 +566,28 @@ class MetricComparison:
 
 
 @dataclass(frozen=True)
+class PriorModelInfo:
+    """`splat_prior_model_info` of the headers."""
+
+    maps: _native.DataFlags
+    width: int
+    height: int
+    preset: str
+    licence: str
+    note: str
+    path: str
+    runtime_version: str
+
+    @classmethod
+    def of(cls, raw: Any) -> "PriorModelInfo":
+        """From a `splat_prior_model_info`."""
+        return cls(
+            _native.DataFlags(raw.maps), raw.width, raw.height, text(raw.preset),
+            text(raw.licence), text(raw.note), text(raw.path), text(raw.runtime_version),
+        )
+
+
+@dataclass(frozen=True)
 class DepthScores:
     """Errors of an aligned depth map p against the true one g, in its units."""
 

@@ -331,6 +331,8 @@ pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
 pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
 /// of animations: 252 colours, dithered; no alpha
 pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
+/// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
+pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
 
 pub type splat_schedule = i32;
 pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
@@ -400,6 +402,9 @@ pub const SPLAT_VERDICT_NO_DIFFERENCE: splat_verdict = 0;
 pub const SPLAT_VERDICT_BETTER: splat_verdict = 1;
 pub const SPLAT_VERDICT_WORSE: splat_verdict = 2;
 pub const SPLAT_VERDICT_NOT_COMPARABLE: splat_verdict = 3;
+
+/// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
+pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
 
 /// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
 pub const SPLAT_DEPTH_AS_PUBLISHED: u32 = 1;
@@ -673,6 +678,16 @@ pub struct splat_comparison_s {
 /// changes.
 /// ```
 pub type splat_comparison = *mut splat_comparison_s;
+
+#[repr(C)]
+pub struct splat_prior_model_s {
+    opaque: [u8; 0],
+}
+/// ```text
+/// A network that makes maps of pictures, with the preset that says how pictures become its input
+/// and its outputs maps. Thread-safe.
+/// ```
+pub type splat_prior_model = *mut splat_prior_model_s;
 
 /// Defined by another header.
 #[repr(C)]
@@ -2750,6 +2765,114 @@ impl Default for splat_metric_comparison {
     }
 }
 
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_prior_model_desc {
+    pub struct_size: u32,
+    /// SPLAT_PRIOR_MODEL_ bits
+    pub flags: u32,
+    /// NULL
+    pub next: *const c_void,
+    /// name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of model_path
+    pub preset: *const c_char,
+    /// ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data folder
+    pub model_path: *const c_char,
+    /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks
+    pub runtime_path: *const c_char,
+    /// of one run; 0: one per core
+    pub threads: u32,
+    pub reserved: u32,
+}
+
+impl Default for splat_prior_model_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_prior_model_info {
+    pub struct_size: u32,
+    /// SPLAT_DATA_ flags of the maps that it makes
+    pub maps: u32,
+    /// of its input, pixels; 0: by the picture
+    pub width: u32,
+    pub height: u32,
+    /// its name; lives, as the other texts, as long as the model
+    pub preset: *const c_char,
+    /// of the model: show it to the user
+    pub licence: *const c_char,
+    pub note: *const c_char,
+    /// of the model
+    pub path: *const c_char,
+    /// "1.30.0"
+    pub runtime_version: *const c_char,
+}
+
+impl Default for splat_prior_model_info {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// ```text
+/// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
+/// wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers
+/// before that, from 0 to 1.
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_prior_maps {
+    /// 1 channel; larger is nearer, from the picture's farthest to its nearest
+    pub depth: splat_image,
+    /// 3 channels; (normal + 1) / 2 in the model's axes, if the preset does not say the camera's
+    pub normal: splat_image,
+    /// 1 channel; 1 on the object
+    pub mask: splat_image,
+}
+
+impl Default for splat_prior_maps {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        unsafe { std::mem::zeroed() }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_normals_desc {
+    pub struct_size: u32,
+    /// 0
+    pub flags: u32,
+    /// NULL
+    pub next: *const c_void,
+    /// pixels
+    pub focal_x: f64,
+    pub focal_y: f64,
+    /// of the principal point, pixels from the left edge; both 0: the middle
+    pub center_x: f64,
+    pub center_y: f64,
+    /// distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface
+    pub nearest: f64,
+    pub farthest: f64,
+}
+
+impl Default for splat_normals_desc {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
 /// Errors of an aligned depth map p against the true one g, in its units.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -4509,7 +4632,7 @@ extern "C" {
 
     /// ```text
     /// Write the same bytes to memory.
-    /// format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_NPY
+    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
     /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
     ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
     /// Returns as splat_image_save, SPLAT_INCOMPLETE.
@@ -5130,6 +5253,95 @@ extern "C" {
     pub fn splat_comparison_destroy(comparison: splat_comparison) -> splat_result;
 
     /// ```text
+    /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
+    /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
+    /// "licence", "note"}}.
+    /// name      as of splat_prior_model_desc; NULL: all names, as a JSON array
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+    /// ```
+    pub fn splat_prior_preset(
+        name: *const c_char,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// ```text
+    /// Load a model.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+    ///   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
+    ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+    ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
+    ///                                 than the preset's
+    /// ```
+    pub fn splat_prior_model_create(
+        desc: *const splat_prior_model_desc,
+        model: *mut splat_prior_model,
+    ) -> splat_result;
+
+    /// ```text
+    /// Describe a model.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
+    /// ```
+    pub fn splat_prior_model_get_info(
+        model: splat_prior_model,
+        info: *mut splat_prior_model_info,
+    ) -> splat_result;
+
+    /// ```text
+    /// Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
+    /// number; the memory grows with their number.
+    /// pictures  `count`, 1 to 4 channels; read as 8 bits, alpha is left out
+    /// maps      `count`; unchanged if the call fails
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, no map, a map that the model lacks
+    ///   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
+    ///   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
+    ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+    ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
+    /// ```
+    pub fn splat_prior_model_run(
+        model: splat_prior_model,
+        pictures: *const splat_image,
+        maps: *const splat_prior_maps,
+        count: u32,
+    ) -> splat_result;
+
+    /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_prior_model_destroy(model: splat_prior_model) -> splat_result;
+
+    /// ```text
+    /// Find the object of a picture without a network: by its alpha, else by the colour of its border, as
+    /// predictors do.
+    /// mask      1 channel of the picture's size; 1 (U8: 255) on the object
+    /// found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
+    ///   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY
+    /// ```
+    pub fn splat_picture_mask(
+        picture: *const splat_image,
+        mask: *const splat_image,
+        found: splat_found,
+    ) -> splat_result;
+
+    /// ```text
+    /// Make normals of the surface that a depth map shows, by a pinhole camera and differences of
+    /// neighbours.
+    /// depth     1 channel; distances along the camera's axis, or relative depth, larger is nearer
+    /// normal    3 channels of its size: (n + 1) / 2, facing the camera, in its axes (x right, y down, z
+    ///           forward); 0.5 without a surface. U8 maps are truncated, as models' are
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image or of desc, relative depth outside 0 to 1
+    ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals
+    /// ```
+    pub fn splat_normals_from_depth(
+        depth: *const splat_image,
+        desc: *const splat_normals_desc,
+        normal: *const splat_image,
+    ) -> splat_result;
+
+    /// ```text
     /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
     /// larger ones for farther pixels.
     /// prediction, truth   of one channel
@@ -5338,6 +5550,10 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_compare_desc", false, std::mem::size_of::<splat_compare_desc>()),
     ("splat_comparison_info", false, std::mem::size_of::<splat_comparison_info>()),
     ("splat_metric_comparison", false, std::mem::size_of::<splat_metric_comparison>()),
+    ("splat_prior_model_desc", false, std::mem::size_of::<splat_prior_model_desc>()),
+    ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
+    ("splat_prior_maps", true, std::mem::size_of::<splat_prior_maps>()),
+    ("splat_normals_desc", false, std::mem::size_of::<splat_normals_desc>()),
     ("splat_depth_scores", false, std::mem::size_of::<splat_depth_scores>()),
     ("splat_normal_scores", false, std::mem::size_of::<splat_normal_scores>()),
     ("splat_mask_scores", false, std::mem::size_of::<splat_mask_scores>()),
@@ -6165,6 +6381,43 @@ mod tests {
             effect: 80, 8;
             n_a: 88, 8;
             n_b: 96, 8;
+        );
+        layout!(splat_prior_model_desc, 48, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            preset: 16, 8;
+            model_path: 24, 8;
+            runtime_path: 32, 8;
+            threads: 40, 4;
+            reserved: 44, 4;
+        );
+        layout!(splat_prior_model_info, 56, 8,
+            struct_size: 0, 4;
+            maps: 4, 4;
+            width: 8, 4;
+            height: 12, 4;
+            preset: 16, 8;
+            licence: 24, 8;
+            note: 32, 8;
+            path: 40, 8;
+            runtime_version: 48, 8;
+        );
+        layout!(splat_prior_maps, 168, 8,
+            depth: 0, 56;
+            normal: 56, 56;
+            mask: 112, 56;
+        );
+        layout!(splat_normals_desc, 64, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            focal_x: 16, 8;
+            focal_y: 24, 8;
+            center_x: 32, 8;
+            center_y: 40, 8;
+            nearest: 48, 8;
+            farthest: 56, 8;
         );
         layout!(splat_depth_scores, 80, 8,
             struct_size: 0, 4;

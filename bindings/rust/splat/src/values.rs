@@ -1087,11 +1087,13 @@ impl ImageFormat {
     pub const NPY: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_NPY);
     /// of animations: 252 colours, dithered; no alpha
     pub const GIF: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_GIF);
+    /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
+    pub const PNG16: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_PNG16);
 }
 
 impl std::fmt::Debug for ImageFormat {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::number(f, "ImageFormat", self.0, &[("PNG", ImageFormat::PNG.0), ("NPY", ImageFormat::NPY.0), ("GIF", ImageFormat::GIF.0)])
+        crate::text::number(f, "ImageFormat", self.0, &[("PNG", ImageFormat::PNG.0), ("NPY", ImageFormat::NPY.0), ("GIF", ImageFormat::GIF.0), ("PNG16", ImageFormat::PNG16.0)])
     }
 }
 
@@ -1259,6 +1261,34 @@ impl Verdict {
 impl std::fmt::Debug for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         crate::text::number(f, "Verdict", self.0, &[("NO_DIFFERENCE", Verdict::NO_DIFFERENCE.0), ("BETTER", Verdict::BETTER.0), ("WORSE", Verdict::WORSE.0), ("NOT_COMPARABLE", Verdict::NOT_COMPARABLE.0)])
+    }
+}
+
+/// Bits `SPLAT_PRIOR_MODEL_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PriorModelFlags(pub u32);
+
+impl PriorModelFlags {
+    /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
+    pub const NUMBERS: PriorModelFlags = PriorModelFlags(sys::SPLAT_PRIOR_MODEL_NUMBERS);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: PriorModelFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for PriorModelFlags {
+    type Output = PriorModelFlags;
+
+    fn bitor(self, other: PriorModelFlags) -> PriorModelFlags {
+        PriorModelFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for PriorModelFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "PriorModelFlags", self.0, &[("NUMBERS", PriorModelFlags::NUMBERS.0)])
     }
 }
 
@@ -2451,6 +2481,44 @@ impl PointScores {
     }
 }
 
+/// What `splat_prior_model_info` holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PriorModelInfo {
+    /// SPLAT_DATA_ flags of the maps that it makes
+    pub maps: DataFlags,
+    /// of its input, pixels; 0: by the picture
+    pub width: u32,
+    /// `height` of C.
+    pub height: u32,
+    /// its name; lives, as the other texts, as long as the model
+    pub preset: String,
+    /// of the model: show it to the user
+    pub licence: String,
+    /// `note` of C.
+    pub note: String,
+    /// of the model
+    pub path: String,
+    /// "1.30.0"
+    pub runtime_version: String,
+}
+
+impl PriorModelInfo {
+    /// Copy what the library filled, while its texts live.
+    pub(crate) fn from_raw(raw: &sys::splat_prior_model_info) -> Self {
+        PriorModelInfo {
+            maps: DataFlags(raw.maps),
+            width: raw.width,
+            height: raw.height,
+            preset: copied(raw.preset),
+            licence: copied(raw.licence),
+            note: copied(raw.note),
+            path: copied(raw.path),
+            runtime_version: copied(raw.runtime_version),
+        }
+    }
+}
+
 /// The fields of `splat_scene_file_desc`; 0 is the default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneFileDesc {
@@ -2660,5 +2728,6 @@ mod tests {
         send::<crate::Evaluator>();
         <crate::Evaluator as NotSync<_>>::told();
         send_and_sync::<crate::Comparison>();
+        send_and_sync::<crate::PriorModel>();
     }
 }

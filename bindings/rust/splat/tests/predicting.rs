@@ -263,3 +263,24 @@ fn lpips_needs_its_weights() {
     assert_eq!(error.code(), Code::InvalidArgument, "{error}");
     assert!(Lpips::create(device(), &[], 64).is_err());
 }
+
+#[test]
+fn models_of_priors_say_what_is_missing() {
+    assert!(splat::prior_preset(None).unwrap().contains("\"u2net\""));
+    let preset = splat::prior_preset(Some("u2net")).unwrap();
+    assert!(preset.contains("\"sha256\""), "{preset}");
+    assert_eq!(
+        splat::prior_preset(Some("u3net")).unwrap_err().code(),
+        Code::NotFound
+    );
+    let desc = splat::PriorModelDesc {
+        preset: Some("u2net"),
+        model: Some(std::path::Path::new("/nowhere/u2net.onnx")),
+        runtime: Some(std::path::Path::new("/nowhere/runtime.so")),
+        ..Default::default()
+    };
+    let error = splat::PriorModel::create(&desc).unwrap_err();
+    assert_eq!(error.code(), Code::NotFound, "{error}");
+    let none = splat::PriorModel::create(&Default::default()).unwrap_err();
+    assert_eq!(none.code(), Code::InvalidArgument, "{none}");
+}

@@ -1,19 +1,23 @@
-"""How good depth maps, normals and masks are, and shapes against true points.
+"""Depth maps, normals and masks: made of pictures, and how good they are; shapes against true points.
 
 Maps are pixels [height,width] or [height,width,3], or an `Image`: uint8 (0 to 255 stand for 0 to
 1), float16 or float32. Numbers that are not finite are refused, unless a mask leaves them out.
 """
 from ctypes import byref, c_uint64, sizeof
-from typing import Any, Optional, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
 from ._arrays import ArrayLike, Floats, address, image_struct, pixel_array
-from ._errors import check
+from ._errors import InvalidArgument, check, direct
+from ._handle import Handle, made
 from ._library import lib
-from ._records import DepthScores, FidelityScores, MaskScores, NormalScores
-from ._text import PathLike, choice, flags_of, path_of
+from ._records import (DepthScores, FidelityScores, MaskScores, NormalScores,
+                       PriorModelInfo)
+from ._text import (PathLike, choice, encoded, flags_of, json_from, json_of, path_of,
+                    text_from)
 from .camera import Camera
 from .device import whole
 
@@ -121,3 +125,76 @@ def depth_points(depth: ArrayLike, camera: Camera) -> Floats:
     check(lib.splat_points_from_depth(byref(image), byref(camera.raw), address(points),
                                       points.size, byref(needed)))
     return points[:needed.value // 3].copy()
+
+
+# Channels of each map, and its flag.
+MAPS = {"depth": (1, _native.DataFlags.DEPTH), "normal": (3, _native.DataFlags.NORMAL),
+        "mask": (1, _native.DataFlags.MASK)}
+
+
+def prior_preset_text(name: Optional[str] = None) -> str:
+    """The JSON of a preset as the library writes it; None: an array of all names. Raises NotFound."""
+    return text_from(lib.splat_prior_preset, encoded(name, "name"))
+
+
+def prior_presets() -> List[str]:
+    """The names of all presets."""
+    return list(json_from(lib.splat_prior_preset, None))
+
+
+def prior_preset(name: str) -> Dict[str, Any]:
+    """A preset: input, outputs, and where its model is had. Raises NotFound."""
+    return dict(json_from(lib.splat_prior_preset, encoded(name, "name"))["preset"])
+
+
+class PriorModel(Handle):
+    """A network that makes maps of pictures, an ONNX file that ONNX Runtime runs.
+
+    preset   a name of `prior_presets`, or a dict or JSON of one's own; None: by the name of the file
+    model    the file; None: the preset's, in the folder of models
+    runtime  the library of ONNX Runtime; None: where the library looks for it
+    threads  of one run; 0: one per core
+    numbers  float maps have the model's own numbers, not 0 to 1
+    Raises NotFound (a file, ONNX Runtime), FormatError (a model of another interface).
+    """
+
+    _kind = "prior_model"
+
+    def __init__(self, preset: Union[None, str, "dict[str, Any]"] = None,
+                 model: Optional[PathLike] = None, *, runtime: Optional[PathLike] = None,
+                 threads: int = 0, numbers: bool = False) -> None:
+        desc = _native.splat_prior_model_desc(struct_size=sizeof(_native.splat_prior_model_desc))
+        desc.flags = flags_of((numbers, _native.PriorModelFlags.NUMBERS))
+        desc.preset, desc.model_path = json_of(preset, "preset"), path_of(model, "model")
+        desc.runtime_path, desc.threads = path_of(runtime, "runtime"), whole(threads, "threads")
+        self._own(made("prior_model", direct, lib.splat_prior_model_create, byref(desc)))
+
+    @property
+    def info(self) -> PriorModelInfo:
+        """What it makes, its licence, the size of its input."""
+        info = _native.splat_prior_model_info(struct_size=sizeof(_native.splat_prior_model_info))
+        check(lib.splat_prior_model_get_info(self.handle, byref(info)))
+        return PriorModelInfo.of(info)
+
+    def run(self, picture: ArrayLike, maps: Optional[Sequence[str]] = None,
+            dtype: Any = np.uint8) -> Dict[str, NDArray[Any]]:
+        """Maps of a picture [height,width,channels], by name: "depth" and "mask" [height,width], "normal"
+        [height,width,3].
+
+        maps   the names; None: all that the model makes
+        dtype  uint8, float16 or float32
+        """
+        array = pixel_array(picture, "picture")
+        flags = self.info.maps
+        names = [name for name in MAPS if flags & MAPS[name][1]] if maps is None else list(maps)
+        raw, found = _native.splat_prior_maps(), {}
+        for name in names:
+            if name not in MAPS:
+                raise InvalidArgument(f"maps has {name!r}, expected {', '.join(MAPS)}")
+            channels = MAPS[name][0]
+            shape = array.shape[:2] + ((channels,) if channels > 1 else ())
+            found[name] = np.zeros(shape, dtype)
+            setattr(raw, name, image_struct(pixel_array(found[name], name)))
+        image = image_struct(array)
+        check(lib.splat_prior_model_run(self.handle, byref(image), byref(raw), 1))
+        return found

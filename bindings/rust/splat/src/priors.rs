@@ -1,0 +1,104 @@
+//! Depth, normals and masks of pictures.
+
+use crate::error::{call, Result};
+use crate::image::{ImageView, ImageViewMut};
+use crate::object::object;
+use crate::text::{c_optional, c_path, pointer, text};
+use crate::values::{PriorModelFlags, PriorModelInfo};
+use splat_sys as sys;
+use std::path::Path;
+
+/// The JSON of a preset: input, outputs, and where its model is had. `name`: None for an array of
+/// all names.
+///
+/// Errors: `NotFound`, listing the names.
+pub fn prior_preset(name: Option<&str>) -> Result<String> {
+    let name = c_optional("name", name)?;
+    // SAFETY: name and buffer live through the call.
+    text(|buffer, capacity, needed| unsafe {
+        sys::splat_prior_preset(pointer(&name), buffer, capacity, needed)
+    })
+}
+
+/// A network and its preset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PriorModelDesc<'a> {
+    /// [`PriorModelFlags::NUMBERS`]: float maps have the model's own numbers.
+    pub flags: PriorModelFlags,
+    /// A name, or JSON of one's own; None: by the name of the file.
+    pub preset: Option<&'a str>,
+    /// ONNX file; None: the preset's, in the folder of models.
+    pub model: Option<&'a Path>,
+    /// The library of ONNX Runtime; None: where the library looks for it.
+    pub runtime: Option<&'a Path>,
+    /// Of one run; 0: one per core.
+    pub threads: u32,
+}
+
+/// Where the maps of a picture go; None: not wanted.
+#[derive(Debug, Default)]
+pub struct PriorMaps<'a> {
+    /// 1 channel; larger is nearer.
+    pub depth: Option<ImageViewMut<'a>>,
+    /// 3 channels.
+    pub normal: Option<ImageViewMut<'a>>,
+    /// 1 channel; 1 on the object.
+    pub mask: Option<ImageViewMut<'a>>,
+}
+
+object! {
+    /// A network that makes maps of pictures. Needs no device.
+    PriorModel, splat_prior_model, splat_prior_model_destroy
+}
+
+// SAFETY: priors.h: thread-safe.
+unsafe impl Send for PriorModel {}
+// SAFETY: as above.
+unsafe impl Sync for PriorModel {}
+
+impl PriorModel {
+    /// Load a model.
+    ///
+    /// Errors: `NotFound` (a preset, a file, ONNX Runtime), `Unsupported` (another library),
+    /// `Format` (a model of another interface), `InvalidArgument`.
+    pub fn create(desc: &PriorModelDesc<'_>) -> Result<PriorModel> {
+        let preset = c_optional("preset", desc.preset)?;
+        let model = desc.model.map(|path| c_path("model", path)).transpose()?;
+        let runtime = desc
+            .runtime
+            .map(|path| c_path("runtime", path))
+            .transpose()?;
+        let raw = sys::splat_prior_model_desc {
+            flags: desc.flags.0,
+            preset: pointer(&preset),
+            model_path: pointer(&model),
+            runtime_path: pointer(&runtime),
+            threads: desc.threads,
+            ..Default::default()
+        };
+        let mut handle = std::ptr::null_mut();
+        call!(splat_prior_model_create(&raw, &mut handle))?;
+        Ok(PriorModel { handle })
+    }
+
+    /// What it makes, its licence, the size of its input.
+    pub fn get_info(&self) -> Result<PriorModelInfo> {
+        let mut info = sys::splat_prior_model_info::default();
+        call!(splat_prior_model_get_info(self.handle, &mut info))?;
+        Ok(PriorModelInfo::from_raw(&info))
+    }
+
+    /// Make maps of a picture, all of its size.
+    pub fn run(&self, picture: ImageView<'_>, maps: PriorMaps<'_>) -> Result<()> {
+        let raw = |map: Option<ImageViewMut<'_>>| {
+            map.map_or_else(sys::splat_image::default, |view| view.to_raw())
+        };
+        let maps = sys::splat_prior_maps {
+            depth: raw(maps.depth),
+            normal: raw(maps.normal),
+            mask: raw(maps.mask),
+        };
+        let picture = picture.to_raw();
+        call!(splat_prior_model_run(self.handle, &picture, &maps, 1))
+    }
+}

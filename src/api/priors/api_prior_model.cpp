@@ -1,0 +1,163 @@
+#include "api/core/image_view.h"
+#include "api/handles.h"
+#include "core/fork.h"
+#include "core/json_writer.h"
+
+using namespace splat;
+
+namespace {
+
+using priors_model::MapForm;
+
+/// A preset and its path as JSON.
+Result<std::string> preset_report(const std::string& name) {
+    SPLAT_ASSIGN(const priors_model::Preset preset, priors_model::preset_of(name));
+    SPLAT_ASSIGN(const std::string text, priors_model::preset_text(name));
+    JsonWriter json;
+    json.begin_object().member("path", priors_model::models_folder() + "/" + preset.file.name);
+    return json.newline(1).key("preset").raw(text).end().text();
+}
+
+std::string text_or_empty(const char* text) {
+    return text == nullptr ? "" : text;
+}
+
+/// A map to fill, if it is wanted.
+struct MapTarget {
+    const char* name;
+    splat_image splat_prior_maps::*image;
+    data::MapKind kind;
+};
+
+constexpr MapTarget kMapTargets[] = {{"depth", &splat_prior_maps::depth, data::MapKind::kDepth},
+                                     {"normal", &splat_prior_maps::normal, data::MapKind::kNormal},
+                                     {"mask", &splat_prior_maps::mask, data::MapKind::kMask}};
+
+/// The maps of one picture.
+struct Targets {
+    std::optional<api::ImageView> views[std::size(kMapTargets)];
+    priors_model::WantedMaps wanted;
+};
+
+Result<Targets> targets_of(const splat_prior_maps& maps, const io::Image& picture, bool numbers,
+                           std::uint32_t index) {
+    Targets targets;
+    for (std::size_t t = 0; t < std::size(kMapTargets); ++t) {
+        const MapTarget& target = kMapTargets[t];
+        const splat_image& image = maps.*target.image;
+        if (image.pixels == nullptr) continue;
+        const std::string name = splat::format("maps[%u].%s", index, target.name);
+        SPLAT_ASSIGN(const api::ImageView view, api::image_to_fill(&image, name.c_str()));
+        SPLAT_TRY(api::check_image_size(view, name.c_str(), picture.width, picture.height,
+                                        data::channels_of(target.kind)));
+        targets.views[t] = view;
+        const bool bytes = view.type == SPLAT_PIXEL_U8;
+        targets.wanted[target.kind] = bytes     ? MapForm::kBytes
+                                      : numbers ? MapForm::kModels
+                                                : MapForm::kUnit;
+    }
+    return targets;
+}
+
+/// Fill the caller's maps.
+void give_maps(const Targets& targets, const priors_model::PriorMaps& made) {
+    for (std::size_t t = 0; t < std::size(kMapTargets); ++t) {
+        if (!targets.views[t]) continue;
+        std::vector<float> values = made[kMapTargets[t].kind]->values;
+        if (targets.views[t]->type == SPLAT_PIXEL_U8)
+            for (float& value : values) value /= 255;
+        api::fill_interleaved(*targets.views[t], values.data());
+    }
+}
+
+Status run_model(const api::PriorModelObject& object, std::span<const splat_image> pictures,
+                 std::span<const splat_prior_maps> maps) {
+    if (object.generation != fork_generation())
+        return error(Code::kInvalidState,
+                     "model: its threads belong to the process that this one was forked from; "
+                     "create another");
+    std::vector<io::Image> images;
+    std::vector<Targets> targets;
+    std::vector<priors_model::WantedMaps> wanted;
+    for (std::uint32_t i = 0; i < pictures.size(); ++i) {
+        SPLAT_ASSIGN(const api::ImageView view,
+                     api::image_to_read(&pictures[i], splat::format("pictures[%u]", i).c_str()));
+        images.push_back(api::image_of(view));
+        SPLAT_ASSIGN(targets.emplace_back(), targets_of(maps[i], images.back(), object.numbers, i));
+        wanted.push_back(targets.back().wanted);
+    }
+    SPLAT_ASSIGN(const std::vector<priors_model::PriorMaps> made,
+                 object.model->run(images, wanted));
+    for (std::size_t i = 0; i < made.size(); ++i) give_maps(targets[i], made[i]);
+    return {};
+}
+
+}  // namespace
+
+splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        if (name == nullptr) return give(JsonWriter().list(priors_model::preset_names()).text());
+        SPLAT_ASSIGN(const std::string text, preset_report(name));
+        return give(text);
+    });
+}
+
+splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
+                                      splat_prior_model* model) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::check_desc(desc, "splat_prior_model_desc", sizeof(splat_prior_model_desc),
+                                  SPLAT_PRIOR_MODEL_NUMBERS));
+        SPLAT_TRY(api::require(model, "model"));
+        constexpr std::uint32_t kMostThreads = 1024;
+        if (desc->threads > kMostThreads)
+            return error(Code::kInvalidArgument,
+                         "splat_prior_model_desc.threads is %u, expected at most %u", desc->threads,
+                         kMostThreads);
+        if (desc->preset == nullptr && desc->model_path == nullptr)
+            return error(Code::kInvalidArgument,
+                         "splat_prior_model_desc has neither a preset nor a model_path");
+        auto object = std::make_shared<api::PriorModelObject>();
+        object->numbers = (desc->flags & SPLAT_PRIOR_MODEL_NUMBERS) != 0;
+        object->generation = fork_generation();
+        SPLAT_ASSIGN(object->model,
+                     priors_model::PriorModel::create(
+                         {text_or_empty(desc->preset), text_or_empty(desc->model_path),
+                          text_or_empty(desc->runtime_path), desc->threads}));
+        *model = api::PriorModels::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_model_info* info) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::check_info(info, "splat_prior_model_info", sizeof(splat_prior_model_info)));
+        SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
+        const priors_model::Preset& preset = object->model->preset();
+        splat_prior_model_info filled{};
+        filled.maps = preset.maps();
+        filled.width = object->model->input_size().width;
+        filled.height = object->model->input_size().height;
+        filled.preset = preset.name.c_str();
+        filled.licence = preset.licence.c_str();
+        filled.note = preset.note.c_str();
+        filled.path = object->model->session().path().c_str();
+        filled.runtime_version = object->model->session().runtime().version().c_str();
+        api::give(filled, info);
+        return {};
+    });
+}
+
+splat_result splat_prior_model_run(splat_prior_model model, const splat_image* pictures,
+                                   const splat_prior_maps* maps, uint32_t count) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(pictures, "pictures"));
+        SPLAT_TRY(api::require(maps, "maps"));
+        if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+        SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
+        return run_model(*object, {pictures, count}, {maps, count});
+    });
+}
+
+splat_result splat_prior_model_destroy(splat_prior_model model) {
+    return api::destroy<api::PriorModels>(model, "model");
+}

@@ -1,0 +1,75 @@
+#include "priors_model/depth_normals.h"
+
+#include <array>
+#include <cmath>
+
+namespace splat::priors_model {
+namespace {
+
+using Vec3 = std::array<double, 3>;
+
+/// A depth map with its points.
+class DepthPoints {
+  public:
+    DepthPoints(std::span<const float> depth, const DepthCamera& camera)
+        : depth_(depth), camera_(camera) {}
+
+    [[nodiscard]] bool has(std::int64_t x, std::int64_t y) const {
+        return x >= 0 && y >= 0 && x < camera_.width && y < camera_.height && z(x, y) > 0 &&
+               std::isfinite(z(x, y));
+    }
+
+    /// The difference of the points of two neighbours in a direction: from or to (x, y), whichever is nearer in
+    /// depth; 0 without both.
+    [[nodiscard]] Vec3 difference(std::int64_t x, std::int64_t y, std::int64_t dx,
+                                  std::int64_t dy) const {
+        const bool ahead = has(x + dx, y + dy), behind = has(x - dx, y - dy);
+        if (!ahead && !behind) return {};
+        const bool forward = ahead && (!behind || std::abs(z(x + dx, y + dy) - z(x, y)) <=
+                                                      std::abs(z(x - dx, y - dy) - z(x, y)));
+        const Vec3 to = forward ? point(x + dx, y + dy) : point(x, y);
+        const Vec3 from = forward ? point(x, y) : point(x - dx, y - dy);
+        return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+    }
+
+  private:
+    [[nodiscard]] double z(std::int64_t x, std::int64_t y) const {
+        return static_cast<double>(depth_[static_cast<std::size_t>(y * camera_.width + x)]);
+    }
+    [[nodiscard]] Vec3 point(std::int64_t x, std::int64_t y) const {
+        const double depth = z(x, y);
+        return {depth * (static_cast<double>(x) + 0.5 - camera_.center_x) / camera_.focal_x,
+                depth * (static_cast<double>(y) + 0.5 - camera_.center_y) / camera_.focal_y, depth};
+    }
+
+    std::span<const float> depth_;
+    const DepthCamera& camera_;
+};
+
+}  // namespace
+
+std::vector<float> normals_of(std::span<const float> depth, const DepthCamera& camera) {
+    const DepthPoints points(depth, camera);
+    std::vector<float> normals(3 * depth.size());
+    for (std::int64_t y = 0; y < camera.height; ++y)
+        for (std::int64_t x = 0; x < camera.width; ++x) {
+            if (!points.has(x, y)) continue;
+            const Vec3 a = points.difference(x, y, 1, 0), b = points.difference(x, y, 0, 1);
+            const Vec3 n = {b[1] * a[2] - b[2] * a[1], b[2] * a[0] - b[0] * a[2],
+                            b[0] * a[1] - b[1] * a[0]};
+            const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            if (!(length > 0)) continue;
+            for (std::size_t c = 0; c < 3; ++c)
+                normals[static_cast<std::size_t>(3 * (y * camera.width + x)) + c] =
+                    static_cast<float>(n[c] / length);
+        }
+    return normals;
+}
+
+void distances_of(std::vector<float>& depth, double nearest, double farthest) {
+    for (float& value : depth)
+        value = static_cast<float>(
+            1 / (1 / farthest + static_cast<double>(value) * (1 / nearest - 1 / farthest)));
+}
+
+}  // namespace splat::priors_model

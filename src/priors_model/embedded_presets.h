@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+
+namespace splat::priors_model {
+
+/// A file of presets/.
+struct EmbeddedPreset {
+    const char* name;  ///< of the file, without .json
+    const char* text;
+};
+
+/// Sorted by name. Defined in a file that CMake writes.
+std::span<const EmbeddedPreset> embedded_presets();
+
+}  // namespace splat::priors_model

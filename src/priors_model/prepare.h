@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+
+#include "io/image.h"
+#include "priors_model/onnx_session.h"
+#include "priors_model/preset.h"
+
+namespace splat::priors_model {
+
+/// A size in pixels.
+struct Extent {
+    std::uint32_t width = 0, height = 0;
+    bool operator==(const Extent&) const = default;
+};
+
+/// The size of the input for a picture of this size.
+///
+/// Errors  kUnsupported for more than 2^26 pixels
+/// Source  MiDaS, transforms.Resize: one factor for both sides, each rounded to the nearest multiple
+Result<Extent> input_extent(const PresetInput& input, Extent picture);
+
+/// A picture as input [1,3,height,width] or [1,height,width,3]: resampled, scaled and normalised in float64, then
+/// float32. Gray becomes RGB; alpha is left out, as the reference does. Pillow's filters give 8-bit
+/// values, others are not rounded, except "linear_origin", whose program rounds them.
+///
+/// Errors  kInvalidArgument for an image of 16 bits
+/// Source  MiDaS's dpt_transform; rembg's normalize(); test code of the other models
+Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size);
+
+}  // namespace splat::priors_model

@@ -1,0 +1,113 @@
+// vkrun priors depth, normal, mask: maps of pictures by a network.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/priors/map_maker.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kPriorsMakeFooter =
+    R"(IN is a picture, a folder of pictures, or a data set: a folder with folders rgb/ at any depth, as SRN's. DIR gets
+MAP/NAME.png, and of a data set the same layout as IN has: OBJECT/MAP/NAME.png, which --out IN writes into the data
+set itself.
+
+--preset names a kind of model, whose file is looked for in the folder that 'vkrun priors where NAME' prints;
+--model names the file. The maps have the size of their pictures and 8 bits, truncated as the reference's scripts do:
+depth from the picture's farthest (0) to its nearest (255), normals (n + 1) * 127.5, masks 255 on the object.
+png16 has the same numbers in 16 bits, npy float32: depth and normals as the model gives them.
+
+'mask' without a model takes the picture's alpha, else what differs from the colour of its border.
+
+'normal --from-depth' makes normals of depth maps by the camera: .npy maps hold distances, others relative depth, from
+1 / FAR (0) to 1 / NEAR (255).
+
+Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR gets
+priors-MAP.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on four
+machines make a part each.
+
+Exit status: 0 done, 1 a file cannot be written, 2 wrong usage, 4 a picture or the model cannot be read, or ONNX
+Runtime is missing (the maps of other pictures are made), 5 out of memory, 7 the model's output is not finite.
+
+Examples:
+  vkrun priors mask photos --out maps --preset u2net
+  vkrun priors depth data/srn_cars --out data/srn_cars --preset midas-dpt-large --shard 0/4
+  vkrun priors normal data/srn_cars --out data/srn_cars --from-depth --distances 0.8 1.8
+  vkrun priors depth photo.jpg --out maps --preset moge-2-vits --model moge.onnx --all
+)";
+
+int run_priors(const MapOptions& options, bool json) {
+    const MapReport report = make_maps(options);
+    if (json)
+        print_json({{"out", options.out},
+                    {"maps", report.maps},
+                    {"preset", report.preset},
+                    {"licence", report.licence},
+                    {"made", report.made},
+                    {"kept", report.kept},
+                    {"failed", report.failed},
+                    {"seconds", report.seconds}});
+    else
+        std::printf("%s: maps of %zu pictures made, %zu kept, %zu failed, %.1f s\n",
+                    options.out.c_str(), report.made, report.kept, report.failed, report.seconds);
+    if (!json && !report.licence.empty())
+        std::printf("model %s: %s\n", report.preset.c_str(), report.licence.c_str());
+    return report.failed == 0 ? kSuccess : kBadData;
+}
+
+void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_code) {
+    CLI::App* command = add_command(priors, map, sentence, kPriorsMakeFooter);
+    const auto options = std::make_shared<MapOptions>();
+    const auto json = std::make_shared<bool>(false);
+    MapOptions& o = *options;
+    o.map = map;
+    command->add_option("IN", o.in, "Picture, folder of pictures, or data set")
+        ->required()
+        ->type_name("");
+    command->add_option("--out", o.out, "Folder for the maps")->required()->type_name("DIR");
+    command->add_option("--preset", o.preset, "Kind of model: a name, or JSON of your own")
+        ->type_name("NAME");
+    command->add_option("--model", o.model, "File of the model (ONNX); default: that of the preset")
+        ->type_name("FILE");
+    command->add_option("--runtime", o.runtime, "Library of ONNX Runtime")->type_name("FILE");
+    command->add_option("--format", o.format, "png, png16 or npy")
+        ->type_name("NAME")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"png", "png16", "npy"}).description(""));
+    if (o.map == "normal") {
+        command->add_flag("--from-depth", o.depth.use,
+                          "Of the depth maps in DIR, or of the data set, instead of a model");
+        command
+            ->add_option("--distances", o.depth.distances,
+                         "Nearest and farthest distance of relative depth maps (1 and 0)")
+            ->expected(2)
+            ->type_name("NEAR FAR");
+        command
+            ->add_option("--fov", o.depth.fov_degrees,
+                         "Degrees across the width; default: by intrinsics.txt of the data set")
+            ->type_name("DEG");
+    }
+    command->add_flag("--all", o.all, "Write every map that the model makes in the same pass");
+    add_count_option(*command, "--batch", o.batch, "Pictures in memory at a time", 1, 1024);
+    command->add_option("--shard", o.shard, "Make part I of N of the pictures, from 0")
+        ->type_name("I/N");
+    add_threads_option(*command, o.threads);
+    add_overwrite_flag(*command, o.overwrite, "Maps in DIR");
+    add_json_flag(*command, *json);
+    command->callback([options, json, &exit_code] { exit_code = run_priors(*options, *json); });
+}
+
+}  // namespace
+
+void add_priors_make(CLI::App& priors, int& exit_code) {
+    add_map(priors, "depth", "Make depth maps of pictures.", exit_code);
+    add_map(priors, "normal", "Make normal maps of pictures.", exit_code);
+    add_map(priors, "mask", "Make masks of the objects of pictures.", exit_code);
+}
+
+}  // namespace vkrun

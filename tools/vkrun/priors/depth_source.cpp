@@ -1,0 +1,64 @@
+#include "vkrun/priors/depth_source.h"
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "vkrun/cli/handles.h"
+
+namespace vkrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path depth_path(const MapJob& job) {
+    const fs::path beside = job.picture.parent_path().parent_path() / "depth" / job.stem;
+    std::error_code none;
+    for (const fs::path& path : {job.map_path("depth", ".npy"), job.map_path("depth", ".png"),
+                                 fs::path(beside.string() + ".png")})
+        if (fs::exists(path, none)) return path;
+    throw Failure(kBadData, "no depth map '" + job.map_path("depth", ".png").string() + "' or '" +
+                                beside.string() + ".png'");
+}
+
+/// Pixels, of SRN's intrinsics.txt: a focal length first, height and width last.
+double focal_of(const MapJob& job, const DepthOptions& options, double width) {
+    if (options.fov_degrees > 0)
+        return width / 2 / std::tan(options.fov_degrees * std::numbers::pi / 360);
+    const fs::path path = job.picture.parent_path().parent_path() / "intrinsics.txt";
+    std::ifstream file(path);
+    std::vector<double> numbers;
+    for (double number = 0; file >> number;) numbers.push_back(number);
+    if (numbers.size() < 6 || !(numbers.front() > 0) || !(numbers.back() >= 1))
+        throw Failure(kBadData, "no focal length in '" + path.string() + "': give --fov");
+    return numbers.front() / numbers.back() * width;
+}
+
+}  // namespace
+
+LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
+    const fs::path path = depth_path(job);
+    const bool distances = path.extension() == ".npy" && options.distances.empty();
+    if (!distances && options.distances.empty())
+        throw Failure(kUsageError, "'" + path.string() +
+                                       "' is relative depth: give --distances NEAREST FARTHEST");
+    LoadedDepth loaded;
+    loaded.image.type = SPLAT_PIXEL_F32;
+    check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
+    if (loaded.image.channels != 1)
+        throw Failure(kBadData, "'" + path.string() + "' has " +
+                                    std::to_string(loaded.image.channels) +
+                                    " channels, expected 1");
+    loaded.values.resize(std::size_t{loaded.image.width} * loaded.image.height);
+    loaded.image.pixels = loaded.values.data();
+    check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
+    loaded.desc = sized<splat_normals_desc>();
+    loaded.desc.focal_x = loaded.desc.focal_y = focal_of(job, options, loaded.image.width);
+    if (!distances) {
+        loaded.desc.nearest = options.distances[0];
+        loaded.desc.farthest = options.distances[1];
+    }
+    return loaded;
+}
+
+}  // namespace vkrun

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <splat.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vkrun/priors/map_jobs.h"
+
+namespace vkrun {
+
+/// What normals of depth maps need besides these.
+struct DepthOptions {
+    bool use = false;
+    double fov_degrees = 0;  ///< across the width; 0: by intrinsics.txt of the data set
+    std::vector<double>
+        distances;  ///< nearest and farthest of relative depth; empty: .npy of distances
+};
+
+/// A depth map in memory.
+struct LoadedDepth {
+    std::vector<float> values;
+    splat_image image{};  ///< of `values`
+    splat_normals_desc desc{};
+};
+
+/// The depth map of a picture, where maps go or beside its folder rgb/, and its camera. Throws a Failure of bad data.
+LoadedDepth load_depth(const MapJob& job, const DepthOptions& options);
+
+}  // namespace vkrun

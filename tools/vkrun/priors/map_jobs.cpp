@@ -1,0 +1,115 @@
+#include "vkrun/priors/map_jobs.h"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <map>
+#include <set>
+
+#include "vkrun/cli/failure.h"
+
+namespace vkrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_picture_file(const fs::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return std::set<std::string>{".png", ".jpg", ".jpeg", ".webp"}.count(extension) != 0;
+}
+
+/// The visible entries of a folder, sorted by name.
+std::vector<fs::path> entries_of(const fs::path& folder) {
+    std::vector<fs::path> entries;
+    std::error_code failed;
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed))
+        if (entry->path().filename().string().rfind('.', 0) != 0) entries.push_back(entry->path());
+    if (failed)
+        throw Failure(kBadData,
+                      "cannot read the folder '" + folder.string() + "': " + failed.message());
+    std::sort(entries.begin(), entries.end());
+    return entries;
+}
+
+void add_pictures(const fs::path& folder, const fs::path& to, std::vector<MapJob>& jobs) {
+    std::map<std::string, fs::path> stems;
+    for (const fs::path& entry : entries_of(folder)) {
+        if (!is_picture_file(entry) || fs::is_directory(entry)) continue;
+        const std::string stem = entry.stem().string();
+        const auto [other, added] = stems.emplace(stem, entry);
+        if (!added)
+            throw Failure(kBadData, "'" + other->second.string() + "' and '" + entry.string() +
+                                        "' would have the same maps: rename one of them");
+        jobs.push_back({entry, to, stem});
+    }
+}
+
+/// Folders rgb/ below a folder. Those of maps are never data sets.
+void add_data_set(const fs::path& folder, const fs::path& to, int depth,
+                  std::vector<MapJob>& jobs) {
+    constexpr int kDeepest = 5;
+    if (fs::is_directory(folder / "rgb")) return add_pictures(folder / "rgb", to, jobs);
+    if (depth == kDeepest) return;
+    for (const fs::path& entry : entries_of(folder))
+        if (fs::is_directory(entry)) add_data_set(entry, to / entry.filename(), depth + 1, jobs);
+}
+
+}  // namespace
+
+Shard parse_shard(const std::string& text) {
+    Shard shard;
+    const char* const end = text.data() + text.size();
+    const auto first = std::from_chars(text.data(), end, shard.index);
+    if (first.ec == std::errc() && first.ptr != end && *first.ptr == '/') {
+        const auto second = std::from_chars(first.ptr + 1, end, shard.count);
+        if (second.ec == std::errc() && second.ptr == end && shard.index < shard.count)
+            return shard;
+    }
+    throw Failure(kUsageError, "--shard is '" + text + "', expected I/N with I from 0 to N - 1");
+}
+
+std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shard& shard) {
+    std::vector<MapJob> all;
+    std::error_code none;
+    if (!fs::exists(in, none)) throw Failure(kBadData, "there is no '" + in.string() + "'");
+    if (!fs::is_directory(in)) {
+        all.push_back({in, out, in.stem().string()});
+    } else {
+        add_data_set(in, out, 0, all);
+        if (all.empty()) add_pictures(in, out, all);
+    }
+    if (all.empty())
+        throw Failure(
+            kBadData,
+            "'" + in.string() +
+                "' holds no pictures (.png, .jpg, .webp), and no folder rgb/ of a data set");
+    std::vector<MapJob> part;
+    for (std::size_t i = shard.index; i < all.size(); i += shard.count) part.push_back(all[i]);
+    return part;
+}
+
+void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map) {
+    std::set<fs::path> folders;
+    for (const MapJob& job : jobs) folders.insert(job.folder / map);
+    for (const fs::path& folder : folders) {
+        if (!fs::is_directory(folder)) continue;
+        for (const fs::path& entry : entries_of(folder)) {
+            const std::string name = entry.filename().string();
+            if (entry.extension() != ".tmp") continue;
+            const std::size_t dash = name.rfind('-');
+            const std::size_t dot = dash == std::string::npos ? dash : name.rfind('.', dash);
+            if (dot == std::string::npos) continue;
+            const int process = std::atoi(name.c_str() + dot + 1);
+            std::error_code ignored;
+            if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)
+                fs::remove(entry, ignored);
+        }
+    }
+}
+
+}  // namespace vkrun

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <splat.h>
+
+#include <string>
+#include <vector>
+
+#include "vkrun/cli/handles.h"
+#include "vkrun/priors/depth_source.h"
+#include "vkrun/priors/map_jobs.h"
+
+namespace vkrun {
+
+struct MapOptions {
+    std::string map;  ///< "depth", "normal", "mask"
+    std::string in, out;
+    std::string model, preset, runtime;
+    std::string format = "png";  ///< "png", "png16", "npy"
+    std::string shard;
+    std::uint32_t batch = 4;
+    std::uint32_t threads = 0;
+    DepthOptions depth;  ///< normals without a model
+    bool all = false;    ///< every map that the model makes
+    bool overwrite = false;
+};
+
+/// What was done.
+struct MapReport {
+    std::string preset, licence, model;  ///< empty without a model
+    std::vector<std::string> maps;
+    std::size_t made = 0, kept = 0, failed = 0;  ///< pictures
+    double seconds = 0;
+};
+
+/// A picture as bytes [height,width,channels]. Throws a Failure of bad data.
+struct LoadedPicture {
+    std::vector<std::uint8_t> bytes;
+    splat_image image{};  ///< of `bytes`
+};
+LoadedPicture load_picture(const std::string& path);
+
+/// Load a model. Throws a Failure: of usage for a preset, of bad data for the rest.
+PriorModel load_prior_model(const std::string& model, const std::string& preset,
+                            const std::string& runtime, std::uint32_t threads, bool numbers);
+
+/// Make the maps of all pictures, or of those that lack one. Pictures that cannot be read, or have no object, are named
+/// on standard error and counted. Throws a Failure for other errors.
+MapReport make_maps(const MapOptions& options);
+
+}  // namespace vkrun
