@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/file.h"
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
@@ -47,6 +48,12 @@ std::vector<std::string> images_in(const fs::path& folder) {
     }
     std::sort(names.begin(), names.end());
     return names;
+}
+
+Status make_folders(const std::filesystem::path& path) {
+    std::error_code failed;
+    std::filesystem::create_directories(path, failed);
+    return failed ? io::system_error(failed.value(), "create the folder", path.string()) : Status();
 }
 
 Status in_file(const Status& status, const std::string& place) {
