@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 using tables::Table;
 
-Status make_folders(const fs::path& path) {
+Status create_folders(const fs::path& path) {
     std::error_code failed;
     fs::create_directories(path, failed);
     return failed ? io::system_error(failed.value(), "create the folder", path.string()) : Status();
@@ -28,8 +28,8 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
 /// Write an object to a folder that does not exist.
 Status write_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
     SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
-    SPLAT_TRY(make_folders(folder / "pose"));
-    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
+    SPLAT_TRY(create_folders(folder / "pose"));
+    for (const Table map : rows.maps()) SPLAT_TRY(create_folders(folder / tables::kind_of(map).map));
     for (std::uint32_t view = 0; view < cameras.frames.size(); ++view) {
         const std::string name = format("%06lld", static_cast<long long>(cameras.frames[view]));
         SPLAT_TRY(io::write_new_file((folder / "pose" / (name + ".txt")).string(),
@@ -70,7 +70,7 @@ Status export_srn(ExportRows& rows, const ExportDesc& desc) {
     SPLAT_ASSIGN(
         const tables::ExportJournal journal,
         tables::ExportJournal::open(desc.path, desc.split, rows.source(), {folder.string()}));
-    SPLAT_TRY(make_folders(folder));
+    SPLAT_TRY(create_folders(folder));
     for (const std::uint32_t object : rows.objects())
         SPLAT_TRY(export_object(rows, object, folder));
     return {};
