@@ -157,7 +157,7 @@ inline const Layout kTrainerBatch = {  // clang-format off
 inline const Layout kTrainerInfo = {  // clang-format off
     "splat_trainer_info",
     sizeof(splat_trainer_info),
-    128,
+    136,
     {
     SPLAT_FIELD(splat_trainer_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_trainer_info, skipped, 4, 4),
@@ -242,7 +242,7 @@ inline const Layout kDatasetDesc = {  // clang-format off
     SPLAT_FIELD(splat_dataset_desc, views_file, 96, 8),}
 };  // clang-format on
 
-inline const Layout kDatasetImportDesc = {  // clang-format off
+inline const Layout kDatasetImport = {  // clang-format off
     "splat_dataset_import_desc",
     sizeof(splat_dataset_import_desc),
     48,
@@ -256,7 +256,7 @@ inline const Layout kDatasetImportDesc = {  // clang-format off
     SPLAT_FIELD(splat_dataset_import_desc, duckdb, 40, 8),}
 };  // clang-format on
 
-inline const Layout kDatasetExportDesc = {  // clang-format off
+inline const Layout kDatasetExport = {  // clang-format off
     "splat_dataset_export_desc",
     sizeof(splat_dataset_export_desc),
     72,

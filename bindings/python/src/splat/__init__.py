@@ -17,7 +17,8 @@ from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kerne
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
-                      config_warnings, prepare_co3d, write_synthetic)
+                      config_warnings, export_dataset, import_tables, prepare_co3d,
+                      write_synthetic)
 from .device import Device, default_device, describe, devices
 from .evaluator import EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
@@ -32,7 +33,6 @@ from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks,
                      prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
 from .scene import Scene, scene_formats
-from .tables import export_dataset, import_tables
 from .tensor import Tensor
 from .training import Batch, Batches, Event, Trainer, Training
 from .weights import Weights, builtin_weights
