@@ -98,12 +98,6 @@ Status write_array(const fs::path& path, const io::FloatArray& array) {
     return io::write_new_file(path.string(), file);
 }
 
-Status make_folders(const fs::path& path) {
-    std::error_code code;
-    fs::create_directories(path, code);
-    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
-}
-
 /// Writes the folder of a sequence, whole or not at all.
 Status write_sequence(const fs::path& folder, const PreparedSequence& made) {
     static std::atomic<unsigned> counter{0};

@@ -1,6 +1,7 @@
 #include <filesystem>
 
 #include "data/export_rows.h"
+#include "data/folder.h"
 #include "io/file.h"
 
 namespace splat::data {
@@ -8,12 +9,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using tables::Table;
-
-Status make_folders(const fs::path& path) {
-    std::error_code failed;
-    fs::create_directories(path, failed);
-    return failed ? io::system_error(failed.value(), "create the folder", path.string()) : Status();
-}
 
 Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, Table map,
                    const fs::path& path) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/file.h"
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
@@ -31,6 +32,12 @@ std::vector<std::string> stems_in(const fs::path& folder, const std::string& ext
     }
     std::sort(names.begin(), names.end());
     return names;
+}
+
+Status make_folders(const fs::path& path) {
+    std::error_code code;
+    fs::create_directories(path, code);
+    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
 }
 
 bool is_file(const fs::path& path) {
