@@ -113,7 +113,6 @@ typedef struct splat_optimizer_desc {
     uint64_t group_count;
     double rate;             /* 0: 5e-5 */
     double beta1;            /* 0: 0.9 */
-    double edge_loss;        /* mean over the batch; 0 unless opt.lambda_edge > 0 */
     double beta2;            /* 0: 0.999 */
     double eps;              /* 0: 1e-15 */
     splat_schedule schedule; /* 0: SPLAT_SCHEDULE_CONSTANT */
@@ -263,7 +262,8 @@ typedef struct splat_trainer_info {
     uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
     uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
     uint32_t reserved;
-    double rate; /* learning rate of this update, or of the one that was skipped */
+    double rate;      /* learning rate of this update, or of the one that was skipped */
+    double edge_loss; /* mean over the batch; 0 unless opt.lambda_edge > 0 */
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.

@@ -389,8 +389,6 @@ namespace Splat
         public double PixelLoss { get; }
         /// <summary>0 unless opt.lambda_ssim &gt; 0</summary>
         public double Ssim { get; }
-        /// <summary>0 unless opt.lambda_edge &gt; 0</summary>
-        public double EdgeLoss { get; }
         public double NetworkMs { get; }
         public double RenderMs { get; }
         public double UpdateMs { get; }
@@ -406,6 +404,8 @@ namespace Splat
         public bool GradientsZero { get; }
         /// <summary>learning rate of this update, or of the one that was skipped</summary>
         public double Rate { get; }
+        /// <summary>mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
+        public double EdgeLoss { get; }
 
         internal unsafe TrainerInfo(splat_trainer_info* from)
         {
@@ -416,7 +416,6 @@ namespace Splat
             SquaredError = from->squared_error;
             PixelLoss = from->pixel_loss;
             Ssim = from->ssim;
-            EdgeLoss = from->edge_loss;
             NetworkMs = from->network_ms;
             RenderMs = from->render_ms;
             UpdateMs = from->update_ms;
@@ -426,6 +425,7 @@ namespace Splat
             NonFinite = checked((long)from->non_finite);
             GradientsZero = from->gradients_zero != 0;
             Rate = from->rate;
+            EdgeLoss = from->edge_loss;
         }
     }
 

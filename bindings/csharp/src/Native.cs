@@ -3649,8 +3649,6 @@ namespace Splat.Interop
         public double pixel_loss;
         /// <summary>0 unless opt.lambda_ssim &gt; 0</summary>
         public double ssim;
-        /// <summary>0 unless opt.lambda_edge &gt; 0</summary>
-        public double edge_loss;
         public double network_ms;
         public double render_ms;
         public double update_ms;
@@ -3667,6 +3665,8 @@ namespace Splat.Interop
         public uint reserved;
         /// <summary>learning rate of this update, or of the one that was skipped</summary>
         public double rate;
+        /// <summary>mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
+        public double edge_loss;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4279,9 +4279,9 @@ namespace Splat.Interop
                 "cameras_count:128:8 channels:136:4 objects:140:4"),
             new NativeLayout(typeof(splat_trainer_info), 136, false,
                 "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 " +
-                "pixel_loss:40:8 ssim:48:8 edge_loss:56:8 network_ms:64:8 render_ms:72:8 " +
-                "update_ms:80:8 lpips:88:8 visible:96:8 culled:104:8 non_finite:112:8 " +
-                "gradients_zero:120:4 reserved:124:4 rate:128:8"),
+                "pixel_loss:40:8 ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 " +
+                "lpips:80:8 visible:88:8 culled:96:8 non_finite:104:8 gradients_zero:112:4 " +
+                "reserved:116:4 rate:120:8 edge_loss:128:8"),
             new NativeLayout(typeof(splat_training_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 " +
                 "value_count:40:8 dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 " +

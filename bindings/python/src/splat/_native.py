@@ -1838,7 +1838,6 @@ class splat_trainer_info(Structure):
     squared_error: float
     pixel_loss: float
     ssim: float
-    edge_loss: float
     network_ms: float
     render_ms: float
     update_ms: float
@@ -1849,6 +1848,7 @@ class splat_trainer_info(Structure):
     gradients_zero: int
     reserved: int
     rate: float
+    edge_loss: float
     _fields_ = [
         ("struct_size", c_uint32),
         ("skipped", c_uint32),
@@ -1858,7 +1858,6 @@ class splat_trainer_info(Structure):
         ("squared_error", c_double),
         ("pixel_loss", c_double),
         ("ssim", c_double),
-        ("edge_loss", c_double),
         ("network_ms", c_double),
         ("render_ms", c_double),
         ("update_ms", c_double),
@@ -1869,6 +1868,7 @@ class splat_trainer_info(Structure):
         ("gradients_zero", c_uint32),
         ("reserved", c_uint32),
         ("rate", c_double),
+        ("edge_loss", c_double),
     ]
 
 
@@ -2631,9 +2631,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_trainer_info": (splat_trainer_info, False, 136, (
         ("struct_size", 0, 4), ("skipped", 4, 4), ("step", 8, 8), ("pairs", 16, 8),
         ("loss", 24, 8), ("squared_error", 32, 8), ("pixel_loss", 40, 8), ("ssim", 48, 8),
-        ("edge_loss", 56, 8), ("network_ms", 64, 8), ("render_ms", 72, 8), ("update_ms", 80, 8),
-        ("lpips", 88, 8), ("visible", 96, 8), ("culled", 104, 8), ("non_finite", 112, 8),
-        ("gradients_zero", 120, 4), ("reserved", 124, 4), ("rate", 128, 8),
+        ("network_ms", 56, 8), ("render_ms", 64, 8), ("update_ms", 72, 8), ("lpips", 80, 8),
+        ("visible", 88, 8), ("culled", 96, 8), ("non_finite", 104, 8),
+        ("gradients_zero", 112, 4), ("reserved", 116, 4), ("rate", 120, 8),
+        ("edge_loss", 128, 8),
     )),
     "splat_training_desc": (splat_training_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8),

@@ -349,7 +349,6 @@ class TrainerInfo:
     squared_error: float
     pixel_loss: float
     ssim: float
-    edge_loss: float
     network_ms: float
     render_ms: float
     update_ms: float
@@ -359,14 +358,15 @@ class TrainerInfo:
     non_finite: int
     gradients_zero: int
     rate: float
+    edge_loss: float
 
     @classmethod
     def of(cls, raw: Any) -> "TrainerInfo":
         """From a `splat_trainer_info`."""
         return cls(
             raw.skipped, raw.step, raw.pairs, raw.loss, raw.squared_error, raw.pixel_loss,
-            raw.ssim, raw.edge_loss, raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips,
-            raw.visible, raw.culled, raw.non_finite, raw.gradients_zero, raw.rate,
+            raw.ssim, raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips, raw.visible,
+            raw.culled, raw.non_finite, raw.gradients_zero, raw.rate, raw.edge_loss,
         )
 
 

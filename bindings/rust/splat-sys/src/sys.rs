@@ -2287,8 +2287,6 @@ pub struct splat_trainer_info {
     pub pixel_loss: f64,
     /// 0 unless opt.lambda_ssim \> 0
     pub ssim: f64,
-    /// 0 unless opt.lambda_edge \> 0
-    pub edge_loss: f64,
     pub network_ms: f64,
     pub render_ms: f64,
     pub update_ms: f64,
@@ -2305,6 +2303,8 @@ pub struct splat_trainer_info {
     pub reserved: u32,
     /// learning rate of this update, or of the one that was skipped
     pub rate: f64,
+    /// mean over the batch; 0 unless opt.lambda_edge \> 0
+    pub edge_loss: f64,
 }
 
 impl Default for splat_trainer_info {
@@ -5985,17 +5985,17 @@ mod tests {
             squared_error: 32, 8;
             pixel_loss: 40, 8;
             ssim: 48, 8;
-            edge_loss: 56, 8;
-            network_ms: 64, 8;
-            render_ms: 72, 8;
-            update_ms: 80, 8;
-            lpips: 88, 8;
-            visible: 96, 8;
-            culled: 104, 8;
-            non_finite: 112, 8;
-            gradients_zero: 120, 4;
-            reserved: 124, 4;
-            rate: 128, 8;
+            network_ms: 56, 8;
+            render_ms: 64, 8;
+            update_ms: 72, 8;
+            lpips: 80, 8;
+            visible: 88, 8;
+            culled: 96, 8;
+            non_finite: 104, 8;
+            gradients_zero: 112, 4;
+            reserved: 116, 4;
+            rate: 120, 8;
+            edge_loss: 128, 8;
         );
         layout!(splat_training_desc, 80, 8,
             struct_size: 0, 4;

@@ -1981,8 +1981,6 @@ pub struct TrainerInfo {
     pub pixel_loss: f64,
     /// 0 unless opt.lambda_ssim \> 0
     pub ssim: f64,
-    /// 0 unless opt.lambda_edge \> 0
-    pub edge_loss: f64,
     /// `network_ms` of C.
     pub network_ms: f64,
     /// `render_ms` of C.
@@ -2001,6 +1999,8 @@ pub struct TrainerInfo {
     pub gradients_zero: bool,
     /// learning rate of this update, or of the one that was skipped
     pub rate: f64,
+    /// mean over the batch; 0 unless opt.lambda_edge \> 0
+    pub edge_loss: f64,
 }
 
 impl TrainerInfo {
@@ -2014,7 +2014,6 @@ impl TrainerInfo {
             squared_error: raw.squared_error,
             pixel_loss: raw.pixel_loss,
             ssim: raw.ssim,
-            edge_loss: raw.edge_loss,
             network_ms: raw.network_ms,
             render_ms: raw.render_ms,
             update_ms: raw.update_ms,
@@ -2024,6 +2023,7 @@ impl TrainerInfo {
             non_finite: raw.non_finite,
             gradients_zero: raw.gradients_zero != 0,
             rate: raw.rate,
+            edge_loss: raw.edge_loss,
         }
     }
 }
