@@ -34,6 +34,12 @@ std::vector<std::string> stems_in(const fs::path& folder, const std::string& ext
     return names;
 }
 
+Status make_folders(const fs::path& path) {
+    std::error_code code;
+    fs::create_directories(path, code);
+    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
+}
+
 bool is_file(const fs::path& path) {
     std::error_code code;
     return fs::is_regular_file(path, code);

@@ -19,6 +19,9 @@ std::vector<std::string> folders_in(const std::filesystem::path& folder);
 std::vector<std::string> stems_in(const std::filesystem::path& folder,
                                   const std::string& extension);
 
+/// Create a folder, and those above it. Errors: as io::system_error().
+Status make_folders(const std::filesystem::path& path);
+
 bool is_file(const std::filesystem::path& path);
 
 /// Names of the files with an image's extension, sorted, without those that start with '.'.
