@@ -81,6 +81,7 @@ extern splat_training training;
 extern splat_optimizer optimizer;
 extern uint32_t count;
 extern uint64_t seed;
+extern splat_image picture, mask, predicted, truth;
 extern const char *config, *text;
 extern float pixels[512 * 512 * 3];
 extern uint8_t bytes[512 * 512 * 4];

@@ -1,7 +1,8 @@
 /* libsplat: CO3D's raw release to the data set that Splatter Image's code reads.
  *
- *   splat_co3d_info info = {sizeof info};
- *   splat_co3d_desc desc = {sizeof desc, .raw = "co3d", .out = "data", .category = "hydrant"};
+ *   splat_co3d_info info = {.struct_size = sizeof info};
+ *   splat_co3d_desc desc = {
+ *       .struct_size = sizeof desc, .raw = "co3d", .out = "data", .category = "hydrant"};
  *   splat_co3d_prepare(&desc, &info); */
 #ifndef SPLAT_CO3D_H
 #define SPLAT_CO3D_H

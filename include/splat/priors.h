@@ -3,22 +3,23 @@
  * A mask by a network (an ONNX file, run by ONNX Runtime, which is loaded when it is asked for):
  *
  *   splat_prior_model model;
- *   splat_prior_model_desc desc = {sizeof desc, .preset = "u2net", .model_path = "u2net.onnx"};
- *   splat_prior_maps maps = {.mask = {.pixels = mask, .type = SPLAT_PIXEL_U8, .width = w,
- *                                     .height = h, .channels = 1}};
+ *   splat_prior_model_desc desc = {
+ *       .struct_size = sizeof desc, .preset = "u2net", .model_path = "u2net.onnx"};
+ *   splat_prior_maps maps = {.mask = mask};
  *   splat_prior_model_create(&desc, &model);
  *   splat_prior_model_run(model, &picture, &maps, 1);
  *
  * How good a depth map is:
  *
- *   splat_depth_scores scores = {sizeof scores};
+ *   splat_depth_scores scores = {.struct_size = sizeof scores};
  *   splat_prior_compare_depth(&predicted, &truth, NULL, 0, &scores);
  *   printf("AbsRel %.3f\n", scores.abs_rel); */
 #ifndef SPLAT_PRIORS_H
 #define SPLAT_PRIORS_H
 
+#include "data.h"
 #include "predict.h"
-#include "train.h"
+#include "scene.h"
 
 #ifdef __cplusplus
 extern "C" {

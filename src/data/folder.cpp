@@ -56,12 +56,6 @@ std::vector<std::string> images_in(const fs::path& folder) {
     return names;
 }
 
-Status make_folders(const std::filesystem::path& path) {
-    std::error_code failed;
-    std::filesystem::create_directories(path, failed);
-    return failed ? io::system_error(failed.value(), "create the folder", path.string()) : Status();
-}
-
 Status in_file(const Status& status, const std::string& place) {
     return Status(status.code(), "'" + place + "': " + status.message());
 }

@@ -27,9 +27,6 @@ bool is_file(const std::filesystem::path& path);
 /// Names of the files with an image's extension, sorted, without those that start with '.'.
 std::vector<std::string> images_in(const std::filesystem::path& folder);
 
-/// Make a folder and those above it. Errors: kIo.
-Status make_folders(const std::filesystem::path& path);
-
 /// The error with the place before its message.
 Status in_file(const Status& status, const std::string& place);
 

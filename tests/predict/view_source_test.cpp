@@ -24,11 +24,11 @@ class ViewSourceTest : public testing::Test {
     }
     std::shared_ptr<data::Dataset> dataset(std::array<float, 3> background,
                                            std::uint32_t resolution = 0) {
-        auto made = data::Dataset::open({.path = desc_.path,
-                                         .format = {},
-                                         .split = "train",
-                                         .resolution = resolution,
-                                         .background = background});
+        data::DatasetDesc desc;
+        desc.path = desc_.path;
+        desc.resolution = resolution;
+        desc.background = background;
+        auto made = data::Dataset::open(desc);
         EXPECT_OK(made.status());
         return made.ok() ? std::shared_ptr(std::move(made.value())) : nullptr;
     }

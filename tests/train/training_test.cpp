@@ -403,11 +403,11 @@ TEST_F(TrainingTest, StartsFromPretrainedWeightsOfItsChannels) {
 
 /// A data set that the caller has opened, and none for validation.
 TEST_F(TrainingTest, TakesAnOpenDataSet) {
-    auto opened = data::Dataset::open({.path = cars_.path,
-                                       .format = {},
-                                       .split = "train",
-                                       .resolution = 16,
-                                       .background = {1, 1, 1}});
+    data::DatasetDesc cars;
+    cars.path = cars_.path;
+    cars.resolution = 16;
+    cars.background = {1, 1, 1};
+    auto opened = data::Dataset::open(cars);
     ASSERT_OK(opened.status());
     TrainingDesc given = desc("open", {"data.root=''"});
     given.dataset = std::move(opened.value());
