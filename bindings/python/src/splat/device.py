@@ -1,9 +1,9 @@
 """Devices: the machine's Vulkan devices, and those that are open."""
 import atexit
+import os
 import threading
 import time
 import weakref
-import os
 from ctypes import byref, c_uint32, c_void_p, sizeof
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
