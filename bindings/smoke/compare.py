@@ -18,7 +18,7 @@ from typing import Dict, List, Optional, Tuple
 
 HERE = Path(__file__).resolve().parent
 CASES = ("version", "presets", "device", "render", "gradient", "predict", "judge", "error",
-         "cancel", "busy", "order")
+         "handle", "cancel", "busy", "order")
 
 
 def make_data(vkrun: str, folder: Path) -> None:

@@ -176,6 +176,9 @@ std::set<std::string> promised() {
          at != std::sregex_iterator(); ++at)
         names.insert((*at)[1]);
     names.erase("splat_device_destroy");  // the next test
+    // Objects without a device, which ONNX Runtime's library makes: tests/interop.
+    names.erase("splat_prior_model_destroy");
+    names.erase("splat_prior_model_get_info");
     return names;
 }
 

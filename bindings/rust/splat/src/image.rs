@@ -2,7 +2,7 @@
 
 use crate::error::{call, Error, Result};
 use crate::text::{bytes, c_path, count};
-use crate::values::{Code, ImageFormat, ImageInfo, ImageScores, Pixel};
+use crate::values::{ImageFormat, ImageInfo, ImageScores, Pixel};
 use splat_sys as sys;
 use std::marker::PhantomData;
 use std::os::raw::c_void;
