@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "api/api_guard.h"
 #include "core/log.h"
@@ -53,12 +54,9 @@ EntryPoint::EntryPoint() noexcept {
 
 EntryPoint::~EntryPoint() {
     if (!release_log()) return;
-    try {
-        LastError kept = last_error();
-        deliver_log();
-        last_error() = std::move(kept);
-    } catch (const std::bad_alloc&) {  // the messages wait for the next call
-    }
+    LastError kept = std::exchange(last_error(), {});  // a copy would need memory
+    deliver_log();
+    last_error() = std::move(kept);
 }
 
 Status check_struct_size(std::size_t given, const char* type, std::size_t first_version_size,
