@@ -1,5 +1,6 @@
 #include "io/colmap_lens.h"
 
+#include "io/reader.h"
 #include "scene/camera_pose.h"
 
 namespace splat::io::colmap {
