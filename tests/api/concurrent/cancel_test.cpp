@@ -66,6 +66,8 @@ TEST(ApiCancel, WorksFromASignalHandler) {
 TEST(ApiCancelNetwork, EndsAPassSoon) {
     using Clock = std::chrono::steady_clock;
     constexpr double kMostMs = 1500;
+    constexpr double kLeastPassMs =
+        500;  // a quarter of it is longer than a thread waits for a core
     const Device device = open_device();
     auto desc = sized<splat_model_desc>();
     Model model;
@@ -88,8 +90,10 @@ TEST(ApiCancelNetwork, EndsAPassSoon) {
     const auto begin = Clock::now();
     ASSERT_DONE(forward());
     const double whole_ms = milliseconds_since(begin);
-    if (whole_ms < 2 * kMostMs)
-        GTEST_SKIP() << "a pass takes this device only " << whole_ms << " ms";
+    if (whole_ms < kLeastPassMs)
+        GTEST_SKIP() << "a pass takes this device " << whole_ms
+                     << " ms, too short to cancel in its middle; the "
+                        "software driver runs this test";
     for (const double part : {0.02, 0.2}) {
         Clock::time_point cancelled;
         std::jthread cancelling([&] {

@@ -49,7 +49,7 @@ TEST(ApiStructSize, ALaterInfoIsFilledAndItsTailStays) {
     EXPECT_EQ(info.added[1], 7U);
 }
 
-/// Structs that are filled need not be zero, but for their size.
+/// A struct that a call fills may hold anything; only its size is read.
 TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
     const Dataset dataset = make_dataset();
     const Evaluator evaluator = make_evaluator(dataset);

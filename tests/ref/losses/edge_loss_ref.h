@@ -6,11 +6,15 @@
 
 #include "ref/summed.h"
 
-/// loss = mean weight (|Dx d| + |Dy d|) with d = a - b, and Dx d(y, x) = sum over v, u in -1..1 of
-/// u s(v) d(r(y + v), r(x + u)), Dy likewise with u and v exchanged; s is the smoothing filter, r the reflection at
-/// the border pixels. As each term is linear in d but for the sign, a(r(y + v), r(x + u)) gets
-/// g weight (u s(v) sign Dx + v s(u) sign Dy) / elements. The rounding of d, which |a| + |b| bounds, is in the
-/// magnitudes; a sign that rounding changes is not, so inputs must keep Dx and Dy away from 0.
+/// Difference of edges, forward and backward:
+///
+///   d = a - b      Dx(y, x) = sum over v, u in -1..1 of u s(v) d(r(y + v), r(x + u)),  Dy: u and v exchanged
+///   loss = mean of weight (|Dx| + |Dy|)
+///
+/// s is the smoothing filter. r reflects an index at the border pixels. Each tap adds
+/// g weight (u s(v) sign Dx + v s(u) sign Dy) / elements to the gradient of the pixel of `a` that it reads.
+/// The magnitudes hold the rounding of d, which |a| + |b| bounds. They do not hold a sign that rounding changes,
+/// so inputs keep Dx and Dy away from 0.
 namespace splat::ref {
 
 struct EdgeLossInput {
