@@ -78,8 +78,9 @@ Status RenderLoss::allocate() {
     }
     if (desc_.edge_weight != 0) {
         SPLAT_TRY(make(edge_slopes_, ops::edge_loss_slopes_bytes(edges_of(desc_))));
-        SPLAT_TRY(
-            make(edge_weights_, std::uint64_t{16} * desc_.views * desc_.height * desc_.width));
+        if (desc_.edge_weights)
+            SPLAT_TRY(
+                make(edge_weights_, std::uint64_t{16} * desc_.views * desc_.height * desc_.width));
     }
     if (desc_.edge_weight != 0 || desc_.ssim_weight != 0) SPLAT_TRY(make(grad_term_, dims.bytes()));
     if (desc_.ssim_weight == 0) return {};

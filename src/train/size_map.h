@@ -9,7 +9,8 @@ namespace splat::train {
 ///
 ///   weight = sum_i b_i s_i / the mean of that over all pixels of the views,
 ///
-/// and 1 everywhere if nothing is drawn. A constant: no gradient goes through it.
+/// and 1 everywhere if nothing is drawn. A constant: no gradient goes through it. The host takes the longest axes and
+/// the mean, so that a call reads N scales and the image back and writes both.
 ///
 /// Errors       those of raster::Rasterizer and Context::run
 /// Determinism  bit-exact for any thread count
