@@ -1,10 +1,10 @@
 #version 460
-// product[slice][p][k][c] = sum over the tiles of the slice of grad[p][k] * input[p][c], for each of the places
+// product[slice][p][k][c] = sum over the tiles of the slice, or of its part, of grad[p][k] * input[p][c], for each of the places
 // p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and multiplies them,
 // through constant shuffles, by 32 / kQuads output channels. The lanes hold 8 / kQuads quads of these, at kQuads
 // consecutive tiles: two quads of input channels halve the shuffles.
 // One subgroup of 8 lanes computes 32 kQuads input by 32 / kQuads output channels at one place. Workgroups: input
-// channels, output channels, places.
+// channels, output channels, places of every part of the sum, which makes a product of its own.
 // Bindings: input [places][ceil(C/8)][stride] and grad [places][ceil(K/8)][stride], pairs of quads that are
 // zero from dims.tiles to the next multiple of 8; product [slices][places][K][ceil(C/4)] vec4.
 // Specialisation: workgroup size (a multiple of 8), kQuads: 1 or 2.
@@ -32,7 +32,10 @@ void main() {
     const uint in_octets = (dims.in_channels + 7) / 8;
     const uint out_quads = (dims.out_channels + 3) / 4;
     const uint lane = gl_SubgroupInvocationID & 7u;
-    const uint place = gl_WorkGroupID.z;
+    const uint place = gl_WorkGroupID.z % dims.places;
+    const uint part = gl_WorkGroupID.z / dims.places;
+    const uint first_tile = part * dims.part_tiles;
+    const uint tiles = min(dims.tiles, first_tile + dims.part_tiles);
     const uint tile = gl_WorkGroupID.x * (gl_WorkGroupSize.x / 8) + gl_LocalInvocationID.x / 8;
     const uint in_quad = (tile * 8 + lane) * kQuads;
     const uint first_out = gl_WorkGroupID.y * kOut;
@@ -40,13 +43,13 @@ void main() {
     // shuffles.
     const uint from = min(in_quad, (in_quads - 1) / kQuads * kQuads);
     const uint grad_from = min(first_out / 4 + lane % kOutQuads, out_quads - 1);
-    uint at = (place * in_octets + from / 2) * dims.stride * 2 + from % 2;
-    uint grad_at = (place * ((dims.out_channels + 7) / 8) + grad_from / 2) * dims.stride * 2 + grad_from % 2 +
-                   2 * (lane / kOutQuads);
+    uint at = ((place * in_octets + from / 2) * dims.stride + first_tile) * 2 + from % 2;
+    uint grad_at = ((place * ((dims.out_channels + 7) / 8) + grad_from / 2) * dims.stride + first_tile) * 2 +
+                   grad_from % 2 + 2 * (lane / kOutQuads);
 
     vec4 sums[32];  // [output channel][quad]
     [[unroll]] for (uint o = 0; o < 32; ++o) sums[o] = vec4(0);
-    for (uint t = 0; t < dims.tiles; t += kDepth) {
+    for (uint t = first_tile; t < tiles; t += kDepth) {
         vec4 v[kDepth * kQuads];  // [tile][quad]
         vec4 g[kDepth / kQuads];
         [[unroll]] for (uint u = 0; u < kDepth; ++u)
@@ -64,7 +67,7 @@ void main() {
         grad_at += 2 * kDepth;
     }
 
-    const uint to = ((dims.slice * dims.places + place) * dims.out_channels + first_out) * in_quads + in_quad;
+    const uint to = (((dims.slice + part) * dims.places + place) * dims.out_channels + first_out) * in_quads + in_quad;
     [[unroll]] for (uint q = 0; q < kQuads; ++q) {
         if (in_quad + q >= in_quads) continue;
         [[unroll]] for (uint o = 0; o < kOut; ++o)

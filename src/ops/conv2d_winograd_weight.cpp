@@ -17,6 +17,10 @@ constexpr std::uint32_t kWeightTile = 32;
 /// cost memory.
 constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostProducts = 8;
+/// On a GPU the sum of a single slice is cut into parts until there are this many workgroups, or a part has only
+/// this many tiles: 64 to 64 channels are 72 workgroups at first, too few for its processors.
+constexpr std::uint64_t kGpuGroups = 1024;
+constexpr std::uint64_t kGpuPartTiles = 64;
 
 /// Two quads of input channels per lane, unless half of the last tile would be empty.
 std::uint32_t quads_per_lane(std::uint32_t in_channels) {
@@ -27,6 +31,8 @@ std::uint32_t quads_per_lane(std::uint32_t in_channels) {
 struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round
+    std::uint32_t parts;     ///< of a slice's sum, each with a product of its own
+    vk::Groups groups;       ///< of the product of one part
     std::uint64_t input_bytes;
     std::uint64_t grad_bytes;
     std::uint64_t product_bytes;  ///< of one slice
@@ -43,6 +49,20 @@ Round round_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {
         std::clamp<std::uint64_t>(kProductsBytes / round.product_bytes, 1, kMostProducts);
     round.products = static_cast<std::uint32_t>(
         std::min<std::uint64_t>(most, ceil_div(round.slices.all, round.slices.tiles)));
+    const std::uint32_t quads = quads_per_lane(desc.in_channels);
+    round.groups = {
+        static_cast<std::uint32_t>(ceil_div(
+            desc.in_channels, std::uint64_t{kWeightTile} * quads * (round.slices.lanes / 8))),
+        static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile / quads)),
+        winograd_places(desc)};
+    round.parts = 1;
+    if (recorder.kernels() == vk::Kernels::kGpu && round.slices.all <= round.slices.tiles) {
+        const std::uint64_t groups =
+            std::uint64_t{round.groups[0]} * round.groups[1] * round.groups[2];
+        round.parts = static_cast<std::uint32_t>(
+            std::min({ceil_div(kGpuGroups, groups), ceil_div(round.slices.all, kGpuPartTiles),
+                      kProductsBytes / round.product_bytes + 1}));
+    }
     return round;
 }
 
@@ -75,10 +95,7 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
         .constants = {{params::kWorkgroupSizeId, slices.lanes}, {params::kWinogradQuadsId, quads}},
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
-        .groups = {static_cast<std::uint32_t>(ceil_div(
-                       desc.in_channels, std::uint64_t{kWeightTile} * quads * (slices.lanes / 8))),
-                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile / quads)),
-                   winograd_places(desc)},
+        .groups = {round.groups[0], round.groups[1], round.groups[2] * round.parts},
         .work = {.flops = work.flops * share, .bytes = work.bytes * share},
     });
 }
@@ -88,7 +105,7 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
 std::uint64_t winograd_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     const Round round = round_of(recorder, desc);
     return round.input_bytes + round.grad_bytes +
-           round_up(round.products * round.product_bytes, 256);
+           round_up(round.products * round.parts * round.product_bytes, 256);
 }
 
 Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& x,
@@ -106,12 +123,15 @@ Status winograd_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, 
         const bool later = accumulate || first > 0;
         const std::uint32_t left =
             static_cast<std::uint32_t>(ceil_div(slices.all - first, slices.tiles));
-        params.slices = std::min(round.products, left);
+        const std::uint32_t slices_here = std::min(round.products, left);
+        params.slices = slices_here * round.parts;
         const BufferView products = workspace.part(round.input_bytes + round.grad_bytes,
                                                    params.slices * round.product_bytes);
-        for (params.slice = 0; params.slice < params.slices; ++params.slice) {
+        for (params.slice = 0; params.slice < slices_here; ++params.slice) {
             params.first_tile = first;
             params.tiles = std::min(slices.tiles, slices.all - first);
+            params.part_tiles =
+                static_cast<std::uint32_t>(round_up(ceil_div(params.tiles, round.parts), 8));
             SPLAT_TRY(add_product(recorder, desc, round, params, x, grad_y, workspace, products));
             first += params.tiles;
         }

@@ -71,8 +71,8 @@ std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const std::uint64_t tiles =
         ceil_div(desc.in_features, kFeatureTile) * ceil_div(desc.out_features, kFeatureTile);
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const std::uint64_t most = ceil_div(desc.rows, 256);
-    const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 512, tiles), most);
+    const std::uint64_t most = ceil_div(desc.rows, cpu ? 256 : 64);
+    const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 1024, tiles), most);
     const std::uint64_t cached = cpu ? std::min<std::uint64_t>(desc.rows / 1024, 16) : 0;
     return static_cast<std::uint32_t>(std::max({least, busy, cached}));
 }
@@ -227,7 +227,12 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     params.slices = slices_for(recorder, desc);
 
     const Kernels kernels = recorder.kernels();
-    const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
+    std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
+    if (kernels == Kernels::kGpu) {  // whole subgroups, but no more tiles than there are
+        const std::uint64_t wanted = 8 * ceil_div(desc.in_features, kFeatureTile);
+        lanes = static_cast<std::uint32_t>(std::min<std::uint64_t>(
+            size, round_up(wanted, recorder.device().limits.subgroup_size)));
+    }
     vk::Groups groups = per_weight;
     std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, lanes}};
     if (kernels != Kernels::kPlain) {

@@ -36,6 +36,12 @@ CommandList::Objects::~Objects() {
     for (const VkBufferView view : texel_views)
         device->vk.vkDestroyBufferView(handle, view, nullptr);
     if (queries != VK_NULL_HANDLE) device->vk.vkDestroyQueryPool(handle, queries, nullptr);
+    if (buffers.size() == 1 && buffers[0] != VK_NULL_HANDLE && fences[0] != VK_NULL_HANDLE &&
+        device->spare.size() < Device::kMostSpare) {
+        device->spare.push_back({command_pool, buffers[0], fences[0]});
+        command_pool = VK_NULL_HANDLE;
+        fences[0] = VK_NULL_HANDLE;
+    }
     for (const VkFence fence : fences)
         if (fence != VK_NULL_HANDLE) device->vk.vkDestroyFence(handle, fence, nullptr);
     if (descriptors != VK_NULL_HANDLE)
@@ -141,6 +147,14 @@ void CommandList::Objects::cut(const DeviceInfo& info, Kernels kernels) {
 }
 
 Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
+    if (segments.size() == 1 && !device->spare.empty()) {
+        const CommandBuffer& spare = device->spare.back();
+        command_pool = spare.pool;
+        buffers = {spare.buffer};
+        fences[0] = spare.fence;
+        device->spare.pop_back();
+        return {};
+    }
     VkCommandPoolCreateInfo pool{};
     pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
     pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;

@@ -1,6 +1,7 @@
 #include "vk/context.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "core/environment.h"
@@ -12,6 +13,7 @@ constexpr double kDefaultTimeoutNs = 60e9;
 /// Piece of a staged transfer: large enough to hide the submit, small enough to keep the staging
 /// block small.
 constexpr std::uint64_t kStagingBytes = std::uint64_t{8} << 20;
+constexpr std::uint64_t kLeastStagingBytes = std::uint64_t{64} << 10;
 
 Result<std::uint64_t> timeout_of(const ContextDesc& desc) {
     SPLAT_ASSIGN(const double scale, environment_positive("SPLAT_TIMEOUT_SCALE", 1.0));
@@ -41,16 +43,26 @@ Context::~Context() {
     // First the queue, which waits for running work; then pipelines and memory; last the device.
     queue_.reset();
     pipelines_.reset();
+    staging_.reset();
     memory_.reset();
+}
+
+/// A staging buffer of at least `bytes`, a power of two.
+Status Context::reserve_staging(std::uint64_t bytes) {
+    if (staging_ && staging_->range().bytes >= bytes) return {};
+    staging_.reset();
+    SPLAT_ASSIGN(Buffer made, memory_->allocate(std::bit_ceil(std::max(bytes, kLeastStagingBytes)),
+                                                MemoryKind::kStaging, "staging buffer"));
+    staging_.emplace(std::move(made));
+    return {};
 }
 
 Status Context::transfer(const BufferView& view, std::byte* to, const std::byte* from,
                          std::uint64_t bytes) {
-    SPLAT_ASSIGN(const Buffer staging, memory_->allocate(std::min(bytes, kStagingBytes),
-                                                         MemoryKind::kStaging, "staging buffer"));
+    SPLAT_TRY(reserve_staging(std::min(bytes, kStagingBytes)));
     for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
         const std::uint64_t piece = std::min(kStagingBytes, bytes - done);
-        BufferView stage = staging.range();
+        BufferView stage = staging_->range();
         stage.bytes = piece;
         BufferView part = view;
         part.offset += done;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "vk/device_mutex.h"
@@ -65,6 +66,10 @@ class Context {
     std::unique_ptr<Memory> memory_;
     std::unique_ptr<Pipelines> pipelines_;
     std::unique_ptr<Queue> queue_;
+    Status reserve_staging(std::uint64_t bytes);
+
+    /// Kept between transfers: drivers of discrete devices take milliseconds to pin a new one.
+    std::optional<Buffer> staging_;
     Profile profile_;
     bool profile_enabled_ = false;
 };

@@ -311,6 +311,7 @@ Status Device::choose_kernels(Kernels wish) {
 }
 
 Status Device::open() {
+    spare.reserve(kMostSpare);  // destructors fill it
     const float priority = 1.0F;
     VkDeviceQueueCreateInfo queue{};
     queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
@@ -383,8 +384,12 @@ Status Device::alive() const {
 }
 
 Device::~Device() {
-    if (device_ != VK_NULL_HANDLE && vk.vkDestroyDevice != nullptr)
-        vk.vkDestroyDevice(device_, nullptr);
+    if (device_ == VK_NULL_HANDLE || vk.vkDestroyDevice == nullptr) return;
+    for (const CommandBuffer& commands : spare) {
+        vk.vkDestroyFence(device_, commands.fence, nullptr);
+        vk.vkDestroyCommandPool(device_, commands.pool, nullptr);
+    }
+    vk.vkDestroyDevice(device_, nullptr);
 }
 
 }  // namespace splat::vk

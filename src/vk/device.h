@@ -82,6 +82,14 @@ struct DeviceDesc {
 /// Describe all devices of an instance, usable or not.
 Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance);
 
+/// What a list of one submit is encoded into. Lists hand it on, because drivers of discrete devices take up to a
+/// millisecond to make it, and each transfer is a list.
+struct CommandBuffer {
+    VkCommandPool pool = VK_NULL_HANDLE;
+    VkCommandBuffer buffer = VK_NULL_HANDLE;
+    VkFence fence = VK_NULL_HANDLE;
+};
+
 /// A logical device with one compute queue and its own function table.
 class Device {
   public:
@@ -106,6 +114,10 @@ class Device {
 
     /// kDeviceLost if any call before reported it.
     [[nodiscard]] Status alive() const;
+
+    /// Command buffers that no list uses; at most kMostSpare. Guarded as the context is.
+    static constexpr std::size_t kMostSpare = 8;
+    std::vector<CommandBuffer> spare;
 
     VolkDeviceTable
         vk{};  ///< every device-level Vulkan call goes through here; tests replace entries

@@ -140,7 +140,8 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
                      static_cast<int>(name.size()), name.data(),
                      static_cast<unsigned long long>(bytes), device_.info().index,
                      device_.info().name.c_str(), static_cast<unsigned long long>(limit));
-    if (use_.used > use_.budget || bytes > use_.budget - use_.used)
+    const bool counts = kind == MemoryKind::kDevice;
+    if (counts && (use_.used > use_.budget || bytes > use_.budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
                      "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
                      "tensors or raise "
@@ -151,7 +152,8 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
                      static_cast<unsigned long long>(use_.budget));
     // Whole blocks while they fit in the budget, so that small tensors share one.
     std::uint64_t size = std::min(std::max(bytes, desc_.block_bytes), limit);
-    if (size > use_.budget - use_.used) size = bytes;
+    if (kind == MemoryKind::kStaging) size = bytes;  // a context has one buffer
+    if (counts && size > use_.budget - use_.used) size = bytes;
 
     blocks_.reserve(blocks_.size() + 1);
     auto block = std::make_unique<Block>();
@@ -162,7 +164,7 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
         destroy(*block);
         return status;
     }
-    {
+    if (counts) {
         const std::lock_guard lock(use_mutex_);
         use_.used += size;
         use_.peak = std::max(use_.peak, use_.used);
@@ -231,7 +233,7 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
         SPLAT_ASSIGN(block, add_block(total, kind, name));
         offset = take(*block, total, payload);
     }
-    {
+    if (kind == MemoryKind::kDevice) {
         const std::lock_guard lock(use_mutex_);
         use_.live += total;
     }
@@ -249,7 +251,7 @@ void Memory::release(const BufferView& view) noexcept {
     const std::uint64_t offset = view.offset - guard_bytes_;
     if (const auto broken = broken_guard(block, offset)) broken_ = broken;
     Block::Range& range = block.live.find(offset)->second;
-    {
+    if (block.kind == MemoryKind::kDevice) {
         const std::lock_guard lock(use_mutex_);
         use_.live -= range.bytes;
     }
@@ -286,7 +288,7 @@ void Memory::drop_if_empty(Block& block) noexcept {
     if (!block.live.empty()) return;
     const auto at = std::find_if(blocks_.begin(), blocks_.end(),
                                  [&](const auto& b) { return b.get() == &block; });
-    {
+    if (block.kind == MemoryKind::kDevice) {
         const std::lock_guard lock(use_mutex_);
         use_.used -= block.bytes;
         --use_.allocations;

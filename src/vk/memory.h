@@ -45,6 +45,7 @@ struct MemoryDesc {
     std::optional<std::uint32_t> poison;  ///< tests: word that fills every fresh allocation
 };
 
+/// Device memory. The staging buffer of transfers, at most 8 MiB of the host's, does not count.
 struct MemoryUse {
     std::uint32_t allocations = 0;  ///< live VkDeviceMemory objects
     std::uint64_t used = 0;         ///< bytes allocated from the driver

@@ -127,6 +127,7 @@ vk::ContextDesc context_desc(Kernels kernels, Bounds bounds) {
     desc.memory.guard = bounds == Bounds::kGuards;
     if (bounds == Bounds::kExact) desc.memory.block_bytes = 1;  // no two allocations in one block
     desc.memory.poison = kPoisonPatterns[1];
+    desc.memory.hide_host = environment("SPLAT_TEST_DISCRETE").value_or("0") != "0";
     return desc;
 }
 

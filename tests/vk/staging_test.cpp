@@ -42,7 +42,31 @@ TEST(Staging, RoundTripsAllSizes) {
         const Buffer buffer = test::upload(*context, values);
         EXPECT_EQ(test::download_words(*context, buffer.range(), count), values) << count;
     }
-    EXPECT_EQ(context->memory().use().used, 0U) << "staging buffers are given back";
+    EXPECT_EQ(context->memory().use().used, 0U) << "staging memory does not count";
+}
+
+TEST(Staging, OneBufferServesAllTransfers) {
+    const auto context = discrete_context();
+    ASSERT_NE(context, nullptr);
+    const Buffer buffer = test::upload(*context, ramp(20000, 1));
+    std::uint64_t made = 0;
+    const PFN_vkAllocateMemory allocate = context->device().vk.vkAllocateMemory;
+    const PFN_vkCreateCommandPool pool = context->device().vk.vkCreateCommandPool;
+    static std::uint64_t* count = nullptr;
+    static PFN_vkAllocateMemory real_allocate = nullptr;
+    static PFN_vkCreateCommandPool real_pool = nullptr;
+    count = &made;
+    real_allocate = allocate;
+    real_pool = pool;
+    context->device().vk.vkAllocateMemory = [](auto... a) { return ++*count, real_allocate(a...); };
+    context->device().vk.vkCreateCommandPool = [](auto... a) { return ++*count, real_pool(a...); };
+    for (std::uint32_t i = 0; i < 5; ++i) {
+        const std::vector<std::uint32_t> values = ramp(20000, i);
+        ASSERT_OK(context->write(buffer.range(), values.data(), 80000));
+        EXPECT_EQ(test::download_words(*context, buffer.range(), 20000), values);
+    }
+    EXPECT_OK(context->write(buffer.range(), nullptr, 0));
+    EXPECT_EQ(made, 0U) << "allocations and command pools";
 }
 
 TEST(Staging, WritesNothingBeyondItsBytes) {

@@ -39,6 +39,7 @@ struct Conv2dWinogradParams {
     uint transposed;  // of the weight: flip the taps and swap the channels
     uint slice;       // backward weight: position of this slice's product
     uint slices;      // backward weight: how many products are summed
+    uint part_tiles;  // backward weight: tiles of a part of the slice's sum, a multiple of 8
     uint places;      // (m + 2)^2
     uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h
     float one;        // 1, unknown to a compiler: see store.glsl
