@@ -52,6 +52,14 @@ std::string config_beside(const std::string& weights, const std::string& given) 
                                    "': name the configuration with --config");
 }
 
+std::string adapters_beside(const std::string& weights, const std::string& given) {
+    namespace fs = std::filesystem;
+    const fs::path path(given);
+    if (given.empty() || path.has_parent_path() || path.has_extension() || fs::is_regular_file(path))
+        return given;
+    return (fs::path(weights).parent_path() / (given + ".safetensors")).string();
+}
+
 std::string config_target(const std::string& weights) {
     return std::filesystem::path(weights).replace_extension(".json").string();
 }

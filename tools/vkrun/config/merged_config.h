@@ -20,6 +20,9 @@ std::string find_config(const std::string& weights);
 /// The configuration that belongs to a file of weights: `given`, or that beside the file. Throws a Failure.
 std::string config_beside(const std::string& weights, const std::string& given);
 
+/// A file of adapters: `given`, or where that is a name and no file, NAME.safetensors beside the weights.
+std::string adapters_beside(const std::string& weights, const std::string& given);
+
 /// Where commands that write weights write their configuration: the name of the weights with .json.
 std::string config_target(const std::string& weights);
 

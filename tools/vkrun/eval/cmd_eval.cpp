@@ -53,7 +53,7 @@ Examples:
 )";
 
 struct EvalOptions {
-    std::string weights, config, data, split = "test", out, baseline;
+    std::string weights, config, adapters, data, split = "test", out, baseline;
     std::vector<std::string> changes, lpips;
     std::uint32_t objects = 0, views = 0, images = 0;
     std::string device = "best";
@@ -104,6 +104,8 @@ ScenePredictor make_predictor(splat_device device, const EvalOptions& options, c
     auto desc = sized<splat_predictor_desc>();
     desc.weights_path = options.weights.c_str();
     desc.config = text.c_str();
+    const std::string adapters = adapters_beside(options.weights, options.adapters);
+    if (!adapters.empty()) desc.adapters_path = adapters.c_str();
     ScenePredictor predictor;
     const splat_result result = splat_predictor_create(device, &desc, predictor.out());
     check(result, result == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);
@@ -129,8 +131,7 @@ Evaluator make_evaluator(const EvalOptions& options, splat_predictor predictor,
 /// Score one object, and save its sheet. Returns a sentence if it has numbers that are not finite.
 std::string score_object(const EvalOptions& options, splat_evaluator evaluator, Baseline* baseline,
                          std::uint32_t index) {
-    ObjectViews views =
-        read_views(evaluator, index, baseline != nullptr || index < options.images);
+    ObjectViews views = read_views(evaluator, index, baseline != nullptr || index < options.images);
     auto scores = sized<splat_object_scores>();
     std::vector<float> images;
     if (baseline != nullptr) {
@@ -173,6 +174,8 @@ void print_table(const EvalOptions& options, std::uint32_t count, const Json& js
 }
 
 int evaluate(const EvalOptions& options) {
+    if (!options.adapters.empty() && !options.baseline.empty())
+        throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
     const Dataset dataset = open_data(config, options.data, options.split);
@@ -231,6 +234,11 @@ void add_eval(CLI::App& app, int& exit_code) {
         ->add_option("--config", options->config,
                      "Configuration of the network; default: config.json or config.yaml\n"
                      "in the folder of WEIGHTS")
+        ->type_name("FILE");
+    command
+        ->add_option("--adapters", options->adapters,
+                     "Low-rank adapters to fold into the weights; a name alone is that of a\n"
+                     "file beside them")
         ->type_name("FILE");
     add_changes_option(*command, options->changes);
     command->add_option("--objects", options->objects, "Only the first N objects; default: all")

@@ -34,6 +34,7 @@ Examples:
   vkrun predict photo.jpg --mask-preset u2net --out out
   vkrun predict render.png --whole --weights model_best.pth --config config.yaml --out out
   vkrun predict --data cars --split test --object 0 --out out
+  vkrun predict --data chairs --split test --object 0 --adapters chairs --out out
 )";
 
 int predict(const PredictionOptions& options, bool json) {
@@ -111,6 +112,11 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->add_option("--config", o.config,
                      "Configuration of the network; default: config.json or config.yaml\n"
                      "in the folder of the weights")
+        ->type_name("FILE");
+    command
+        ->add_option("--adapters", o.adapters,
+                     "Low-rank adapters to fold into the weights; a name alone is that of a\n"
+                     "file beside them: chairs, for the built-in weights")
         ->type_name("FILE");
     command->add_option("--mask", o.mask, "Mask of the object, of the size of IMAGE")
         ->type_name("FILE");

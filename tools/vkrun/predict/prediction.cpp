@@ -73,6 +73,8 @@ Loaded load(const std::string& file, const PredictionOptions& options) {
     desc.weights_path = file.c_str();
     desc.weights = weights.get();
     desc.config = config.c_str();
+    const std::string adapters = adapters_beside(file, options.adapters);
+    if (!adapters.empty()) desc.adapters_path = adapters.c_str();
     const splat_result created =
         splat_predictor_create(loaded.device.get(), &desc, loaded.predictor.out());
     const bool unfit = created == SPLAT_ERROR_FORMAT || created == SPLAT_ERROR_SHAPE_MISMATCH;
@@ -384,12 +386,19 @@ void write_pictures(const std::string& out, const splat_predictor_info& info, co
         .save(out + "/sheet.png");
 }
 
+std::string file_name(const Json& path) {
+    return std::filesystem::path(path.get<std::string>()).filename().string();
+}
+
 /// The result for the page, in words and rounded.
 std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
     std::vector<std::pair<std::string, std::string>> facts = {
         {"Input", result.at("input")},
-        {"Weights", std::filesystem::path(result.at("weights").get<std::string>()).filename()},
+        {"Weights", file_name(result.at("weights")) +
+                        (result.at("adapters").get<std::string>().empty()
+                             ? ""
+                             : " with the adapters " + file_name(result.at("adapters")))},
         {"Gaussians", format("%.0f; left out: %.0f that cannot be seen, %.0f that are not finite",
                              number(result, "gaussians"), number(result, "faint"),
                              number(result, "not_finite"))},
@@ -460,6 +469,7 @@ Json run_prediction(const PredictionOptions& options) {
         draw_scene(loaded.device.get(), task.scene, cameras, loaded.info.background);
     Json result = {{"input", task.name},
                    {"weights", file},
+                   {"adapters", adapters_beside(file, options.adapters)},
                    {"gaussians", info.count},
                    {"faint", task.faint},
                    {"images", cameras.size()},

@@ -12,7 +12,7 @@ struct PredictionOptions {
     std::string mask_model, mask_preset;  ///< of a network that makes the mask; may be empty
     std::string data, split = "test";
     std::uint32_t object = 0;
-    std::string weights, config;
+    std::string weights, config, adapters;
     bool whole = false;
     float foreground = 0;
     std::uint32_t views = 24;
