@@ -1,6 +1,6 @@
 #version 460
-// product[slice][p][k][c] = sum over the tiles of the slice, or of its part, of grad[p][k] * input[p][c], for each of the places
-// p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and multiplies them,
+// product[slice][p][k][c] = sum over the tiles of the slice, or of its part, of grad[p][k] * input[p][c], for each of the
+// places p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and multiplies them,
 // through constant shuffles, by 32 / kQuads output channels. The lanes hold 8 / kQuads quads of these, at kQuads
 // consecutive tiles: two quads of input channels halve the shuffles.
 // One subgroup of 8 lanes computes 32 kQuads input by 32 / kQuads output channels at one place. Workgroups: input
