@@ -1,8 +1,8 @@
 #version 460
-// product[slice][p][k][c] = sum over the tiles of the slice, or of its part, of grad[p][k] * input[p][c], for each of the
-// places p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and multiplies them,
-// through constant shuffles, by 32 / kQuads output channels. The lanes hold 8 / kQuads quads of these, at kQuads
-// consecutive tiles: two quads of input channels halve the shuffles.
+// product[slice][p][k][c] = sum over the tiles of the slice, or of its part, of grad[p][k] * input[p][c], for each
+// of the places p of a tile: register tiles in which lane l of every 8 holds kQuads quads of input channels and
+// multiplies them, through constant shuffles, by 32 / kQuads output channels. The lanes hold 8 / kQuads quads of
+// these, at kQuads consecutive tiles: two quads of input channels halve the shuffles.
 // One subgroup of 8 lanes computes 32 kQuads input by 32 / kQuads output channels at one place. Workgroups: input
 // channels, output channels, places of every part of the sum, which makes a product of its own.
 // Bindings: input [places][ceil(C/8)][stride] and grad [places][ceil(K/8)][stride], pairs of quads that are
