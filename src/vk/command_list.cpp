@@ -149,8 +149,8 @@ void CommandList::Objects::cut(const DeviceInfo& info, Kernels kernels) {
 Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
     if (segments.size() == 1 && !device->spare.empty()) {
         const CommandBuffer& spare = device->spare.back();
+        buffers = {spare.buffer};  // the only step that can throw comes first
         command_pool = spare.pool;
-        buffers = {spare.buffer};
         fences[0] = spare.fence;
         device->spare.pop_back();
         return {};

@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "api/api_guard.h"
+#include "api/core/self_test.h"
 #include "api/handles.h"
 #include "core/environment.h"
 
@@ -137,7 +138,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
             complete = *desc;
         }
         SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
-        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, vk::Context::create(wanted));
+        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, api::tested_context(wanted));
         auto object = std::make_shared<api::DeviceObject>(std::move(context));
         object->saving = std::make_unique<PipelineSaving>(*object->context);
         *device = api::Devices::add(std::move(object));

@@ -200,8 +200,8 @@ Findings check_gpu_nodes(const std::vector<splat_device_info>& devices) {
 Findings check_environment() {
     std::string words;
     for (const char* name :
-         {"SPLAT_KERNELS", "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION", "VK_DRIVER_FILES",
-          "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES", "VK_LOADER_DRIVERS_SELECT",
+         {"SPLAT_KERNELS", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION",
+          "VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES", "VK_LOADER_DRIVERS_SELECT",
           "VK_LOADER_DRIVERS_DISABLE", "VK_INSTANCE_LAYERS", "VK_LAYER_PATH", "NODEVICE_SELECT",
           "MESA_VK_DEVICE_SELECT", "LP_NUM_THREADS"})
         if (const auto value = variable(name))
