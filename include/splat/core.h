@@ -153,6 +153,27 @@ typedef void (*splat_log_callback)(void* user, splat_log_level level, const char
 SPLAT_API splat_result splat_log_set_callback(splat_log_callback callback, void* user,
                                               splat_log_level min_level);
 
+/* ---- Limits of decoding ---------------------------------------------------------------------- */
+
+/* What a file may cost when it is read, by this process and whatever reads it: a small file can ask
+ * for all memory or for hours. Sizes are compared before anything is decoded. */
+typedef struct splat_decode_limits {
+    uint32_t struct_size;
+    uint32_t flags;            /* 0 */
+    const void* next;          /* NULL */
+    uint64_t bytes_times_file; /* bytes of memory for each byte of the file; 0 = 64 */
+    uint64_t bytes_besides;    /* bytes on top of that; 0 = 64 MiB */
+    uint64_t items;            /* tensors or files of an archive; 0 = 10^6 */
+    uint32_t jpeg_scans;       /* of one image; 0 = 100 */
+    uint32_t reserved;
+} splat_decode_limits;
+
+/* Replace the limits of this process. Calls that read a file then take the new ones; a file beyond
+ * them is SPLAT_ERROR_FORMAT. Thread-safe.
+ * limits    NULL: the defaults
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a field of limits; nothing is changed. */
+SPLAT_API splat_result splat_decode_set_limits(const splat_decode_limits* limits);
+
 /* ---- Handles --------------------------------------------------------------------------------- */
 
 /* The kinds of objects; the section of each says what it is and which calls may run at once. */

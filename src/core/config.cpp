@@ -85,6 +85,10 @@ Status Config::add(ConfigEntry entry) {
     if (entries_.size() == kMaxConfigEntries)
         return error(Code::kInvalidArgument, "%s: more than %zu keys", what_.c_str(),
                      kMaxConfigEntries);
+    if (entry.key.size() > kMaxConfigKey)
+        return error(Code::kInvalidArgument,
+                     "%s: a key of %zu letters, '%.40s...', the limit is %zu", what_.c_str(),
+                     entry.key.size(), entry.key.c_str(), kMaxConfigKey);
     if (!places_.emplace(entry.key, entries_.size()).second)
         return error(Code::kInvalidArgument, "%s: the key '%s' appears twice", what_.c_str(),
                      entry.key.c_str());

@@ -28,7 +28,7 @@ class Config {
     /// `what` names the file in messages.
     explicit Config(std::string what) : what_(std::move(what)) {}
 
-    /// Errors: kInvalidArgument for a duplicate key, and beyond kMaxConfigEntries.
+    /// Errors: kInvalidArgument for a duplicate key, and beyond kMaxConfigEntries and kMaxConfigKey.
     Status add(ConfigEntry entry);
 
     /// Append a value to the list of this key.
@@ -68,6 +68,7 @@ class Config {
 
 inline constexpr std::size_t kMaxConfigBytes = 4U << 20U;
 inline constexpr std::size_t kMaxConfigEntries = 100'000;
+inline constexpr std::size_t kMaxConfigKey = 1000;  ///< letters, of all levels together
 inline constexpr int kMaxConfigDepth = 32;
 
 /// YAML as Hydra and OmegaConf write it: maps, lists and scalars of one document. Plain scalars are

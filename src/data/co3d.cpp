@@ -144,16 +144,17 @@ class Co3dReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind kind) const override {
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override {
         const FrameArray& array = sequences_[object].of(kind);
+        const auto side = static_cast<std::uint32_t>(array.side);
+        io::Image out{side, side, static_cast<std::uint32_t>(array.channels), 8, {}};
+        if (header_only) return out;
         SPLAT_ASSIGN(const auto source, io::open_source(array.path));
         const std::size_t area = array.side * array.side;
         std::vector<float> planes(area * array.channels);
         SPLAT_TRY(source->read(array.start + std::uint64_t{view} * planes.size() * sizeof(float),
                                std::as_writable_bytes(std::span(planes))));
-        const auto side = static_cast<std::uint32_t>(array.side);
-        io::Image out{side, side, static_cast<std::uint32_t>(array.channels), 8, {}};
         for (std::size_t i = 0; i < area; ++i)
             for (std::size_t c = 0; c < array.channels; ++c)
                 out.samples.push_back(io::to_byte(255 * static_cast<double>(planes[c * area + i])));

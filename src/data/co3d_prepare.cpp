@@ -36,8 +36,8 @@ Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFr
                                  double& half_side) {
     const fs::path image_path = fs::path(preparation.raw) / frame.image;
     const fs::path mask_path = fs::path(preparation.raw) / frame.mask;
-    SPLAT_ASSIGN(const io::Image image, load_bytes(image_path));
-    SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path));
+    SPLAT_ASSIGN(const io::Image image, load_bytes(image_path, {}));
+    SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path, {}));
     const auto check = [&frame](const io::Image& found, const fs::path& path) {
         if (found.width == frame.width && found.height == frame.height) return Status();
         return error(Code::kFormat, "'%s': %u x %u pixels, its annotation has %u x %u",

@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/decode_budget.h"
 #include "core/json_tree.h"
 #include "data/folder.h"
 #include "io/compress.h"
@@ -24,6 +25,8 @@ Result<io::Buffer> read_annotations(const std::string& path) {
     SPLAT_ASSIGN(io::Buffer file, io::read_file(path, kMaxAnnotationBytes));
     if (!io::is_gzip(file) || file.size() < kGzipTail) return file;
     const auto bytes = io::number<std::uint32_t>(file.data() + file.size() - kGzipTail);
+    DecodeBudget budget(file.size());
+    SPLAT_TRY(budget.take(bytes, 1, "'" + path + "'"));
     return io::gunzip(file, bytes, "'" + path + "'");
 }
 

@@ -73,6 +73,18 @@ class Checker {
     }
 
     void check_image(std::uint32_t view, MapKind kind) {
+        const auto width = dataset_.reader().width(object_, view, kind);
+        if (!width.ok()) {
+            found_.problems.push_back(width.status().message());
+            return;
+        }
+        if (found_.width == 0) found_.width = width.value();
+        if (width.value() != found_.width) {
+            found_.problems.push_back(
+                format("view %u: %s has %u x %u pixels, the first image %u x %u", view,
+                       map_name(kind), width.value(), width.value(), found_.width, found_.width));
+            return;
+        }
         const auto loaded = dataset_.reader().map(object_, view, kind);
         if (!loaded.ok()) {
             found_.problems.push_back(loaded.status().message());
@@ -85,11 +97,6 @@ class Checker {
             hash->add(image.channels);
             hash->add(image.samples.data(), image.samples.size() * sizeof image.samples[0]);
         }
-        if (found_.width == 0) found_.width = image.width;
-        if (image.width != found_.width)
-            found_.problems.push_back(
-                format("view %u: %s has %u x %u pixels, the first image %u x %u", view,
-                       map_name(kind), image.width, image.height, found_.width, found_.width));
         if (kind != MapKind::kRgb) return;
         ++loaded_;
         images_.emplace(own.value(), view);

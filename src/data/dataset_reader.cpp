@@ -59,7 +59,7 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
     for (std::uint32_t object = 0; object < names.size(); ++object) {
         if (views_of[object] == 0) continue;
-        const auto first = reader.image(object, 0, MapKind::kRgb);
+        const auto first = reader.image(object, 0, MapKind::kRgb, true);
         if (first.ok()) {
             resolution = first.value().width;
             const bool has_alpha = first.value().channels == 2 || first.value().channels == 4;
@@ -73,8 +73,8 @@ Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) 
 }
 
 Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, MapKind kind) const {
-    if (kind != MapKind::kMask || !index().alpha_masks) return image(object, view, kind);
-    SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb));
+    if (kind != MapKind::kMask || !index().alpha_masks) return image(object, view, kind, false);
+    SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb, false));
     const std::uint32_t channels = found.channels;
     if (channels != 2 && channels != 4)
         return error(Code::kFormat,
@@ -86,6 +86,13 @@ Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, M
     for (std::size_t i = channels - 1; i < found.samples.size(); i += channels)
         alpha.samples.push_back(found.samples[i]);
     return alpha;
+}
+
+Result<std::uint32_t> DatasetReader::width(std::uint32_t object, std::uint32_t view,
+                                           MapKind kind) const {
+    const bool alpha = kind == MapKind::kMask && index().alpha_masks;
+    SPLAT_ASSIGN(const io::Image found, image(object, view, alpha ? MapKind::kRgb : kind, true));
+    return found.width;
 }
 
 Result<ObjectText> DatasetReader::text(std::uint32_t object) const {

@@ -99,13 +99,18 @@ class DatasetReader {
     /// Of all views of an object. Errors: kNotFound, kIo, kFormat with the file and its problem.
     [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
 
-    /// As stored, 8 bits, square: gray, or colours with or without alpha. Errors: as cameras().
+    /// As stored, 8 bits, square: gray, or colours with or without alpha. With `header_only` the samples may be
+    /// missing, and are not decoded. Errors: as cameras().
     [[nodiscard]] virtual Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                                  MapKind kind) const = 0;
+                                                  MapKind kind, bool header_only) const = 0;
 
     /// The same, with masks that are the alpha of images. Errors: also kFormat for an image without alpha.
     [[nodiscard]] Result<io::Image> map(std::uint32_t object, std::uint32_t view,
                                         MapKind kind) const;
+
+    /// Its side, pixels. Errors: as image().
+    [[nodiscard]] Result<std::uint32_t> width(std::uint32_t object, std::uint32_t view,
+                                              MapKind kind) const;
 
     /// Of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
     /// for views of different focal lengths, which SRN's files cannot hold.

@@ -82,16 +82,12 @@ Result<scene::Mat4> inverse_pose(const scene::Mat4& pose) {
     return out;
 }
 
-Result<io::Image> load_square(const fs::path& path) {
-    SPLAT_ASSIGN(io::Image found, load_bytes(path));
-    if (found.width != found.height)
-        return error(Code::kFormat, "'%s': %u x %u pixels, expected a square", path.c_str(),
-                     found.width, found.height);
-    return found;
+Result<io::Image> load_square(const fs::path& path, bool header_only) {
+    return load_bytes(path, {.square = true, .header_only = header_only});
 }
 
-Result<io::Image> load_bytes(const fs::path& path) {
-    SPLAT_ASSIGN(io::Image found, io::load_image(path.string()));
+Result<io::Image> load_bytes(const fs::path& path, const io::ImageOptions& options) {
+    SPLAT_ASSIGN(io::Image found, io::load_image(path.string(), options));
     if (found.bits == 16) {
         for (std::uint16_t& sample : found.samples)
             sample = static_cast<std::uint16_t>((sample * 255U + 32767U) / 65535U);

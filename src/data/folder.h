@@ -36,11 +36,11 @@ Result<scene::Mat4> affine(std::span<const float> values);
 /// The inverse of a rigid motion. Errors: kFormat as check_pose().
 Result<scene::Mat4> inverse_pose(const scene::Mat4& pose);
 
-/// A square image of 8 bits. Errors: as io::load_image(); kFormat if it is not square.
-Result<io::Image> load_square(const std::filesystem::path& path);
+/// A square image of 8 bits, or all but its samples. Errors: as io::load_image(); kFormat if it is not square.
+Result<io::Image> load_square(const std::filesystem::path& path, bool header_only);
 
 /// An image of 8 bits and any size. Errors: as load_square().
-Result<io::Image> load_bytes(const std::filesystem::path& path);
+Result<io::Image> load_bytes(const std::filesystem::path& path, const io::ImageOptions& options);
 
 /// Finite, a rotation within 1e-3 and not mirrored. Errors: kFormat, naming the place.
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place);

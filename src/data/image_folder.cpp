@@ -69,7 +69,7 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     if (name == nullptr || name->text() == nullptr)
         return error(Code::kFormat, "frame 0 has no file_path");
     SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
-    return load_bytes(path);
+    return load_bytes(path, {.header_only = true});
 }
 
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
@@ -142,18 +142,20 @@ class ImageFolderReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind kind) const override {
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override {
         const FolderPhoto& photo = objects_[object][view];
         fs::path path = photo.path;
         if (kind != MapKind::kRgb) {
             SPLAT_ASSIGN(path, map_file(photo.folder, kind, path.stem().string()));
         }
-        SPLAT_ASSIGN(const io::Image whole, load_bytes(path));
+        SPLAT_ASSIGN(io::Image whole, load_bytes(path, {.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
             return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
                          path.c_str(), whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
+        if (header_only) return square;
+        SPLAT_ASSIGN(whole, load_bytes(path, {}));
         const std::size_t row = std::size_t{photo.side} * whole.channels;
         for (std::size_t y = 0; y < photo.side; ++y) {
             const std::size_t start = ((photo.top + y) * whole.width + photo.left) * whole.channels;

@@ -91,13 +91,13 @@ class NmrReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind kind) const override {
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override {
         const NmrObject& found = objects_[object];
         const fs::path name = found.views[view];
-        if (kind == MapKind::kRgb) return load_square(found.folder / "image" / name);
+        if (kind == MapKind::kRgb) return load_square(found.folder / "image" / name, header_only);
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, name.stem().string()));
-        return load_square(path);
+        return load_square(path, header_only);
     }
 
   private:

@@ -128,13 +128,14 @@ class SrnReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind kind) const override {
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override {
         const SrnObject& found = objects_[object];
         const std::string& stem = found.views[view];
-        if (kind == MapKind::kRgb) return load_square(found.folder / "rgb" / (stem + ".png"));
+        if (kind == MapKind::kRgb)
+            return load_square(found.folder / "rgb" / (stem + ".png"), header_only);
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
-        return load_square(path);
+        return load_square(path, header_only);
     }
 
     [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {

@@ -64,16 +64,18 @@ class StoreReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view,
-                                          MapKind kind) const override {
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override {
+        const std::uint32_t side = index_.resolution;
+        const std::uint32_t channels = channels_of(kind);
+        io::Image image{side, side, channels, 8, {}};
+        if (header_only) return image;
         const Table map = table_of(kind);
         std::vector<std::uint8_t> planes(store_->index().image_bytes(map));
         SPLAT_TRY(
             store_->image(map, rows_[object] + view, std::as_writable_bytes(std::span(planes))));
-        const std::uint32_t side = index_.resolution;
         const std::size_t area = std::size_t{side} * side;
-        const std::uint32_t channels = channels_of(kind);
-        io::Image image{side, side, channels, 8, std::vector<std::uint16_t>(planes.size())};
+        image.samples.resize(planes.size());
         for (std::size_t i = 0; i < area; ++i)
             for (std::uint32_t c = 0; c < channels; ++c)
                 image.samples[i * channels + c] = planes[c * area + i];

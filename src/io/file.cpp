@@ -7,8 +7,10 @@
 
 #include <atomic>
 #include <cerrno>
+#include <climits>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "core/fault.h"
 
@@ -75,6 +77,25 @@ void flush_folder(const std::string& path) {
     if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
 }
 
+/// The file that `path` names behind symbolic links, which may not exist.
+std::string behind_links(const std::string& path) {
+    constexpr int kMostLinks = 40;  // as Linux
+    std::filesystem::path target = path;
+    std::error_code failed;
+    for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, failed); ++i)
+        target = target.parent_path() / std::filesystem::read_symlink(target, failed);
+    return target;
+}
+
+/// Beside the target; shortened where the system does not take longer names.
+std::string temporary_name(const std::string& target) {
+    static std::atomic<unsigned> counter{0};
+    const std::string suffix =
+        "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
+    const std::size_t name = target.rfind('/') + 1;  // 0 without a folder
+    return target.substr(0, name + NAME_MAX - suffix.size()) + suffix;
+}
+
 /// A regular file of at most `max_bytes`, opened for reading.
 Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& path,
                                    std::uint64_t max_bytes, struct stat& info) {
@@ -89,8 +110,10 @@ Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& pa
     return size;
 }
 
+/// Does not wait for the writer of a FIFO, which checked_size() refuses.
 int open_to_read(const std::string& path) {
-    return SPLAT_SYSTEM("io.open", ENOENT, ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    return SPLAT_SYSTEM("io.open", ENOENT,
+                        ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
 }
 
 Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std::string& path) {
@@ -231,19 +254,6 @@ Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {
     return {};
 }
 
-std::uint64_t FilePieces::size() const {
-    std::uint64_t bytes = 0;
-    for (const Bytes piece : pieces_) bytes += piece.size();
-    return bytes;
-}
-
-Buffer FilePieces::joined() const {
-    Buffer file;
-    file.reserve(size());
-    for (const Bytes piece : pieces_) put_bytes(file, piece);
-    return file;
-}
-
 Status write_file(const std::string& path, Bytes bytes) {
     return write_file(path, std::span(&bytes, 1));
 }
@@ -257,9 +267,13 @@ Status write_new_file(const std::string& path, Bytes bytes) {
 }
 
 Status write_file(const std::string& path, std::span<const Bytes> pieces) {
-    static std::atomic<unsigned> counter{0};
-    Temporary temporary{path + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
-                        ".tmp"};
+    const std::string target = behind_links(path);
+    struct stat old {};
+    const bool replaced = ::stat(target.c_str(), &old) == 0;
+    if (!replaced && errno == ELOOP) return failed("replace", path);
+    if (replaced && !S_ISREG(old.st_mode) && !S_ISDIR(old.st_mode))
+        return error(Code::kIo, "'%s' is not a regular file", path.c_str());
+    Temporary temporary{temporary_name(target)};
     Descriptor file(SPLAT_SYSTEM(
         "io.create", EACCES,
         ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
@@ -267,14 +281,16 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces) {
         temporary.kept = true;  // another writer's file, or none
         return failed("create", temporary.path);
     }
+    // Some file systems have no permissions.
+    if (replaced) static_cast<void>(::fchmod(file.get(), old.st_mode & 07777));
     for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));
     if (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
         return failed("flush", temporary.path);
     if (file.release() != 0) return failed("close", temporary.path);
-    if (SPLAT_SYSTEM("io.rename", EXDEV, ::rename(temporary.path.c_str(), path.c_str())) != 0)
+    if (SPLAT_SYSTEM("io.rename", EXDEV, ::rename(temporary.path.c_str(), target.c_str())) != 0)
         return failed("replace", path);
     temporary.kept = true;
-    flush_folder(path);
+    flush_folder(target);
     return {};
 }
 

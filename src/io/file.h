@@ -22,7 +22,8 @@ Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes = kMax
 
 /// Replace or create a file. The path holds the old contents or all of the new ones at any time, also
 /// after a crash: the bytes are written to "<path>.<process>-<number>.tmp", flushed to the disk, and
-/// renamed. Errors: as system_error(); the old file stays and the temporary one is removed.
+/// renamed. A file that is replaced keeps its permissions, a symbolic link its target's place. Errors: as
+/// system_error(), and kIo for what is not a regular file; the old file stays, the temporary one is removed.
 Status write_file(const std::string& path, Bytes bytes);
 
 /// Write consecutive pieces to one file.
@@ -93,8 +94,17 @@ class FilePieces {
     }
     void add_view(Bytes piece) { pieces_.push_back(piece); }
     [[nodiscard]] std::span<const Bytes> pieces() const { return pieces_; }
-    [[nodiscard]] std::uint64_t size() const;
-    [[nodiscard]] Buffer joined() const;
+    [[nodiscard]] std::uint64_t size() const {
+        std::uint64_t bytes = 0;
+        for (const Bytes piece : pieces_) bytes += piece.size();
+        return bytes;
+    }
+    [[nodiscard]] Buffer joined() const {
+        Buffer file;
+        file.reserve(size());
+        for (const Bytes piece : pieces_) put_bytes(file, piece);
+        return file;
+    }
 
   private:
     std::vector<Buffer> owned_;  // moving a buffer does not move its bytes

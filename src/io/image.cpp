@@ -82,6 +82,8 @@ class PngReader : public Png {
         if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
         png_set_read_fn(png, &state, on_read);
         png_set_user_limits(png, options.max_side, options.max_side);
+        // No text, profile or palette of suggestions, which may be compressed, is needed.
+        png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
         png_read_info(png, info);
         png_set_expand(png);
         passes_ = png_set_interlace_handling(png);
@@ -144,22 +146,41 @@ std::size_t row_bytes_of(const Image& image) {
     return std::size_t{image.width} * image.channels * (image.bits / 8);
 }
 
-/// Refuses an image larger than the file's bytes can unpack to.
-Status check_room(const Image& image, Bytes file, const ImageOptions& options) {
-    const std::uint64_t samples = std::uint64_t{image.width} * image.height * image.channels;
-    if (samples > options.max_samples)
-        return error(Code::kUnsupported,
-                     "png: %u x %u pixels of %u channels, the limit is %llu samples", image.width,
-                     image.height, image.channels,
-                     static_cast<unsigned long long>(options.max_samples));
-    // One bit per pixel before packing: the image may have been expanded.
-    if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
-        return error(Code::kFormat, "png: %u x %u pixels cannot come from %zu bytes", image.width,
-                     image.height, file.size());
-    return {};
+std::size_t count_samples(const Image& image) {
+    return std::size_t{image.width} * image.height * image.channels;
 }
 
 }  // namespace
+
+Status check_header(const Image& image, const ImageOptions& options, std::uint64_t more_bytes,
+                    std::uint64_t file_bytes, const char* format) {
+    const std::uint64_t samples = count_samples(image);
+    if (image.width > options.max_side || image.height > options.max_side ||
+        samples > options.max_samples)
+        return error(Code::kUnsupported,
+                     "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples",
+                     format, image.width, image.height, image.channels, options.max_side,
+                     static_cast<unsigned long long>(options.max_samples));
+    if (options.square && image.width != image.height)
+        return error(Code::kFormat, "%s: %u x %u pixels, expected a square", format, image.width,
+                     image.height);
+    if (options.header_only) return {};
+    const std::string what = splat::format("%s: %u x %u pixels", format, image.width, image.height);
+    DecodeBudget budget(file_bytes, options.limits);
+    SPLAT_TRY(budget.take(samples, sizeof image.samples[0], what));
+    return budget.take(more_bytes, 1, what + " while they are decoded");
+}
+
+std::uint8_t* make_byte_samples(Image& image) {
+    image.samples.resize(count_samples(image));
+    return reinterpret_cast<std::uint8_t*>(image.samples.data()) + image.samples.size();
+}
+
+void spread_byte_samples(Image& image) {
+    const auto* const bytes =
+        reinterpret_cast<const std::uint8_t*>(image.samples.data()) + image.samples.size();
+    for (std::size_t i = 0; i < image.samples.size(); ++i) image.samples[i] = bytes[i];
+}
 
 Status check_image(const Image& image) {
     if (image.channels < 1 || image.channels > 4 || (image.bits != 8 && image.bits != 16))
@@ -185,17 +206,21 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
     Image image;
     if (!reader.read_header(image, options))
         return error(Code::kFormat, "png: %s", reader.state.message);
-    SPLAT_TRY(check_room(image, file, options));
+    // One bit per pixel before packing: the image may have been expanded.
+    if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
+        return error(Code::kFormat, "png: %u x %u pixels cannot come from %zu bytes", image.width,
+                     image.height, file.size());
+    SPLAT_TRY(check_header(image, options, 0, file.size(), "png"));
     if (options.header_only) return image;
-    const std::size_t row_bytes = row_bytes_of(image);
-    Buffer rows(row_bytes * image.height);
-    if (!reader.read_rows(rows.data(), row_bytes, image.height))
+    std::uint8_t* const bytes = make_byte_samples(image);
+    const bool deep = image.bits == 16;
+    std::byte* const rows = deep ? reinterpret_cast<std::byte*>(image.samples.data())
+                                 : reinterpret_cast<std::byte*>(bytes);
+    if (!reader.read_rows(rows, row_bytes_of(image), image.height))
         return error(Code::kFormat, "png: %s", reader.state.message);
-    image.samples.resize(std::size_t{image.width} * image.height * image.channels);
-    for (std::size_t i = 0; i < image.samples.size(); ++i)
-        image.samples[i] = image.bits == 16
-                               ? number<std::uint16_t>(rows.data() + i * 2, std::endian::big)
-                               : std::to_integer<std::uint16_t>(rows[i]);
+    if (!deep) spread_byte_samples(image);
+    for (std::size_t i = 0; deep && i < image.samples.size(); ++i)
+        image.samples[i] = number<std::uint16_t>(rows + i * 2, std::endian::big);
     return image;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "core/decode_budget.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -21,14 +22,29 @@ struct ImageOptions {
     std::uint32_t max_side = 16384;  ///< pixels; larger images are refused
     std::uint64_t max_samples = std::uint64_t{1} << 30;
     bool upright = false;      ///< turn JPEG files by their Exif orientation
+    bool square = false;       ///< refuse others
     bool header_only = false;  ///< leave the samples empty, and what follows the header unread
+    DecodeLimits limits = decode_limits();
 };
+
+/// What a reader checks when it knows all but the samples, before it decodes any: the options, and that the
+/// samples and `more_bytes` fit the budget of a file of `file_bytes`. Errors: kUnsupported above max_side and
+/// max_samples; kFormat, as DecodeBudget::take(), and if it is not square.
+Status check_header(const Image& image, const ImageOptions& options, std::uint64_t more_bytes,
+                    std::uint64_t file_bytes, const char* format);
+
+/// Allocates the samples of an image of 8 bits. Returns where its bytes belong: the upper half of the same
+/// memory.
+std::uint8_t* make_byte_samples(Image& image);
+
+/// Bytes that were put there become the samples.
+void spread_byte_samples(Image& image);
 
 /// A PNG file of any colour type and depth: palettes become RGB, fewer than 8 bits become 8, a
 /// transparent colour becomes alpha. Values are as stored: no gamma, no colour profile.
 ///
 /// Errors       kFormat if it is not a PNG, damaged (libpng's sentence) or truncated;
-///              kUnsupported above the limits
+///              as check_header()
 Result<Image> read_png(Bytes file, const ImageOptions& options = {});
 
 /// kFast takes a fifth of the time; files of drawn images become a third larger.

@@ -26,7 +26,7 @@ bool is_text(const NpyHeader& header) {
 }
 
 Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::string& name,
-                                Budget& budget) {
+                                DecodeBudget& budget) {
     NamedTensor tensor;
     tensor.name = name;
     const std::optional<NumberType> type = type_of(header.dtype);
@@ -54,15 +54,16 @@ Status with_name(const Status& status, const std::string& name) {
 
 }  // namespace
 
-Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits) {
+Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(const Zip zip, Zip::open(source, "npz", limits));
-    Budget budget(limits.allowed(source.size()));
+    DecodeBudget budget(source.size(), limits);
     NpzFile result;
     Buffer bytes;
     for (const ZipEntry& entry : zip.entries()) {
         if (!entry.name.ends_with(kExtension))
             return error(Code::kUnsupported, "npz: '%s' is not a .npy array", entry.name.c_str());
         const std::string name = entry.name.substr(0, entry.name.size() - kExtension.size());
+        SPLAT_TRY(budget.take(entry.bytes, 1, "npz: " + entry.name));
         SPLAT_TRY(zip.read(entry, bytes));
         const auto header = read_npy_header(bytes);
         if (!header.ok()) return with_name(header.status(), name);

@@ -16,7 +16,7 @@ struct NpzFile {
 /// Errors       kFormat if it is damaged or asks for more than the limits allow;
 ///              kUnsupported for complex numbers, column-major arrays and members that are not arrays
 /// Source       NumPy's documentation, numpy.lib.format and numpy.savez
-Result<NpzFile> read_npz(const Source& source, const ReadLimits& limits = {});
+Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits = decode_limits());
 
 /// Stored, float32, or float16 with `half`. The pieces refer to the tensors. Errors: kUnsupported
 /// from 4 GiB on; kInvalidArgument for finite values that float16 does not reach.

@@ -111,14 +111,14 @@ class VertexReader {
 };
 
 Result<Gaussians> read_vertices(const PlyElement& vertex, PlyRows& rows, LoadReport& report,
-                                const LoadOptions& options) {
+                                const LoadOptions& options, DecodeBudget& budget) {
     VertexReader reader(vertex, report);
     SPLAT_TRY(reader.find_degree());
     Gaussians gaussians;
     gaussians.sh_degree = reader.degree();
     SPLAT_TRY(reader.bind(gaussians));
     SPLAT_TRY(rows.need(vertex));
-    SPLAT_TRY(check_count(vertex.count, options, "ply"));
+    SPLAT_TRY(check_count(vertex.count, reader.degree(), options, budget, "ply"));
     gaussians = scene::make_gaussians(vertex.count, reader.degree());
     SPLAT_TRY(rows.read(vertex, [&reader](std::size_t row, const std::vector<double>& values) {
         reader.scatter(row, values);
@@ -168,11 +168,12 @@ Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     if (header.find("vertex") == nullptr)
         return error(Code::kFormat, "ply: there is no element 'vertex'");
     PlyRows rows(header, file);
+    DecodeBudget budget(file.size(), options.limits);
     Gaussians gaussians;
     LoadReport report;
     for (const PlyElement& element : header.elements) {
         if (element.name == "vertex") {
-            SPLAT_ASSIGN(gaussians, read_vertices(element, rows, report, options));
+            SPLAT_ASSIGN(gaussians, read_vertices(element, rows, report, options, budget));
         } else {
             SPLAT_TRY(rows.skip(element));
         }

@@ -193,7 +193,6 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
     if (!has_packed_chunks(header))
         return error(Code::kFormat,
                      "compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
-    SPLAT_TRY(check_count(header.find("vertex")->count, options, "compressed ply"));
     PlyRows rows(header, file);
     LoadReport report;
     Packed packed;
@@ -210,6 +209,9 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
         }
     }
     SPLAT_TRY(check_complete(packed));
+    DecodeBudget budget(file.size(), options.limits);
+    SPLAT_TRY(check_count(header.find("vertex")->count, scene::kMaxShDegree, options, budget,
+                          "compressed ply"));
     return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
 }
 

@@ -181,15 +181,15 @@ Status read_row(const Source& source, std::uint64_t at, const Row& row, NamedTen
 
 }  // namespace
 
-Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits& limits) {
+Result<SafetensorsFile> read_safetensors(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(const std::uint64_t size, header_size(source));
     Buffer text(size);
     SPLAT_TRY(source.read(kSizeBytes, text));
-    HeaderReader header(limits.max_tensors);
+    HeaderReader header(limits.max_items);
     SPLAT_TRY(from_file(visit_json(as_text(text), "safetensors: the header", std::ref(header))));
     const std::uint64_t start = kSizeBytes + size;
     SPLAT_TRY(check_rows(header.rows, source.size() - start));
-    Budget budget(limits.allowed(source.size()));
+    DecodeBudget budget(source.size(), limits);
     SafetensorsFile file;
     file.metadata = std::move(header.metadata);
     for (const Row& row : header.rows)

@@ -21,7 +21,8 @@ struct SafetensorsFile {
 ///              or missing keys, names given twice, offsets that overlap, leave a gap or do not fit
 ///              the shape; kUnsupported for types that NumberType lacks
 /// Source       the format's README, https://github.com/huggingface/safetensors
-Result<SafetensorsFile> read_safetensors(const Source& source, const ReadLimits& limits = {});
+Result<SafetensorsFile> read_safetensors(const Source& source,
+                                         const DecodeLimits& limits = decode_limits());
 
 /// float32, or float16 with `half`; the data starts at a multiple of 8 bytes. The pieces refer to the
 /// tensors. Errors: kInvalidArgument for a tensor named "__metadata__", for a header beyond

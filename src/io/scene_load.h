@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/decode_budget.h"
 #include "core/status.h"
 #include "io/bytes.h"
 #include "scene/frame.h"
@@ -31,6 +32,7 @@ struct LoadedScene {
 struct LoadOptions {
     std::optional<scene::Frame> frame;     ///< of the file, unless it is the format's usual one
     std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
+    DecodeLimits limits = decode_limits();
 };
 
 struct SaveOptions {
@@ -39,8 +41,10 @@ struct SaveOptions {
     std::uint32_t spz_version = 3;           ///< 3 or 4
 };
 
-/// Errors: kUnsupported if a header promises more Gaussians than the options allow.
-Status check_count(std::uint64_t count, const LoadOptions& options, const char* format);
+/// What a reader checks before it allocates the Gaussians that a header promises. Errors: kUnsupported for more
+/// than the options allow; as DecodeBudget::take() for their memory.
+Status check_count(std::uint64_t count, std::uint32_t sh_degree, const LoadOptions& options,
+                   DecodeBudget& budget, const char* format);
 
 /// The last step of every reader: rotations to length 1, into the frame of memory, and the counts of
 /// the report. `usual` is the format's frame.

@@ -50,7 +50,8 @@ Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
             "splat: %zu bytes, expected a multiple of 32; %zu bytes follow Gaussian %zu. The "
             "file is truncated or of another format",
             file.size(), file.size() % kBytesEach, count);
-    SPLAT_TRY(check_count(count, options, "splat"));
+    DecodeBudget budget(file.size(), options.limits);
+    SPLAT_TRY(check_count(count, 0, options, budget, "splat"));
     Gaussians gaussians = scene::make_gaussians(count, 0);
     for (std::size_t i = 0; i < count; ++i) decode(file.data() + i * kBytesEach, gaussians, i);
     LoadReport report;

@@ -58,7 +58,7 @@ Result<Arrays> split_arrays(Reader& reader, const Header& header) {
 }
 
 /// Versions 1 to 3, gzip or plain.
-Result<Arrays> unpack_whole(Bytes file, const Header& header) {
+Result<Arrays> unpack_whole(Bytes file, const Header& header, DecodeBudget& budget) {
     Reader plain(file, "spz");
     if (!is_gzip(file)) {
         SPLAT_TRY(plain.take(kHeaderBytes, "header").status());
@@ -66,6 +66,7 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header) {
     }
     std::uint64_t bytes = kHeaderBytes;
     for (const std::size_t each : bytes_each(header)) bytes += std::uint64_t{header.count} * each;
+    SPLAT_TRY(budget.take(bytes, 1, "spz"));
     SPLAT_ASSIGN(Buffer unpacked, gunzip(file, bytes, "spz"));
     Reader reader(unpacked, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
@@ -75,7 +76,8 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header) {
 }
 
 /// Version 4: header, extensions, a table of packed and unpacked lengths, the zstd streams.
-Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& report) {
+Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& report,
+                              DecodeBudget& budget) {
     const std::size_t needed = header.degree == 0 ? kSh : kArrays;
     if (header.streams < needed)
         return error(Code::kFormat, "spz: %u streams, expected %zu", header.streams, needed);
@@ -100,6 +102,7 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& repo
             return error(Code::kFormat, "spz: stream %zu of %llu bytes, expected %u x %zu", i,
                          static_cast<unsigned long long>(bytes), header.count, each[i]);
         SPLAT_ASSIGN(const Bytes stream, reader.take(packed, "stream"));
+        SPLAT_TRY(budget.take(bytes, 1, "spz stream"));
         SPLAT_ASSIGN(Buffer unpacked, unzstd(stream, bytes, "spz stream " + std::to_string(i)));
         arrays.memory.push_back(std::move(unpacked));
         arrays.views[i] = arrays.memory.back();
@@ -210,13 +213,16 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const Header header, read_header(reader));
     if (is_gzip(file) && header.version >= 4)
         return error(Code::kFormat, "spz: version 4 inside gzip, expected zstd streams");
-    SPLAT_TRY(check_count(header.count, options, "spz"));
+    DecodeBudget budget(file.size(), options.limits);
+    SPLAT_TRY(check_count(header.count, std::min<std::uint32_t>(header.degree, scene::kMaxShDegree),
+                          options, budget, "spz"));
     LoadReport report;
     report.version = header.version;
     if ((header.flags & kAntialiased) != 0) report.ignored.emplace_back("flag antialiased");
     if (header.degree > scene::kMaxShDegree) report.ignored.emplace_back("SH bands 4 to 4");
-    SPLAT_ASSIGN(const Arrays arrays, header.version >= 4 ? unpack_streams(file, header, report)
-                                                          : unpack_whole(file, header));
+    SPLAT_ASSIGN(const Arrays arrays, header.version >= 4
+                                          ? unpack_streams(file, header, report, budget)
+                                          : unpack_whole(file, header, budget));
     return finish_load(decode(arrays, header), std::move(report), kSpzFrame, options);
 }
 

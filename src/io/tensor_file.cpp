@@ -18,8 +18,8 @@ struct TypeRow {
 
 /// In the order of NumberType.
 constexpr TypeRow kTypeRows[] = {{"float32", 4}, {"float64", 8}, {"float16", 2}, {"bfloat16", 2},
-                              {"int64", 8},   {"int32", 4},   {"int16", 2},   {"int8", 1},
-                              {"uint8", 1},   {"bool", 1}};
+                                 {"int64", 8},   {"int32", 4},   {"int16", 2},   {"int8", 1},
+                                 {"uint8", 1},   {"bool", 1}};
 
 constexpr std::uint32_t kSignBit = 0x8000'0000U;
 
@@ -156,6 +156,9 @@ Status NamedTensors::add(NamedTensor tensor) {
                      static_cast<unsigned long long>(count));
     if (!places_.emplace(tensor.name, tensors_.size()).second)
         return error(Code::kInvalidArgument, "'%s' appears twice", tensor.name.c_str());
+    const auto& file = tensor.values.file();
+    if (file && std::find(files_.begin(), files_.end(), file) == files_.end())
+        files_.push_back(file);
     tensors_.push_back(std::move(tensor));
     return {};
 }
@@ -166,13 +169,7 @@ const NamedTensor* NamedTensors::find(const std::string& name) const {
 }
 
 Status NamedTensors::unchanged() const {
-    const MappedFile* last = nullptr;
-    for (const NamedTensor& tensor : tensors_) {
-        const MappedFile* file = tensor.values.file();
-        if (file == nullptr || file == last) continue;
-        SPLAT_TRY(file->unchanged());
-        last = file;
-    }
+    for (const auto& file : files_) SPLAT_TRY(file->unchanged());
     return {};
 }
 
@@ -206,23 +203,6 @@ Status put_halves(Buffer& to, const NamedTensor& tensor) {
                          tensor.name.c_str(), static_cast<double>(value));
         put(to, half);
     }
-    return {};
-}
-
-std::uint64_t ReadLimits::allowed(std::uint64_t file_bytes) const {
-    const auto product = checked_mul(file_bytes, times_file);
-    const auto sum = product ? checked_add(*product, besides) : std::nullopt;
-    return sum.value_or(UINT64_MAX);
-}
-
-Status Budget::take(std::uint64_t count, std::uint64_t each, const std::string& what) {
-    const auto bytes = checked_mul(count, each);
-    if (!bytes || *bytes > left_)
-        return error(Code::kFormat,
-                     "%s: %llu x %llu bytes are too many for the size of the file; it is damaged",
-                     what.c_str(), static_cast<unsigned long long>(count),
-                     static_cast<unsigned long long>(each));
-    left_ -= *bytes;
     return {};
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/decode_budget.h"
 #include "core/large_vector.h"
 #include "core/status.h"
 #include "io/bytes.h"
@@ -63,7 +64,7 @@ class TensorValues {
     }
 
     /// nullptr for numbers in its own memory.
-    [[nodiscard]] const MappedFile* file() const { return file_.get(); }
+    [[nodiscard]] const std::shared_ptr<const MappedFile>& file() const { return file_; }
 
     friend bool operator==(const TensorValues& a, const TensorValues& b) {
         return std::equal(a.begin(), a.end(), b.begin(), b.end());
@@ -113,6 +114,7 @@ class NamedTensors {
   private:
     std::vector<NamedTensor> tensors_;
     std::unordered_map<std::string, std::size_t> places_;
+    std::vector<std::shared_ptr<const MappedFile>> files_;  ///< those that hold values, mostly one
 };
 
 /// Errors: kInvalidArgument, naming the first tensor that holds NaN or infinity, and where.
@@ -122,27 +124,5 @@ Status check_finite(const NamedTensors& tensors);
 /// Append the values as little-endian float16. Errors: kInvalidArgument for a finite value that
 /// becomes infinite; NaN stays NaN.
 Status put_halves(Buffer& to, const NamedTensor& tensor);
-
-/// Limits against damaged and hostile files: a reader takes no more memory, and reads no more, than
-/// allowed().
-struct ReadLimits {
-    std::uint64_t times_file = 64;         ///< bytes for each byte of the file
-    std::uint64_t besides = 64ULL << 20U;  ///< bytes on top of that
-    std::uint64_t max_tensors = 1'000'000;
-
-    [[nodiscard]] std::uint64_t allowed(std::uint64_t file_bytes) const;
-};
-
-/// Counts bytes down to 0.
-class Budget {
-  public:
-    explicit Budget(std::uint64_t bytes) : left_(bytes) {}
-
-    /// Errors: kFormat, naming `what`, if fewer are left.
-    Status take(std::uint64_t count, std::uint64_t each, const std::string& what);
-
-  private:
-    std::uint64_t left_;
-};
 
 }  // namespace splat::io

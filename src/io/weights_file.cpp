@@ -20,7 +20,7 @@ std::string number_text(double number) {
     return {text, std::to_chars(std::begin(text), std::end(text), number).ptr};
 }
 
-Result<WeightsFile> from_pth(const Source& source, const ReadLimits& limits) {
+Result<WeightsFile> from_pth(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(PthFile pth, read_pth(source, limits));
     WeightsFile file;
     file.format = WeightsFormat::kPth;
@@ -57,7 +57,7 @@ Result<PthScalars> scalars_of(const Metadata& metadata) {
     return scalars;
 }
 
-Result<WeightsFile> from_npz(const Source& source, const ReadLimits& limits) {
+Result<WeightsFile> from_npz(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(NpzFile npz, read_npz(source, limits));
     WeightsFile file;
     file.format = WeightsFormat::kNpz;
@@ -67,7 +67,7 @@ Result<WeightsFile> from_npz(const Source& source, const ReadLimits& limits) {
     return file;
 }
 
-Result<WeightsFile> from_safetensors(const Source& source, const ReadLimits& limits) {
+Result<WeightsFile> from_safetensors(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(SafetensorsFile read, read_safetensors(source, limits));
     WeightsFile file;
     file.tensors = std::move(read.tensors);
@@ -75,7 +75,7 @@ Result<WeightsFile> from_safetensors(const Source& source, const ReadLimits& lim
     return file;
 }
 
-Result<WeightsFile> from_any(const Source& source, const ReadLimits& limits) {
+Result<WeightsFile> from_any(const Source& source, const DecodeLimits& limits) {
     Buffer head(std::min<std::uint64_t>(source.size(), kHeadBytes));
     SPLAT_TRY(source.read(0, head));
     const std::string_view text = as_text(head);
@@ -108,14 +108,15 @@ const char* weights_format_name(WeightsFormat format) {
 }
 
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
-                                 const ReadLimits& limits) {
+                                 const DecodeLimits& limits) {
     auto file = from_any(source, limits);
     if (!file.ok())
         return Status(file.status().code(), "'" + name + "': " + file.status().message());
     return file;
 }
 
-Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits, bool in_place) {
+Result<WeightsFile> load_weights(const std::string& path, const DecodeLimits& limits,
+                                 bool in_place) {
     SPLAT_ASSIGN(const std::unique_ptr<Source> source, open_source(path, kMaxFileBytes, in_place));
     return read_weights(*source, path, limits);
 }

@@ -27,12 +27,13 @@ struct WeightsFile {
 ///              kUnsupported for what a format may hold and this library does not read; each with
 ///              the path and the format's own sentence
 /// in_place     values may stay in the mapped file, see MappedFile
-Result<WeightsFile> load_weights(const std::string& path, const ReadLimits& limits = {},
+Result<WeightsFile> load_weights(const std::string& path,
+                                 const DecodeLimits& limits = decode_limits(),
                                  bool in_place = false);
 
 /// Read from bytes; `name` stands for the path in messages.
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
-                                 const ReadLimits& limits = {});
+                                 const DecodeLimits& limits = decode_limits());
 
 /// The bytes of a file: .safetensors (with metadata), .pth (with the metadata named above) or .npz (tensors
 /// only), float32, or float16 with `half`. The pieces refer to the tensors. Errors: kInvalidArgument for such

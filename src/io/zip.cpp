@@ -35,18 +35,18 @@ class DirectoryReader {
     DirectoryReader(const Source& source, std::string what)
         : source_(source), what_(std::move(what)) {}
 
-    Result<std::vector<ZipEntry>> run(const ReadLimits& limits) {
+    Result<std::vector<ZipEntry>> run(const DecodeLimits& limits) {
         SPLAT_TRY(find_end());
-        if (count_ > limits.max_tensors)
+        if (count_ > limits.max_items)
             return bad(format("%llu entries, the limit is %llu",
                               static_cast<unsigned long long>(count_),
-                              static_cast<unsigned long long>(limits.max_tensors)));
+                              static_cast<unsigned long long>(limits.max_items)));
         if (count_ > bytes_ / kEntryBytes)
             return bad("more entries than its directory has room for");
         SPLAT_ASSIGN(const Buffer directory, piece(start_, bytes_));
         Reader reader(directory, what_ + ": directory");
         std::vector<ZipEntry> entries;
-        Budget budget(limits.allowed(source_.size()));
+        DecodeBudget budget(source_.size(), limits);
         for (std::uint64_t i = 0; i < count_; ++i) {
             SPLAT_ASSIGN(ZipEntry entry, read_entry(reader));
             SPLAT_TRY(check_sizes(entry));
@@ -253,7 +253,7 @@ void put_common(Buffer& to, const ZipMember& member) {
 
 }  // namespace
 
-Result<Zip> Zip::open(const Source& source, const std::string& what, const ReadLimits& limits) {
+Result<Zip> Zip::open(const Source& source, const std::string& what, const DecodeLimits& limits) {
     Zip zip;
     zip.source_ = &source;
     zip.what_ = what;

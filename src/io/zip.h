@@ -29,7 +29,7 @@ class Zip {
   public:
     /// `source` must outlive the archive; `what` names it in messages.
     static Result<Zip> open(const Source& source, const std::string& what,
-                            const ReadLimits& limits = {});
+                            const DecodeLimits& limits = decode_limits());
 
     [[nodiscard]] const std::vector<ZipEntry>& entries() const { return entries_; }
 

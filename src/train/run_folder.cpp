@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 
 #include "core/fork.h"
 #include "core/json_tree.h"
@@ -188,6 +189,11 @@ Result<std::size_t> RunFolder::begin(const std::string& config) {
 }
 
 Status RunFolder::open_streams() {
+    for (const char* name : {"log.txt", kMetrics}) {  // opening a FIFO would wait for its reader
+        std::error_code ignored;
+        if (is_there(root_ / name) && !fs::is_regular_file(root_ / name, ignored))
+            return cannot("write", root_ / name, "it is not a regular file");
+    }
     log_.open(root_ / "log.txt", std::ios::app);
     if (!log_) return cannot("write", root_ / "log.txt", std::strerror(errno));
     metrics_.open(root_ / kMetrics, std::ios::app);
@@ -242,8 +248,10 @@ void RunFolder::keep_latest_states(std::size_t count) const {
 
 std::vector<MetricLine> RunFolder::metrics() const {
     std::vector<MetricLine> lines;
-    std::ifstream file(root_ / kMetrics);
-    for (std::string text; std::getline(file, text);) {
+    const auto file = io::read_file(path(kMetrics));
+    if (!file.ok()) return lines;
+    std::istringstream rest{std::string(io::as_text(file.value()))};
+    for (std::string text; std::getline(rest, text);) {
         const Result<JsonTree> json = parse_json_tree(text, kMetrics);
         if (!json.ok()) continue;
         const JsonTree* const step = json.value().find("step");

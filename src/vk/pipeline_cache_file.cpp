@@ -1,12 +1,15 @@
 #include "vk/pipeline_cache_file.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 namespace splat::vk {
 namespace {
@@ -38,6 +41,37 @@ Header header_for(const DeviceInfo& info, const std::vector<std::byte>& data) {
     return header;
 }
 
+struct File {
+    int descriptor;
+    ~File() {
+        if (descriptor >= 0) ::close(descriptor);
+    }
+};
+
+bool read_all(const File& file, void* to, std::size_t bytes) {
+    auto* at = static_cast<char*>(to);
+    while (bytes > 0) {
+        const ssize_t got = ::read(file.descriptor, at, bytes);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return false;
+        at += got;
+        bytes -= static_cast<std::size_t>(got);
+    }
+    return true;
+}
+
+bool write_all(const File& file, const void* from, std::size_t bytes) {
+    const auto* at = static_cast<const char*>(from);
+    while (bytes > 0) {
+        const ssize_t put = ::write(file.descriptor, at, bytes);
+        if (put < 0 && errno == EINTR) continue;
+        if (put <= 0) return false;
+        at += put;
+        bytes -= static_cast<std::size_t>(put);
+    }
+    return true;
+}
+
 }  // namespace
 
 std::string pipeline_cache_path(const std::string& folder, const DeviceInfo& info) {
@@ -48,16 +82,17 @@ std::string pipeline_cache_path(const std::string& folder, const DeviceInfo& inf
 
 std::optional<std::vector<std::byte>> read_pipeline_cache(const std::string& path,
                                                           const DeviceInfo& info) {
-    std::ifstream file(path, std::ios::binary);
+    // Does not wait for the writer of a FIFO.
+    const File file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+    struct stat info_of_file {};
     Header header{};
-    if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.bytes > kMaxBytes)
-        return std::nullopt;
-    std::error_code failed;
-    if (std::filesystem::file_size(path, failed) != sizeof header + header.bytes || failed)
+    if (file.descriptor < 0 || ::fstat(file.descriptor, &info_of_file) != 0 ||
+        !S_ISREG(info_of_file.st_mode) || !read_all(file, &header, sizeof header) ||
+        header.bytes > kMaxBytes ||
+        static_cast<std::uint64_t>(info_of_file.st_size) != sizeof header + header.bytes)
         return std::nullopt;
     std::vector<std::byte> data(header.bytes);
-    if (!file.read(reinterpret_cast<char*>(data.data()), static_cast<std::streamsize>(data.size())))
-        return std::nullopt;
+    if (!read_all(file, data.data(), data.size())) return std::nullopt;
     const Header expected = header_for(info, data);
     if (std::memcmp(&header, &expected, sizeof header) != 0) return std::nullopt;
     return data;
@@ -68,18 +103,18 @@ bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
     std::error_code failed;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
     if (failed) return false;
-    const std::string part = path + "." + std::to_string(getpid()) + ".tmp";
+    // A name of its own: processes in two containers, and two threads, may have the same number.
+    std::string part = path + ".XXXXXX";
+    const File file{::mkostemp(part.data(), O_CLOEXEC)};
+    if (file.descriptor < 0) return false;
+    static_cast<void>(::fchmod(file.descriptor, 0644));  // others may share the folder
     struct Cleanup {  // also when memory runs out; after the rename there is nothing to remove
         const std::string& name;
         ~Cleanup() { std::remove(name.c_str()); }
     } const cleanup{part};
     const Header header = header_for(info, data);
-    std::ofstream file(part, std::ios::binary | std::ios::trunc);
-    file.write(reinterpret_cast<const char*>(&header), sizeof header);
-    file.write(reinterpret_cast<const char*>(data.data()),
-               static_cast<std::streamsize>(data.size()));
-    file.close();
-    return !file.fail() && std::rename(part.c_str(), path.c_str()) == 0;
+    return write_all(file, &header, sizeof header) && write_all(file, data.data(), data.size()) &&
+           std::rename(part.c_str(), path.c_str()) == 0;
 }
 
 }  // namespace splat::vk

@@ -365,7 +365,8 @@ const Layout kLayouts[] = {
     kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
     kComparisonInfo, kMetricComparison,  kDepthScores,    kNormalScores,   kMaskScores,
     kFidelityScores, kPointScores,       kCo3dDesc,       kCo3dInfo,       kDatasetImport,
-    kDatasetExport,  kPriorModelDesc,    kPriorModelInfo, kPriorMaps,      kNormalsDesc};
+    kDatasetExport,  kPriorModelDesc,    kPriorModelInfo, kPriorMaps,      kNormalsDesc,
+    kDecodeLimits};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

@@ -140,6 +140,11 @@ TEST_F(Co3dPrepare, RefusesDamagedAnnotations) {
     expect_refused(Code::kFormat, "element 0 is not [sequence, frame number, path]");
 }
 
+TEST_F(Co3dPrepare, RefusesAnnotationsThatUnpackToMuch) {
+    put_gzip(raw_ / "frame_annotations.jgz", "[" + std::string(80'000'000, ' ') + "]");
+    expect_refused(Code::kFormat, "80000002 x 1 bytes are too many for a file of");
+}
+
 TEST_F(Co3dPrepare, RefusesMissingAndOtherFiles) {
     put_image(raw_ / "1_2_3/m1.png", 8, 1);
     expect_refused(Code::kFormat, "m1.png': 8 x 8 pixels, its annotation has 16 x 16");

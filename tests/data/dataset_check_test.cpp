@@ -101,6 +101,14 @@ TEST_F(DatasetCheck, FindsOtherSizes) {
     expect("view 2: rgb has 8 x 8 pixels, the first image 16 x 16", nullptr);
 }
 
+/// The pixels of an image of another size are not decoded: these are cut off.
+TEST_F(DatasetCheck, ComparesSizesBeforePixels) {
+    put_image(object_ / "rgb/000002.png", 32, 3);
+    const std::string whole = test::file_text(object_ / "rgb/000002.png");
+    put_text(object_ / "rgb/000002.png", whole.substr(0, 60));
+    expect("view 2: rgb has 32 x 32 pixels, the first image 16 x 16", nullptr);
+}
+
 TEST_F(DatasetCheck, FindsAnObjectOfOneView) {
     for (const char* kind : {"rgb", "depth", "normal", "mask"})
         for (const char* name : {"000001.png", "000002.png"}) fs::remove(object_ / kind / name);

@@ -8,7 +8,7 @@ using namespace splat;
 
 void check(io::Bytes file) {
     const io::MemorySource source(file);
-    const io::ReadLimits small{64, 1U << 20U, 1000};
+    const DecodeLimits small{64, 1U << 20U, 1000};
     const auto zip = io::Zip::open(source, "zip", small);
     if (fuzz::accepted(zip.status())) {
         std::uint64_t total = 0;

@@ -10,7 +10,7 @@ namespace {
 
 using namespace splat;
 
-constexpr io::ImageOptions kSmall = {512, 1U << 20U};
+const io::ImageOptions kSmall = {512, 1U << 20U};
 
 void check(io::Bytes file) {
     for (const auto& image : {io::read_jpeg(file, kSmall), io::read_webp(file, kSmall)})

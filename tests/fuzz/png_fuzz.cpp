@@ -7,7 +7,7 @@ namespace {
 
 using namespace splat;
 
-constexpr io::ImageOptions kSmall = {512, 1U << 20U};
+const io::ImageOptions kSmall = {512, 1U << 20U};
 
 void check(io::Bytes file) {
     const auto image = io::read_png(file, kSmall);

@@ -27,7 +27,7 @@ void check_writing(const io::PthFile& file) {
 /// Archives seldom survive mutation (each file has a CRC), so the pickle is also read alone.
 void check(io::Bytes file) {
     const io::MemorySource source(file);
-    const io::ReadLimits small{64, 1U << 20U, 1000};
+    const DecodeLimits small{64, 1U << 20U, 1000};
     const auto read = io::read_pth(source, small);
     if (fuzz::accepted(read.status())) {
         fuzz::require(read.value().tensors.elements() * 4 <= small.allowed(file.size()));
@@ -36,7 +36,8 @@ void check(io::Bytes file) {
         check_writing(read.value());
     }
     static_cast<void>(fuzz::accepted(io::read_pth_adam(source, small).status()));
-    const auto pickle = io::Pickle::read({file.begin(), file.end()});
+    DecodeBudget budget(file.size(), small);
+    const auto pickle = io::Pickle::read({file.begin(), file.end()}, budget);
     if (!fuzz::accepted(pickle.status())) return;
     const io::PickleNode& root = pickle.value().root();
     for (const std::uint32_t item : root.items) static_cast<void>(pickle.value()[item].kind);

@@ -15,6 +15,7 @@ splat_scene_file_desc sample_scene_file_desc;
 splat_similarity sample_similarity;
 splat_scene_info sample_scene_info;
 splat_camera sample_camera;
+splat_decode_limits sample_decode_limits;
 splat_orbit_desc sample_orbit_desc;
 splat_camera_file_desc sample_camera_file_desc;
 splat_rasterizer_desc sample_rasterizer_desc;

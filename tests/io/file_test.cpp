@@ -1,6 +1,7 @@
 #include "io/file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <filesystem>
@@ -71,6 +72,45 @@ TEST_F(File, RefusesWhereItCannotWrite) {
     fs::create_directories(folder_ / "folder");
     EXPECT_ERROR(write_file(path("folder"), bytes_of("x")), Code::kIo, "Is a directory");
     EXPECT_EQ(files(), 1U) << "the temporary file is gone";
+}
+
+TEST_F(File, DoesNotWaitForAFifo) {
+    ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+    EXPECT_ERROR(read_file(path("fifo")).status(), Code::kIo, "not a regular file");
+    EXPECT_ERROR(open_source(path("fifo")).status(), Code::kIo, "not a regular file");
+    EXPECT_ERROR(write_file(path("fifo"), bytes_of("x")), Code::kIo, "not a regular file");
+    EXPECT_TRUE(fs::is_fifo(path("fifo")));
+    EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(File, KeepsLinksAndPermissions) {
+    fs::create_directories(folder_ / "deep");
+    ASSERT_OK(write_file(path("deep/target"), bytes_of("old")));
+    fs::permissions(path("deep/target"), fs::perms{0640});
+    fs::create_symlink("deep/target", path("relative"));
+    fs::create_symlink(path("relative"), path("absolute"));
+    fs::create_symlink("deep/later", path("dangling"));
+    for (const char* name : {"absolute", "relative", "deep/target"}) {
+        ASSERT_OK(write_file(path(name), bytes_of(name)));
+        EXPECT_EQ(as_text(read_file(path("deep/target")).value()), name);
+        EXPECT_EQ(fs::status(path("deep/target")).permissions(), fs::perms{0640}) << name;
+    }
+    ASSERT_OK(write_file(path("dangling"), bytes_of("new")));
+    EXPECT_EQ(as_text(read_file(path("deep/later")).value()), "new");
+    for (const char* name : {"absolute", "relative", "dangling"})
+        EXPECT_TRUE(fs::is_symlink(path(name))) << name;
+    fs::create_symlink("loop", path("loop"));
+    EXPECT_FALSE(write_file(path("loop"), bytes_of("x")).ok());
+}
+
+TEST_F(File, TakesTheLongestNames) {
+    const std::string name(255, 'n');
+    for (const char* text : {"new", "replaced"}) {
+        ASSERT_OK(write_file(path(name), bytes_of(text)));
+        EXPECT_EQ(as_text(read_file(path(name)).value()), text);
+    }
+    EXPECT_EQ(files(), 1U);
+    EXPECT_ERROR(write_file(path(name + "n"), bytes_of("x")), Code::kIo, "name too long");
 }
 
 TEST_F(File, IsReadPieceByPiece) {

@@ -13,8 +13,13 @@ using test::bytes_of;
 using test::PickleText;
 using Kind = Pickle::Kind;
 
+Result<Pickle> read_pickles(Buffer bytes, std::size_t count = 1) {
+    DecodeBudget budget(0, {0, 1ULL << 40U});
+    return Pickle::read(std::move(bytes), budget, count);
+}
+
 Result<Pickle> read(const std::string& text) {
-    return Pickle::read(bytes_of(text));
+    return read_pickles(bytes_of(text));
 }
 
 void expect_pickle_refused(const std::string& text, const char* part, Code code = Code::kFormat) {
@@ -68,12 +73,12 @@ TEST(Pickle, ReadsOrderedDictsOfPython2) {
 
 TEST(Pickle, ReadsSeveralThatFollowEachOther) {
     const std::string two = "\x80\x02K\1q\1.\x80\x02K\2.rest";
-    const auto pickle = Pickle::read(bytes_of(two), 2);
+    const auto pickle = read_pickles(bytes_of(two), 2);
     ASSERT_OK(pickle.status());
     EXPECT_EQ(pickle.value().root(0).integer, 1);
     EXPECT_EQ(pickle.value().root(1).integer, 2);
     EXPECT_EQ(pickle.value().size(), two.size() - 4);
-    EXPECT_ERROR(Pickle::read(bytes_of("\x80\x02K\1q\1.\x80\x02h\1."), 2).status(), Code::kFormat,
+    EXPECT_ERROR(read_pickles(bytes_of("\x80\x02K\1q\1.\x80\x02h\1."), 2).status(), Code::kFormat,
                  "the memo has no value")
         << "each has its own memo";
 }
@@ -175,7 +180,7 @@ TEST(Pickle, CyclesAndDepthAreHarmless) {
 TEST(Pickle, HasLimits) {
     expect_pickle_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
                           "more than 4194304 values");
-    EXPECT_ERROR(Pickle::read(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kFormat,
+    EXPECT_ERROR(read_pickles(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kFormat,
                  "the limit is 67108864");
 }
 

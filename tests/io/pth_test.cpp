@@ -18,7 +18,7 @@ using test::PickleText;
 using test::raw_bytes;
 using test::sample_pth;
 
-Result<PthFile> read_file(Bytes file, const ReadLimits& limits = {}) {
+Result<PthFile> read_file(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_pth(MemorySource(file), limits);
 }
 
@@ -282,7 +282,7 @@ TEST(Pth, RefusesShapesThatLeaveTheStorage) {
     refused(10, -1, {1}, {1}, "below 0");
     refused(10, 0, {2}, {-1}, "stride of 'a'");
     refused(10, 0, {1LL << 60}, {0}, "more than 2147483647");
-    refused(10, 0, {1LL << 30}, {0}, "too many for the size of the file");
+    refused(10, 0, {1LL << 30}, {0}, "too many for a file of");
     refused(10, 0, {2}, {1, 1}, "1 dimensions and 2 strides");
     refused(9, 0, {2}, {1}, "has 40 bytes, expected 9 of float32");
     refused(1LL << 60, 0, {2}, {1}, "has 40 bytes");
@@ -319,7 +319,8 @@ TEST(Pth, ManyViewsOfOneStorageStayWithinTheLimits) {
     pickle.raw("u");
     const Buffer file = sample_pth(pickle.done(), {std::string(4000, '\0')});
     EXPECT_OK(read_file(file).status());
-    EXPECT_ERROR(read_file(file, {1, 0, 1000}).status(), Code::kFormat, "too many for the size");
+    EXPECT_ERROR(read_file(file, {0, 1'000'000, 1000}).status(), Code::kFormat,
+                 "1000 x 4 bytes are too many for a file of");
 }
 
 }  // namespace

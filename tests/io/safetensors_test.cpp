@@ -11,7 +11,7 @@
 namespace splat::io {
 namespace {
 
-Result<SafetensorsFile> read(Bytes file, const ReadLimits& limits = {}) {
+Result<SafetensorsFile> read(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_safetensors(MemorySource(file), limits);
 }
 
@@ -223,7 +223,7 @@ TEST(Safetensors, RefusesSizesThatLie) {
         put_text(file, "{}              ");
         EXPECT_EQ(read(file).ok(), false) << size;
     }
-    const auto few = [](std::size_t tensors) { return ReadLimits{64, 100, tensors}; };
+    const auto few = [](std::size_t tensors) { return DecodeLimits{64, 100, tensors}; };
     const auto file = write_safetensors(test::sample_tensors());
     ASSERT_OK(file.status());
     EXPECT_OK(read(file.value().joined(), few(3)).status());

@@ -146,11 +146,10 @@ TEST(Spz, RefusesHostileHeaders) {
     refused(plain(0, 0, 0, 12, {}), Code::kUnsupported, "version 0");
     refused(plain(3, 0, 5, 12, {}), Code::kFormat, "degree 5");
     refused(plain(3, 0, 0, 99, {}), Code::kFormat, "99 fraction bits");
-    EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {}), all).status(), Code::kFormat,
-                 "truncated");
+    EXPECT_ERROR(read_spz(plain(3, 1000, 3, 12, {}), all).status(), Code::kFormat, "truncated");
     const auto bomb = gzip(plain(3, 0xFFFFFFFF, 3, 12, {}));
     ASSERT_OK(bomb.status());
-    EXPECT_ERROR(read_spz(bomb.value(), all).status(), Code::kFormat, "cannot come from");
+    EXPECT_ERROR(read_spz(bomb.value(), all).status(), Code::kFormat, "too many for a file of");
     EXPECT_ERROR(read_spz(plain(3, 0xFFFFFFFF, 3, 12, {})).status(), Code::kUnsupported,
                  "max_count");
     EXPECT_ERROR(read_spz(plain(3, 0, 0, 12, {1})).status(), Code::kFormat,

@@ -100,15 +100,5 @@ TEST(TensorFile, FindsWhatIsNotFinite) {
     EXPECT_ERROR(check_finite(tensors), Code::kInvalidArgument, "'bad' holds -inf at element 2");
 }
 
-TEST(TensorFile, BudgetsCannotBeOverrun) {
-    Budget budget(100);
-    EXPECT_OK(budget.take(10, 8, "x"));
-    EXPECT_ERROR(budget.take(21, 1, "x"), Code::kFormat, "21 x 1 bytes");
-    EXPECT_FALSE(budget.take(1ULL << 60U, 1ULL << 60U, "x").ok());
-    EXPECT_OK(budget.take(20, 1, "x"));
-    EXPECT_EQ((ReadLimits{64, 100, 1}.allowed(10)), 740U);
-    EXPECT_EQ((ReadLimits{64, 100, 1}.allowed(~0ULL)), ~0ULL);
-}
-
 }  // namespace
 }  // namespace splat::io

@@ -14,7 +14,7 @@ using test::ZipEnd;
 using test::ZipPart;
 
 /// The contents of all files, joined.
-Result<std::string> read_all(Bytes file, const ReadLimits& limits = {}) {
+Result<std::string> read_all(Bytes file, const DecodeLimits& limits = decode_limits()) {
     const MemorySource source(file);
     SPLAT_ASSIGN(const Zip zip, Zip::open(source, "zip", limits));
     std::string all;
@@ -137,11 +137,10 @@ TEST(Zip, HoldsNoMoreThanTheLimits) {
     const Buffer file = sample_zip({{"a", std::string(100000, 'x'), true}});
     ASSERT_LT(file.size(), 1000U);
     EXPECT_OK(read_all(file).status());
-    ReadLimits limits{10, 1000, 10};
-    EXPECT_ERROR(read_all(file, limits).status(), Code::kFormat,
-                 "too many for the size of the file");
+    DecodeLimits limits{10, 1000, 10};
+    EXPECT_ERROR(read_all(file, limits).status(), Code::kFormat, "too many for a file of");
     limits = {};
-    limits.max_tensors = 1;
+    limits.max_items = 1;
     EXPECT_ERROR(read_all(sample_zip(two()), limits).status(), Code::kFormat,
                  "2 entries, the limit is 1");
 }

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
@@ -124,6 +127,32 @@ TEST_F(PipelineCache, FileRoundTrips) {
     EXPECT_EQ(read_pipeline_cache(path, info), data);
     info.driver_version = 10;
     EXPECT_EQ(read_pipeline_cache(path, info), std::nullopt);
+}
+
+TEST_F(PipelineCache, AFifoIsNoFile) {
+    fs::create_directories(folder_);
+    const std::string path = pipeline_cache_path(folder_, DeviceInfo());
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    EXPECT_EQ(read_pipeline_cache(path, DeviceInfo()), std::nullopt);
+}
+
+/// Processes of two containers, like these threads, may have the same number.
+TEST_F(PipelineCache, WritersOfAColdCacheDoNotMix) {
+    const std::string path = pipeline_cache_path(folder_, DeviceInfo());
+    std::atomic<int> failed{0};
+    const auto write = [&](std::size_t bytes) {
+        const std::vector<std::byte> data(bytes, std::byte{1});
+        for (int i = 0; i < 200; ++i)
+            if (!write_pipeline_cache(path, DeviceInfo(), data)) ++failed;
+    };
+    std::thread other(write, 100'000);
+    write(300'000);
+    other.join();
+    EXPECT_EQ(failed, 0);
+    const auto read = read_pipeline_cache(path, DeviceInfo());
+    ASSERT_TRUE(read.has_value());
+    EXPECT_TRUE(read->size() == 100'000 || read->size() == 300'000);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "a temporary file is left";
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/log.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/process.h"
 #include "vkrun/cli/usage.h"
 
 namespace vkrun {
@@ -58,15 +59,23 @@ int fail(int exit_code, const std::string& sentence) {
 int run_main(int argc, char** argv) {
     int exit_code = kSuccess;
     bool verbose = false;
+    std::uint32_t decode_scale = 1;
     CLI::App app(kAbout, "vkrun");
     app.set_version_flag("--version", version_text(), "Print the versions and exit");
     app.set_help_flag("-h,--help", "Print this text and exit");
     app.add_flag("-v,--verbose", verbose, "Show all messages of the library, not only warnings");
+    add_count_option(app, "--decode-scale", decode_scale,
+                     "Multiply what a file may cost when it is read: 64 times its size\n"
+                     "and 64 MiB of memory, 100 scans of a JPEG, 10^6 tensors",
+                     1, 1000);
     app.require_subcommand(1);
     app.fallthrough();
     app.footer(kMainFooter);
     app.formatter(help_formatter());
-    app.parse_complete_callback([&verbose] { set_verbose(verbose); });
+    app.parse_complete_callback([&] {
+        set_verbose(verbose);
+        scale_decode_limits(decode_scale);
+    });
     add_doctor(app, exit_code);
     add_devices(app, exit_code);
     add_predict(app, exit_code);
@@ -96,6 +105,7 @@ int run_main(int argc, char** argv) {
 }  // namespace vkrun
 
 int main(int argc, char** argv) {
+    vkrun::prepare_process();
     int exit_code = vkrun::kFailed;
     try {
         exit_code = vkrun::run_main(argc, argv);
@@ -107,7 +117,9 @@ int main(int argc, char** argv) {
     } catch (const std::exception& error) {
         exit_code = vkrun::fail(vkrun::kFailed, error.what());
     }
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    // A training that a closed pipe or terminal interrupts has nobody to tell.
+    if (!written && exit_code != vkrun::kInterrupted)
         return vkrun::fail(vkrun::kFailed, "cannot write to standard output");
     return exit_code;
 }

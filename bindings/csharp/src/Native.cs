@@ -91,6 +91,15 @@ namespace Splat.Interop
             LogLevel min_level);
 
         /// <summary>
+        /// Replace the limits of this process. Calls that read a file then take the new ones; a file beyond
+        /// them is SPLAT_ERROR_FORMAT. Thread-safe.
+        /// limits    NULL: the defaults
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a field of limits; nothing is changed.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_decode_set_limits(splat_decode_limits* limits);
+
+        /// <summary>
         /// Count the Vulkan devices of this machine, usable or not.
         /// count     out
         /// Returns SPLAT_OK (count may be 0), or
@@ -2587,6 +2596,29 @@ namespace Splat.Interop
     public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
 
     /// <summary>
+    /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
+    /// for all memory or for hours. Sizes are compared before anything is decoded.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_decode_limits
+    {
+        public uint struct_size;
+        /// <summary>0</summary>
+        public uint flags;
+        /// <summary>NULL</summary>
+        public void* next;
+        /// <summary>bytes of memory for each byte of the file; 0 = 64</summary>
+        public ulong bytes_times_file;
+        /// <summary>bytes on top of that; 0 = 64 MiB</summary>
+        public ulong bytes_besides;
+        /// <summary>tensors or files of an archive; 0 = 10^6</summary>
+        public ulong items;
+        /// <summary>of one image; 0 = 100</summary>
+        public uint jpeg_scans;
+        public uint reserved;
+    }
+
+    /// <summary>
     /// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
     /// read `pixels`, those that give one write there, and no others touch it.
     /// </summary>
@@ -4270,6 +4302,9 @@ namespace Splat.Interop
         /// <summary>All structs of the headers.</summary>
         public static readonly NativeLayout[] All =
         {
+            new NativeLayout(typeof(splat_decode_limits), 48, false,
+                "struct_size:0:4 flags:4:4 next:8:8 bytes_times_file:16:8 bytes_besides:24:8 " +
+                "items:32:8 jpeg_scans:40:4 reserved:44:4"),
             new NativeLayout(typeof(splat_image), 56, true,
                 "pixels:0:8 bytes:8:8 type:16:4 width:20:4 height:24:4 channels:28:4 " +
                 "row_stride:32:8 pixel_stride:40:8 channel_stride:48:8"),

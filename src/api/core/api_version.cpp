@@ -32,6 +32,7 @@ constexpr StructSize kStructs[] = {
     {"splat_dataset_export_desc", sizeof(splat_dataset_export_desc)},
     {"splat_dataset_import_desc", sizeof(splat_dataset_import_desc)},
     {"splat_dataset_views", sizeof(splat_dataset_views)},
+    {"splat_decode_limits", sizeof(splat_decode_limits)},
     {"splat_depth_scores", sizeof(splat_depth_scores)},
     {"splat_device_desc", sizeof(splat_device_desc)},
     {"splat_device_info", sizeof(splat_device_info)},

@@ -94,7 +94,7 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_COPY));
         SPLAT_ASSIGN(io::WeightsFile file,
-                     io::load_weights(path, {}, (flags & SPLAT_WEIGHTS_COPY) == 0));
+                     io::load_weights(path, decode_limits(), (flags & SPLAT_WEIGHTS_COPY) == 0));
         *weights = add_weights(std::move(file));
         return {};
     });

@@ -43,7 +43,7 @@ Result<WeightsPointer> predictor_weights(const char* path, splat_weights weights
         return WeightsPointer(object, &object->file);
     }
     if (path == nullptr) return WeightsPointer();
-    SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(path, {}, true));
+    SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(path, decode_limits(), true));
     return WeightsPointer(std::make_shared<const io::WeightsFile>(std::move(file)));
 }
 

@@ -19,6 +19,8 @@ struct JpegState {
     jpeg_error_mgr errors{};
     std::jmp_buf escape{};
     char message[JMSG_LENGTH_MAX] = "";
+    jpeg_progress_mgr progress{};
+    std::uint32_t max_scans = 0;
 };
 
 void on_error(j_common_ptr jpeg) {
@@ -35,12 +37,24 @@ void on_message(j_common_ptr jpeg, int level) {
         on_error(jpeg);
 }
 
+/// Each scan passes over the whole image, however few bytes it has.
+void on_progress(j_common_ptr jpeg) {
+    auto* const state = reinterpret_cast<JpegState*>(jpeg->err);
+    const auto* const decoder = reinterpret_cast<j_decompress_ptr>(jpeg);
+    if (static_cast<std::uint32_t>(decoder->input_scan_number) <= state->max_scans) return;
+    std::snprintf(state->message, sizeof state->message, "more than %u scans, the limit",
+                  state->max_scans);
+    std::longjmp(state->escape, 1);
+}
+
 class JpegReader {
   public:
-    explicit JpegReader(Bytes file) : file_(file) {
+    JpegReader(Bytes file, std::uint32_t max_scans) : file_(file) {
         jpeg_.err = jpeg_std_error(&state.errors);
         state.errors.error_exit = on_error;
         state.errors.emit_message = on_message;
+        state.progress.progress_monitor = on_progress;
+        state.max_scans = max_scans;
     }
     JpegReader(const JpegReader&) = delete;
     JpegReader& operator=(const JpegReader&) = delete;
@@ -51,6 +65,7 @@ class JpegReader {
         // NOLINTNEXTLINE(cert-err52-cpp)
         if (setjmp(state.escape) != 0) return false;
         jpeg_create_decompress(&jpeg_);
+        jpeg_.progress = &state.progress;
         jpeg_mem_src(&jpeg_, reinterpret_cast<const unsigned char*>(file_.data()),
                      static_cast<unsigned long>(file_.size()));
         jpeg_read_header(&jpeg_, TRUE);
@@ -59,6 +74,16 @@ class JpegReader {
         image.channels = jpeg_.jpeg_color_space == JCS_GRAYSCALE ? 1 : 3;
         cmyk = jpeg_.num_components == 4;
         return true;
+    }
+
+    /// Of an image of several scans libjpeg keeps all coefficients.
+    [[nodiscard]] std::uint64_t coefficient_bytes() {
+        if (jpeg_has_multiple_scans(&jpeg_) == FALSE) return 0;
+        std::uint64_t blocks = 0;
+        for (int i = 0; i < jpeg_.num_components; ++i)
+            blocks += std::uint64_t{jpeg_.comp_info[i].width_in_blocks} *
+                      jpeg_.comp_info[i].height_in_blocks;
+        return blocks * sizeof(JBLOCK);
     }
 
     /// `rows` is [height, width x channels].
@@ -92,33 +117,29 @@ Status bad(const char* message) {
 Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     if (file.size() < 3 || file[0] != std::byte{0xFF} || file[1] != std::byte{0xD8})
         return bad("the file does not start like a JPEG file");
-    JpegReader reader(file);
+    JpegReader reader(file, options.limits.max_jpeg_scans);
     Image image;
     if (!reader.read_header(image)) return bad(reader.state.message);
     if (reader.cmyk)
         return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or RGB");
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
-    if (image.width > options.max_side || image.height > options.max_side ||
-        pixels * image.channels > options.max_samples)
-        return error(Code::kUnsupported,
-                     "jpeg: %u x %u pixels, the limit is %u on a side, %llu samples", image.width,
-                     image.height, options.max_side,
-                     static_cast<unsigned long long>(options.max_samples));
     // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())
         return error(Code::kFormat, "jpeg: %u x %u pixels cannot come from %zu bytes", image.width,
                      image.height, file.size());
     const Exif exif = exif_of(file, image.width, image.height);
+    const bool turned = options.upright && exif.orientation != 1;
+    const std::uint64_t copy = turned ? pixels * image.channels * sizeof image.samples[0] : 0;
+    SPLAT_TRY(check_header(image, options, reader.coefficient_bytes() + copy, file.size(), "jpeg"));
     image.focal = exif.focal;
     if (options.header_only) {
         if (options.upright && exif.orientation >= 5) std::swap(image.width, image.height);
         return image;
     }
     const std::size_t row_bytes = std::size_t{image.width} * image.channels;
-    std::vector<unsigned char> rows(row_bytes * image.height);
-    if (!reader.read_rows(rows.data(), row_bytes, image.channels == 1))
+    if (!reader.read_rows(make_byte_samples(image), row_bytes, image.channels == 1))
         return bad(reader.state.message);
-    image.samples.assign(rows.begin(), rows.end());
+    spread_byte_samples(image);
     return options.upright ? upright(std::move(image), exif.orientation) : std::move(image);
 }
 

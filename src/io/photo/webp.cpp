@@ -19,22 +19,18 @@ Result<Image> read_webp(Bytes file, const ImageOptions& options) {
     image.width = static_cast<std::uint32_t>(features.width);
     image.height = static_cast<std::uint32_t>(features.height);
     image.channels = features.has_alpha != 0 ? 4 : 3;
-    const std::uint64_t samples = std::uint64_t{image.width} * image.height * image.channels;
-    if (image.width > options.max_side || image.height > options.max_side ||
-        samples > options.max_samples)
-        return error(Code::kUnsupported,
-                     "webp: %u x %u pixels, the limit is %u on a side, %llu samples", image.width,
-                     image.height, options.max_side,
-                     static_cast<unsigned long long>(options.max_samples));
+    // What libwebp keeps for each pixel: a lossless image as four bytes, else its alpha twice.
+    constexpr int kLossy = 1;
+    const std::uint64_t each = features.format != kLossy ? 4 : features.has_alpha != 0 ? 2 : 0;
+    SPLAT_TRY(check_header(image, options, std::uint64_t{image.width} * image.height * each,
+                           file.size(), "webp"));
     if (options.header_only) return image;
-    std::vector<std::uint8_t> rows(samples);
+    std::uint8_t* const rows = make_byte_samples(image);
     const int stride = static_cast<int>(image.width * image.channels);
-    const auto* const decoded =
-        image.channels == 4
-            ? WebPDecodeRGBAInto(data, file.size(), rows.data(), rows.size(), stride)
-            : WebPDecodeRGBInto(data, file.size(), rows.data(), rows.size(), stride);
+    const auto* const decoded = (image.channels == 4 ? WebPDecodeRGBAInto : WebPDecodeRGBInto)(
+        data, file.size(), rows, image.samples.size(), stride);
     if (decoded == nullptr) return error(Code::kFormat, "webp: the file is damaged or truncated");
-    image.samples.assign(rows.begin(), rows.end());
+    spread_byte_samples(image);
     return image;
 }
 

@@ -1,8 +1,8 @@
 #include "io/torch/pickle.h"
 
 #include <array>
-#include <optional>
 #include <unordered_map>
+#include <utility>
 
 #include "io/reader.h"
 #include "io/torch/pickle_globals.h"
@@ -14,29 +14,13 @@ namespace {
 using Kind = PickleNode::Kind;
 using Role = PickleRole;
 
-/// UTF-8 to the Latin-1 bytes that protocol 2 writes as text; nothing for a character outside Latin-1.
-std::optional<std::string> latin1(std::string_view text) {
-    std::string bytes;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const auto lead = static_cast<unsigned char>(text[i]);
-        if (lead < 0x80) {
-            bytes += text[i];
-        } else if ((lead == 0xC2 || lead == 0xC3) && i + 1 < text.size()) {
-            const auto low = static_cast<unsigned char>(text[++i]);
-            bytes += static_cast<char>((lead & 3U) << 6U | (low & 0x3FU));
-        } else {
-            return std::nullopt;
-        }
-    }
-    return bytes;
-}
-
 }  // namespace
 
 /// The stack machine that runs a pickle's opcodes.
 class Unpickler {
   public:
-    explicit Unpickler(Pickle& pickle) : pickle_(pickle), reader_(pickle.bytes_, "pickle") {
+    Unpickler(Pickle& pickle, DecodeBudget& budget)
+        : pickle_(pickle), budget_(budget), reader_(pickle.bytes_, "pickle") {
         none_ = node({});
         PickleNode value;
         value.kind = Kind::kBool;
@@ -61,6 +45,7 @@ class Unpickler {
             SPLAT_TRY(reader_.read(op, "opcode"));
             if (op == '.') break;
             SPLAT_TRY(step(op));
+            SPLAT_TRY(budget_.take(std::exchange(cost_, 0), 1, "pickle: values"));
             if (pickle_.nodes_.size() > Pickle::kMaxNodes)
                 return bad(format("more than %zu values", Pickle::kMaxNodes));
         }
@@ -75,8 +60,15 @@ class Unpickler {
     }
 
     std::uint32_t node(PickleNode value) {
+        cost_ += 2 * sizeof(PickleNode);  // the vector grows by doubling
         pickle_.nodes_.push_back(std::move(value));
         return static_cast<std::uint32_t>(pickle_.nodes_.size() - 1);
+    }
+
+    /// Items of the newest value.
+    void give_items(std::vector<std::uint32_t> items) {
+        cost_ += items.size() * sizeof items[0];
+        at(stack_.back()).items = std::move(items);
     }
 
     [[nodiscard]] PickleNode& at(std::uint32_t i) { return pickle_.nodes_[i]; }
@@ -129,7 +121,7 @@ class Unpickler {
     Status push_tuple(Result<std::vector<std::uint32_t>> items) {
         SPLAT_ASSIGN(std::vector<std::uint32_t> values, std::move(items));
         SPLAT_TRY(push_new(Kind::kTuple));
-        at(stack_.back()).items = std::move(values);
+        give_items(std::move(values));
         return {};
     }
 
@@ -141,6 +133,7 @@ class Unpickler {
         if (to.kind != kind || (kind == Kind::kDict && values.size() % 2 != 0))
             return bad(std::string("items for ") + kind_name(to.kind) + ", expected " +
                        kind_name(kind));
+        cost_ += 2 * values.size() * sizeof values[0];
         to.items.insert(to.items.end(), values.begin(), values.end());
         return {};
     }
@@ -293,7 +286,8 @@ class Unpickler {
 
     Status remember(std::size_t index) {
         SPLAT_TRY(need(1));
-        memo_[index] = stack_.back();
+        constexpr std::size_t kEntryBytes = 48;  // of the map
+        if (memo_.insert_or_assign(index, stack_.back()).second) cost_ += kEntryBytes;
         if (memo_.size() <= Pickle::kMaxNodes) return {};
         return bad(format("more than %zu values in the memo", Pickle::kMaxNodes));
     }
@@ -351,6 +345,9 @@ class Unpickler {
             return bad("a call of something that is not a function");
         const PickleGlobal& global =
             pickle_globals()[static_cast<std::size_t>(at(call[0]).integer)];
+        constexpr std::size_t kMostArguments = 16;
+        if (at(call[1]).items.size() > kMostArguments)
+            return bad("more arguments than any function of a state dict has");
         const std::vector<std::uint32_t> arguments = at(call[1]).items;
         const auto misfit = [this, name = global.name] {
             return bad("arguments that do not fit " + std::string(name));
@@ -360,7 +357,7 @@ class Unpickler {
                 if (arguments.size() < 4 || at(arguments[0]).kind != Kind::kStorage)
                     return misfit();
                 SPLAT_TRY(push_new(Kind::kTensor));
-                at(stack_.back()).items = arguments;
+                give_items(arguments);
                 return {};
             case Role::kParameter:
                 if (arguments.empty() || at(arguments[0]).kind != Kind::kTensor) return misfit();
@@ -394,7 +391,7 @@ class Unpickler {
             items.insert(items.end(), pair.items.begin(), pair.items.end());
         }
         if (!push_new(Kind::kDict).ok()) return false;
-        at(stack_.back()).items = std::move(items);
+        give_items(std::move(items));
         return true;
     }
 
@@ -405,6 +402,7 @@ class Unpickler {
             return false;
         const auto bytes = latin1(at(arguments[0]).text);
         if (!bytes) return false;
+        cost_ += bytes->size();
         pickle_.texts_.push_back(*bytes);
         return push_new(Kind::kBytes, 0, pickle_.texts_.back()).ok();
     }
@@ -452,11 +450,13 @@ class Unpickler {
             return bad("a persistent id that is not the storage of a tensor");
         SPLAT_TRY(Pickle::storage_type(at(items[1])).status());
         SPLAT_TRY(push_new(Kind::kStorage));
-        at(stack_.back()).items = items;
+        give_items(items);
         return {};
     }
 
     Pickle& pickle_;
+    DecodeBudget& budget_;
+    std::uint64_t cost_ = 0;  ///< bytes of this step
     Reader reader_;
     std::size_t at_ = 0;
     std::vector<std::uint32_t> stack_;
@@ -467,12 +467,12 @@ class Unpickler {
     std::uint32_t true_ = 0;
 };
 
-Result<Pickle> Pickle::read(Buffer bytes, std::size_t count) {
+Result<Pickle> Pickle::read(Buffer bytes, DecodeBudget& budget, std::size_t count) {
     if (bytes.size() > kMaxBytes)
         return error(Code::kFormat, "pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
     Pickle pickle;
     pickle.bytes_ = std::move(bytes);
-    SPLAT_TRY(Unpickler(pickle).run(count));
+    SPLAT_TRY(Unpickler(pickle, budget).run(count));
     return pickle;
 }
 

@@ -46,9 +46,9 @@ class Pickle {
     /// not, as is every opcode that a state dict does not need.
     ///
     /// Errors       kUnsupported with the global or the opcode; kFormat with the byte, for
-    ///              a pickle that is damaged or exceeds kMaxBytes, kMaxNodes or kMaxMarks
+    ///              a pickle that is damaged or exceeds the budget, kMaxBytes, kMaxNodes or kMaxMarks
     /// Source       Python's pickletools.py, which describes the opcodes
-    static Result<Pickle> read(Buffer bytes, std::size_t count = 1);
+    static Result<Pickle> read(Buffer bytes, DecodeBudget& budget, std::size_t count = 1);
 
     static constexpr std::size_t kMaxBytes = 64U << 20U;
     static constexpr std::size_t kMaxNodes = 4U << 20U;

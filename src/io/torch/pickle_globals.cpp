@@ -32,4 +32,20 @@ std::span<const PickleGlobal> pickle_globals() {
     return kPickleGlobals;
 }
 
+std::optional<std::string> latin1(std::string_view text) {
+    std::string bytes;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto lead = static_cast<unsigned char>(text[i]);
+        if (lead < 0x80) {
+            bytes += text[i];
+        } else if ((lead == 0xC2 || lead == 0xC3) && i + 1 < text.size()) {
+            const auto low = static_cast<unsigned char>(text[++i]);
+            bytes += static_cast<char>((lead & 3U) << 6U | (low & 0x3FU));
+        } else {
+            return std::nullopt;
+        }
+    }
+    return bytes;
+}
+
 }  // namespace splat::io

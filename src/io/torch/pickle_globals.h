@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "io/tensor_file.h"
@@ -28,5 +30,9 @@ struct PickleGlobal {
 
 /// The allow-list.
 std::span<const PickleGlobal> pickle_globals();
+
+/// What _codecs.encode(text, 'latin1') returns: the bytes that protocol 2 writes as text in UTF-8; nothing for a
+/// character outside Latin-1.
+std::optional<std::string> latin1(std::string_view text);
 
 }  // namespace splat::io

@@ -55,14 +55,15 @@ void gather(const View& view, std::span<const float> from, std::span<float> to) 
 
 class PthReader {
   public:
-    PthReader(const Source& source, const ReadLimits& limits)
-        : source_(source), limits_(limits), budget_(limits.allowed(source.size())) {}
+    PthReader(const Source& source, const DecodeLimits& limits)
+        : source_(source), budget_(source.size(), limits) {}
 
     Status open() {
-        SPLAT_ASSIGN(archive_, PthArchive::open(source_, limits_));
+        SPLAT_ASSIGN(archive_, PthArchive::open(source_, budget_));
         return {};
     }
 
+    [[nodiscard]] DecodeBudget& budget() { return budget_; }
     [[nodiscard]] const Pickle& pickle() const { return archive_->pickle(); }
     [[nodiscard]] const PickleNode& root() const { return archive_->root(); }
 
@@ -171,8 +172,7 @@ class PthReader {
     }
 
     const Source& source_;
-    const ReadLimits& limits_;
-    Budget budget_;
+    DecodeBudget budget_;
     std::unique_ptr<PthArchive> archive_;
     Buffer stored_;
     std::string loaded_;  // key of stored_; empty: none
@@ -210,11 +210,11 @@ Status read_scalars(PthReader& reader, PthScalars& scalars) {
 }
 
 Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
-                                  const ReadLimits& limits) {
+                                  const DecodeLimits& limits) {
     const Pickle& pickle = reader.pickle();
-    if (dict.items.size() / 2 > limits.max_tensors)
+    if (dict.items.size() / 2 > limits.max_items)
         return bad_pth(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
-                              static_cast<unsigned long long>(limits.max_tensors)));
+                              static_cast<unsigned long long>(limits.max_items)));
     NamedTensors tensors;
     for (std::size_t i = 0; i < dict.items.size(); i += 2) {
         const PickleNode& key = pickle[dict.items[i]];
@@ -230,9 +230,18 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
     return tensors;
 }
 
+/// Each of a dict's names is searched for in all of it, and many parameters may share one dict.
+Status check_few(const PickleNode& dict) {
+    constexpr std::size_t kMost = 64;
+    if (dict.items.size() / 2 <= kMost) return {};
+    return bad_pth(format("a state or group of the optimiser has %zu entries, the limit is %zu",
+                          dict.items.size() / 2, kMost));
+}
+
 Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
                                  const PickleNode& state) {
     AdamMoments moments;
+    SPLAT_TRY(check_few(state));
     if (key.kind != Kind::kInt) return bad_pth("a parameter of the optimiser has no number");
     moments.parameter = key.integer;
     SPLAT_ASSIGN(moments.step, required(reader, state, "step"));
@@ -250,6 +259,7 @@ Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
 
 Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     const Pickle& pickle = reader.pickle();
+    SPLAT_TRY(check_few(dict));
     AdamGroup group;
     SPLAT_ASSIGN(group.lr, required(reader, dict, "lr"));
     SPLAT_ASSIGN(group.eps, required(reader, dict, "eps"));
@@ -264,6 +274,8 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     const PickleNode* parameters = pickle.find(dict, "params");
     if (parameters == nullptr || parameters->kind != Kind::kList)
         return bad_pth("a group of the optimiser has no list 'params'");
+    SPLAT_TRY(reader.budget().take(parameters->items.size(), sizeof group.parameters[0],
+                                   "pth: the optimiser's 'params'"));
     for (const std::uint32_t item : parameters->items) {
         if (pickle[item].kind != Kind::kInt)
             return bad_pth("'params' holds something other than numbers");
@@ -274,7 +286,7 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
 
 }  // namespace
 
-Result<PthFile> read_pth(const Source& source, const ReadLimits& limits) {
+Result<PthFile> read_pth(const Source& source, const DecodeLimits& limits) {
     PthReader reader(source, limits);
     SPLAT_TRY(reader.open());
     const PickleNode* dict = &reader.root();
@@ -294,7 +306,7 @@ Result<PthFile> read_pth(const Source& source, const ReadLimits& limits) {
     return file;
 }
 
-Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits) {
+Result<AdamState> read_pth_adam(const Source& source, const DecodeLimits& limits) {
     PthReader reader(source, limits);
     SPLAT_TRY(reader.open());
     const Pickle& pickle = reader.pickle();

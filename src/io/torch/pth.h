@@ -28,7 +28,7 @@ struct PthFile {
 /// Errors       kFormat if the file is damaged, is not a state dict, or asks for more than the
 ///              limits allow; kUnsupported for big-endian files, and pickles of anything other
 ///              than weights
-Result<PthFile> read_pth(const Source& source, const ReadLimits& limits = {});
+Result<PthFile> read_pth(const Source& source, const DecodeLimits& limits = decode_limits());
 
 /// A checkpoint as the published code saves it: a dict of iteration, loss and best_PSNR, 0 where they are not
 /// given, and model_state_dict; float32, or float16 with `half`. The pieces refer to the tensors.
@@ -61,6 +61,6 @@ struct AdamState {
 
 /// The 'optimizer_state_dict' of such a file, of torch.optim.Adam. Errors: as read_pth(), and
 /// kFormat if there is none.
-Result<AdamState> read_pth_adam(const Source& source, const ReadLimits& limits = {});
+Result<AdamState> read_pth_adam(const Source& source, const DecodeLimits& limits = decode_limits());
 
 }  // namespace splat::io

@@ -39,8 +39,8 @@ Result<Pickle> in_pth(Result<Pickle> pickle, const char* where) {
 
 class ZipPth : public PthArchive {
   public:
-    Status open(const Source& source, const ReadLimits& limits) {
-        SPLAT_ASSIGN(zip_, Zip::open(source, "pth", limits));
+    Status open(const Source& source, DecodeBudget& budget) {
+        SPLAT_ASSIGN(zip_, Zip::open(source, "pth", budget.limits()));
         const ZipEntry* found = nullptr;
         for (const ZipEntry& entry : zip_.entries()) {
             if (!is_pth_entry(entry.name)) continue;
@@ -57,7 +57,7 @@ class ZipPth : public PthArchive {
                                       Pickle::kMaxBytes));
         Buffer bytes;
         SPLAT_TRY(zip_.read(*found, bytes));
-        SPLAT_ASSIGN(pickle_, in_pth(Pickle::read(std::move(bytes)), "data.pkl: "));
+        SPLAT_ASSIGN(pickle_, in_pth(Pickle::read(std::move(bytes), budget), "data.pkl: "));
         return {};
     }
 
@@ -94,16 +94,16 @@ class ZipPth : public PthArchive {
 
 class LegacyPth : public PthArchive {
   public:
-    Status open(const Source& source, const ReadLimits& limits) {
+    Status open(const Source& source, DecodeBudget& budget) {
         source_ = &source;
         const std::uint64_t start = kMagicPickle.size();
         // Where the pickles end is known only once they are read.
         Buffer bytes(std::min<std::uint64_t>(source.size() - start, Pickle::kMaxBytes));
         SPLAT_TRY(source.read(start, bytes));
-        SPLAT_ASSIGN(pickle_, in_pth(Pickle::read(std::move(bytes), kLegacyPickles), ""));
+        SPLAT_ASSIGN(pickle_, in_pth(Pickle::read(std::move(bytes), budget, kLegacyPickles), ""));
         root_ = kSaved;
         SPLAT_TRY(check_machine());
-        return find_storages(start + pickle_.size(), limits);
+        return find_storages(start + pickle_.size(), budget);
     }
 
     [[nodiscard]] Result<std::uint64_t> size_of(const std::string& key,
@@ -150,13 +150,13 @@ class LegacyPth : public PthArchive {
         return each;
     }
 
-    Status find_storages(std::uint64_t at, const ReadLimits& limits) {
+    Status find_storages(std::uint64_t at, DecodeBudget& budget) {
         SPLAT_ASSIGN(const auto each, elements());
         const PickleNode& keys = pickle_.root(kKeys);
         if (keys.kind != Kind::kList) return bad_archive("it does not list its storages");
-        if (keys.items.size() > limits.max_tensors)
+        if (keys.items.size() > budget.limits().max_items)
             return bad_archive(format("%zu storages, the limit is %llu", keys.items.size(),
-                                      static_cast<unsigned long long>(limits.max_tensors)));
+                                      static_cast<unsigned long long>(budget.limits().max_items)));
         for (const std::uint32_t item : keys.items) {
             const std::string key(pickle_[item].text);
             const auto found = each.find(key);
@@ -186,20 +186,19 @@ class LegacyPth : public PthArchive {
 };
 
 template <class Archive>
-Result<std::unique_ptr<PthArchive>> opened_pth(const Source& source, const ReadLimits& limits) {
+Result<std::unique_ptr<PthArchive>> opened_pth(const Source& source, DecodeBudget& budget) {
     auto archive = std::make_unique<Archive>();
-    SPLAT_TRY(archive->open(source, limits));
+    SPLAT_TRY(archive->open(source, budget));
     return std::unique_ptr<PthArchive>(std::move(archive));
 }
 
 }  // namespace
 
-Result<std::unique_ptr<PthArchive>> PthArchive::open(const Source& source,
-                                                     const ReadLimits& limits) {
+Result<std::unique_ptr<PthArchive>> PthArchive::open(const Source& source, DecodeBudget& budget) {
     Buffer head(std::min<std::uint64_t>(source.size(), kMagicPickle.size()));
     SPLAT_TRY(source.read(0, head));
-    return is_legacy_pth(head) ? opened_pth<LegacyPth>(source, limits)
-                               : opened_pth<ZipPth>(source, limits);
+    return is_legacy_pth(head) ? opened_pth<LegacyPth>(source, budget)
+                               : opened_pth<ZipPth>(source, budget);
 }
 
 bool is_pth_entry(const std::string& name) {

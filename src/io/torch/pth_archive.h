@@ -19,10 +19,10 @@ class PthArchive {
 
     /// `source` must outlive the archive.
     ///
-    /// Errors   kFormat if it is damaged or asks for more than the limits allow; kUnsupported for big-endian
+    /// Errors   kFormat if it is damaged or asks for more than the budget allows; kUnsupported for big-endian
     ///          files; as Pickle::read()
     /// Source   PyTorch's torch.serialization
-    static Result<std::unique_ptr<PthArchive>> open(const Source& source, const ReadLimits& limits);
+    static Result<std::unique_ptr<PthArchive>> open(const Source& source, DecodeBudget& budget);
 
     [[nodiscard]] const Pickle& pickle() const { return pickle_; }
 

@@ -1,4 +1,4 @@
-// The structs of files of images, weights and cameras.
+// The structs of files of images, weights and cameras, and of their limits.
 #pragma once
 
 #include "api/layout/layout.h"
@@ -13,6 +13,21 @@ inline const Layout kImageInfo = {  // clang-format off
     SPLAT_FIELD(splat_image_info, struct_size, 0, 4),
     SPLAT_FIELD(splat_image_info, bits, 4, 4),
     SPLAT_FIELD(splat_image_info, focal, 8, 8),}
+};  // clang-format on
+
+inline const Layout kDecodeLimits = {  // clang-format off
+    "splat_decode_limits",
+    sizeof(splat_decode_limits),
+    48,
+    {
+    SPLAT_FIELD(splat_decode_limits, struct_size, 0, 4),
+    SPLAT_FIELD(splat_decode_limits, flags, 4, 4),
+    SPLAT_FIELD(splat_decode_limits, next, 8, 8),
+    SPLAT_FIELD(splat_decode_limits, bytes_times_file, 16, 8),
+    SPLAT_FIELD(splat_decode_limits, bytes_besides, 24, 8),
+    SPLAT_FIELD(splat_decode_limits, items, 32, 8),
+    SPLAT_FIELD(splat_decode_limits, jpeg_scans, 40, 4),
+    SPLAT_FIELD(splat_decode_limits, reserved, 44, 4),}
 };  // clang-format on
 
 inline const Layout kNamedArray = {  // clang-format off

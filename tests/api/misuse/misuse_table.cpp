@@ -155,6 +155,15 @@ void MisuseTable::library_rows() {
         for (const char* parameter : {"min_level", "callback", "user"})
             add("splat_log_set_callback", parameter, "with an unknown level", kArgument,
                 [level, other] { return splat_log_set_callback(other, nullptr, level); });
+    for (int field = 0; field < 4; ++field) {
+        auto limits = sized<splat_decode_limits>();
+        if (field == 0) limits.struct_size = 8;
+        if (field == 1) limits.flags = 1;
+        if (field == 2) limits.next = "x";
+        if (field == 3) limits.reserved = 1;
+        add("splat_decode_set_limits", "limits", "a field that is not known", kArgument,
+            [limits] { return splat_decode_set_limits(&limits); });
+    }
     add("splat_op_list", "buffer", "NULL with a capacity", SPLAT_INCOMPLETE,
         [] { return splat_op_list(nullptr, SIZE_MAX, nullptr); });
     add("splat_op_list", "capacity", "0", SPLAT_INCOMPLETE,

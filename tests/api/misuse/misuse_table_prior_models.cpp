@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {

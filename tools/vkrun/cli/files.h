@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace vkrun {
@@ -11,6 +12,10 @@ void make_folder(const std::filesystem::path& path);
 /// Throws a usage Failure if the file exists and may not be replaced.
 void check_target(const std::string& path, bool overwrite);
 
+/// A file to read; not open where there is none, or what is there is no regular file: opening a FIFO would
+/// wait for its writer.
+std::ifstream open_to_read(const std::filesystem::path& path);
+
 /// The text of a configuration. Throws a usage Failure if it cannot be read.
 std::string read_text(const std::string& path);
 
@@ -18,7 +23,8 @@ std::string read_text(const std::string& path);
 /// Failure.
 void write_text(const std::string& path, const std::string& text);
 
-/// Create or replace a file as a whole or not at all. Throws a Failure.
+/// Create or replace a file as a whole or not at all. It keeps its permissions, and a symbolic link its
+/// target's place. Throws a Failure.
 void replace_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace vkrun

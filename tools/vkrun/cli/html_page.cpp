@@ -6,6 +6,7 @@
 #include <iterator>
 #include <limits>
 
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
 
@@ -121,7 +122,7 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
 }
 
 void HtmlPage::picture(const std::string& path, const std::string& caption, std::uint32_t width) {
-    std::ifstream file(path, std::ios::binary);
+    std::ifstream file = open_to_read(path);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     if (bytes.empty()) return;
     const char* const type = path.ends_with(".gif") ? "gif" : "png";

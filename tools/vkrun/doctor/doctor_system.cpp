@@ -8,6 +8,7 @@
 #include <fstream>
 #include <set>
 
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/doctor/doctor.h"
@@ -87,7 +88,7 @@ std::set<fs::path> driver_files() {
 
 /// Why a driver cannot be loaded; empty if it can.
 std::string driver_problem(const fs::path& file) {
-    std::ifstream stream(file);
+    std::ifstream stream = open_to_read(file);
     if (!stream) return "the file cannot be read";
     const Json manifest = Json::parse(stream, nullptr, false);
     if (!manifest.is_object() || !manifest.contains("ICD") || !manifest["ICD"].is_object() ||

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 
 namespace vkrun {
@@ -26,7 +27,7 @@ double focal_of(const MapJob& job, const DepthOptions& options, double width) {
     if (options.fov_degrees > 0)
         return width / 2 / std::tan(options.fov_degrees * std::numbers::pi / 360);
     const fs::path path = job.picture.parent_path().parent_path() / "intrinsics.txt";
-    std::ifstream file(path);
+    std::ifstream file = open_to_read(path);
     std::vector<double> numbers;
     for (double number = 0; file >> number;) numbers.push_back(number);
     if (numbers.size() < 6 || !(numbers.front() > 0) || !(numbers.back() >= 1))

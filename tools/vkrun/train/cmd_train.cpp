@@ -27,11 +27,12 @@ config presets'); without it, the published cars model is trained. 'vkrun config
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock and, at the end,
-report.html. Ctrl-C stops after the current step and saves everything. --resume continues from the last
-state, or begins again where none was saved; the resumed run has the same bits as an uninterrupted one. With
-CONFIG or --set, values that no earlier step depends on may change, such as opt.iterations; anything else is
-an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl
-and run.json is the most device memory used so far, by training and validation.
+report.html. Ctrl-C, SIGTERM, a closed terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step
+and save everything. --resume continues from the last state, or begins again where none was saved; the resumed
+run has the same bits as an uninterrupted one. With CONFIG or --set, values that no earlier step depends on may
+change, such as opt.iterations; anything else is an error. --overwrite replaces what a run wrote and leaves other
+files in OUT. peak_bytes in metrics.jsonl and run.json is the most device memory used so far, by training and
+validation.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, or OUT is in use, 3 no device,
 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or 200 drew
@@ -52,6 +53,18 @@ void on_signal(int signal) {
         std::raise(signal);
     }
     g_interrupted = 1;
+}
+
+/// Nobody reads what the training prints any more: it saves and ends, like 'head' had asked for no more.
+void on_closed_pipe(int) {
+    g_interrupted = 1;
+}
+
+void catch_signals() {
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+    std::signal(SIGPIPE, on_closed_pipe);
+    if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // under nohup
 }
 
 std::string dated_folder() {
@@ -138,8 +151,7 @@ int train(TrainOptions& options) {
         options.out = dated_folder();
     }
     check_config(options);
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
+    catch_signals();
     const Device device = open_device(device_desc(options.device));
     const Training training = open_training(device.get(), options);
     const splat_training_event_kind end = run(training.get(), options.out);

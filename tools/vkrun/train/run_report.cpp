@@ -22,7 +22,7 @@ struct Run {
 /// The lines of metrics.jsonl that can be read.
 std::vector<Json> read_metrics(const std::filesystem::path& folder) {
     std::vector<Json> lines;
-    std::ifstream file(folder / "metrics.jsonl");
+    std::ifstream file = open_to_read(folder / "metrics.jsonl");
     for (std::string line; std::getline(file, line);) {
         Json json = Json::parse(line, nullptr, false);
         if (json.is_object() && json.contains("step")) lines.push_back(std::move(json));
@@ -31,7 +31,7 @@ std::vector<Json> read_metrics(const std::filesystem::path& folder) {
 }
 
 Run read_run(const std::string& folder) {
-    std::ifstream file(std::filesystem::path(folder) / "run.json");
+    std::ifstream file = open_to_read(std::filesystem::path(folder) / "run.json");
     Run run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
     if (!run.facts.is_object())
         throw Failure(kBadData, "'" + folder + "' holds no run (no run.json that can be read)");

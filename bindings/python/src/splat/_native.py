@@ -461,6 +461,29 @@ splat_log_callback = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 splat_progress_callback = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64)
 
 
+class splat_decode_limits(Structure):
+    """What a file may cost when it is read, by this process and whatever reads it."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    bytes_times_file: int
+    bytes_besides: int
+    items: int
+    jpeg_scans: int
+    reserved: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("bytes_times_file", c_uint64),
+        ("bytes_besides", c_uint64),
+        ("items", c_uint64),
+        ("jpeg_scans", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class splat_image(Structure):
     """The caller's pixels, in any layout that strides describe."""
 
@@ -2462,6 +2485,10 @@ class splat_point_scores(Structure):
 
 # Of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).
 LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], ...]]] = {
+    "splat_decode_limits": (splat_decode_limits, False, 48, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("bytes_times_file", 16, 8),
+        ("bytes_besides", 24, 8), ("items", 32, 8), ("jpeg_scans", 40, 4), ("reserved", 44, 4),
+    )),
     "splat_image": (splat_image, True, 56, (
         ("pixels", 0, 8), ("bytes", 8, 8), ("type", 16, 4), ("width", 20, 4), ("height", 24, 4),
         ("channels", 28, 4), ("row_stride", 32, 8), ("pixel_stride", 40, 8),
@@ -2857,6 +2884,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Copy the text of the last error."),
     ("splat_log_set_callback", c_int32, (splat_log_callback, c_void_p, c_int32),
      "Send messages of `min_level` and above to `callback`, for the whole process."),
+    ("splat_decode_set_limits", c_int32, (POINTER(splat_decode_limits),),
+     "Replace the limits of this process."),
     ("splat_device_count", c_int32, (POINTER(c_uint32),),
      "Count the Vulkan devices of this machine, usable or not."),
     ("splat_device_describe", c_int32, (c_uint32, POINTER(splat_device_info)),

@@ -711,6 +711,38 @@ pub type splat_progress_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
 
 /// ```text
+/// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
+/// for all memory or for hours. Sizes are compared before anything is decoded.
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_decode_limits {
+    pub struct_size: u32,
+    /// 0
+    pub flags: u32,
+    /// NULL
+    pub next: *const c_void,
+    /// bytes of memory for each byte of the file; 0 = 64
+    pub bytes_times_file: u64,
+    /// bytes on top of that; 0 = 64 MiB
+    pub bytes_besides: u64,
+    /// tensors or files of an archive; 0 = 10^6
+    pub items: u64,
+    /// of one image; 0 = 100
+    pub jpeg_scans: u32,
+    pub reserved: u32,
+}
+
+impl Default for splat_decode_limits {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+/// ```text
 /// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
 /// read `pixels`, those that give one write there, and no others touch it.
 /// ```
@@ -3074,6 +3106,14 @@ extern "C" {
         user: *mut c_void,
         min_level: splat_log_level,
     ) -> splat_result;
+
+    /// ```text
+    /// Replace the limits of this process. Calls that read a file then take the new ones; a file beyond
+    /// them is SPLAT_ERROR_FORMAT. Thread-safe.
+    /// limits    NULL: the defaults
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a field of limits; nothing is changed.
+    /// ```
+    pub fn splat_decode_set_limits(limits: *const splat_decode_limits) -> splat_result;
 
     /// ```text
     /// Count the Vulkan devices of this machine, usable or not.
@@ -5484,6 +5524,7 @@ extern "C" {
 
 /// Name, whether it is frozen, and bytes of each struct of the header.
 pub const STRUCTS: &[(&str, bool, usize)] = &[
+    ("splat_decode_limits", false, std::mem::size_of::<splat_decode_limits>()),
     ("splat_image", true, std::mem::size_of::<splat_image>()),
     ("splat_device_info", false, std::mem::size_of::<splat_device_info>()),
     ("splat_device_desc", false, std::mem::size_of::<splat_device_desc>()),
@@ -5582,6 +5623,16 @@ mod tests {
 
     #[test]
     fn structs_have_the_layout_of_c() {
+        layout!(splat_decode_limits, 48, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            bytes_times_file: 16, 8;
+            bytes_besides: 24, 8;
+            items: 32, 8;
+            jpeg_scans: 40, 4;
+            reserved: 44, 4;
+        );
         layout!(splat_image, 56, 8,
             pixels: 0, 8;
             bytes: 8, 8;

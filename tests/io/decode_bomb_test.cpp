@@ -1,0 +1,345 @@
+// Small files that ask for all memory or for hours. Each is read in a process of its own, whose peak of memory
+// and time are printed and compared with the budget of the file.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+
+#include <jpeglib.h>
+
+#include "core/config.h"
+#include "core/json_tree.h"
+#include "io/colmap.h"
+#include "io/compress.h"
+#include "io/mesh/obj.h"
+#include "io/npy.h"
+#include "io/photo/image_file.h"
+#include "io/sample_files.h"
+#include "io/sample_scene.h"
+#include "io/sample_weights.h"
+#include "io/scene_file.h"
+#include "io/torch/pth.h"
+#include "io/transforms_json.h"
+#include "io/weights_file.h"
+#include "support/child_cost.h"
+#include "support/expect_status.h"
+
+namespace splat::io {
+namespace {
+
+using test::bytes_of;
+using test::PickleText;
+using test::sample_zip;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kSlowdown = 20;  ///< of time; memory of sanitizers is their own
+constexpr std::uint64_t kSlackBytes = std::uint64_t{2} << 30U;
+#else
+constexpr double kSlowdown = 1;
+constexpr std::uint64_t kSlackBytes =
+    16U << 20U;  ///< the reader's own: tables of codecs, pieces of a file
+#endif
+constexpr double kMostSeconds = 5;
+
+constexpr std::uint32_t kSide = 16384;  ///< the largest of images
+
+using Read = std::function<Status(Bytes)>;
+
+/// Reads the file; the answer holds `part`, and the cost is within the budget.
+void expect_harmless(const char* name, const Buffer& file, std::string_view part,
+                     const Read& read) {
+    const test::ChildCost cost = test::cost_of([&] {
+        const Status status = read(file);
+        return status.ok() ? "read" : code_name(status.code()) + (": " + status.message());
+    });
+    std::printf("%-14s %9zu bytes: %5.0f MB, %5.2f s: %.110s\n", name, file.size(),
+                static_cast<double>(cost.bytes) / 1e6, cost.seconds, cost.answer.c_str());
+    EXPECT_NE(cost.answer.find(part), std::string::npos) << name << ": " << cost.answer;
+    EXPECT_LE(cost.bytes, DecodeLimits().allowed(file.size()) + kSlackBytes) << name;
+    EXPECT_LE(cost.seconds, kMostSeconds * kSlowdown) << name;
+}
+
+Status image_status(Bytes file) {
+    return read_image(file).status();
+}
+
+Status weights_status(Bytes file) {
+    return read_weights(MemorySource(file), "bomb").status();
+}
+
+void put_chunk(Buffer& png, std::string_view type, Bytes data) {
+    put(png, static_cast<std::uint32_t>(data.size()), std::endian::big);
+    put_text(png, type);
+    put_bytes(png, data);
+    put(png, crc32_of(data, crc32_of(as_bytes(type))), std::endian::big);
+}
+
+/// Of one bit for each pixel and a palette; `middle` lies before the pixels.
+Buffer png_of(std::uint32_t side, std::string_view middle_type, const Buffer& middle,
+              std::size_t repeat) {
+    Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
+    Buffer header;
+    put(header, side, std::endian::big);
+    put(header, side, std::endian::big);
+    put_text(header, std::string_view("\x01\x03\0\0\0", 5));
+    put_chunk(png, "IHDR", header);
+    put_chunk(png, "PLTE", bytes_of("abcdef"));
+    for (std::size_t i = 0; i < repeat; ++i) put_chunk(png, middle_type, middle);
+    const auto pixels = deflate_zlib(Buffer(std::size_t{side} * ((side + 7) / 8 + 1)));
+    EXPECT_OK(pixels.status());
+    put_chunk(png, "IDAT", pixels.value());
+    put_chunk(png, "IEND", {});
+    return png;
+}
+
+TEST(DecodeBomb, PngOfManyPixels) {
+    expect_harmless("png", png_of(kSide, "tRNS", bytes_of("\x01"), 1), "png: 16384 x 16384 pixels",
+                    image_status);
+}
+
+TEST(DecodeBomb, PngOfManyTexts) {
+    const auto packed = deflate_zlib(Buffer(7'900'000));
+    ASSERT_OK(packed.status());
+    Buffer text = bytes_of(std::string("key\0\0", 5));
+    put_bytes(text, packed.value());
+    expect_harmless("png texts", png_of(1, "zTXt", text, 300), "read", image_status);
+}
+
+/// A gray image without detail.
+Buffer progressive_jpeg(JDIMENSION side) {
+    jpeg_compress_struct jpeg{};
+    jpeg_error_mgr errors{};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &bytes, &size);
+    jpeg.image_width = jpeg.image_height = side;
+    jpeg.input_components = 1;
+    jpeg.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&jpeg);
+    jpeg_simple_progression(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    std::vector<unsigned char> row(side, 100);
+    unsigned char* first = row.data();
+    for (JDIMENSION y = 0; y < side; ++y) jpeg_write_scanlines(&jpeg, &first, 1);
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    Buffer file(reinterpret_cast<std::byte*>(bytes), reinterpret_cast<std::byte*>(bytes) + size);
+    std::free(bytes);
+    return file;
+}
+
+TEST(DecodeBomb, JpegOfManyPixels) {
+    Buffer file = progressive_jpeg(16);
+    const std::size_t frame = as_text(file).find("\xFF\xC2");  // length, depth, height, width
+    for (const std::size_t at : {frame + 5, frame + 7}) file[at] = std::byte{kSide >> 8U};
+    for (const std::size_t at : {frame + 6, frame + 8}) file[at] = std::byte{0};
+    file.resize(600'000);
+    expect_harmless("jpeg", file, "jpeg: 16384 x 16384 pixels", image_status);
+}
+
+TEST(DecodeBomb, JpegOfManyScans) {
+    Buffer file = progressive_jpeg(2048);
+    const std::size_t start = as_text(file).rfind("\xFF\xDA");
+    const Buffer scan(file.begin() + static_cast<std::ptrdiff_t>(start), file.end() - 2);
+    file.resize(file.size() - 2);
+    for (int i = 0; i < 20'000; ++i) put_bytes(file, scan);
+    put_text(file, "\xFF\xD9");
+    expect_harmless("jpeg scans", file, "jpeg: more than 100 scans", image_status);
+}
+
+TEST(DecodeBomb, WebpOfManyPixels) {
+    // Lossless, 16383 x 16383, five codes of one symbol: no bits for any pixel.
+    std::uint64_t bits = 0x2F;
+    std::uint32_t count = 8;
+    const auto add = [&](std::uint64_t value, std::uint32_t width) {
+        bits |= value << count;
+        count += width;
+    };
+    add(16382, 14);
+    add(16382, 14);
+    add(0, 1 + 3 + 3);                               // alpha, version; transform, cache, groups
+    for (int code = 0; code < 5; ++code) add(1, 4);  // simple, of one symbol of one bit: 0
+    Buffer file = bytes_of("RIFF");
+    put(file, std::uint32_t{24});
+    put_text(file, "WEBPVP8L");
+    put(file, std::uint32_t{12});
+    put(file, bits);
+    put(file, std::uint32_t{0});
+    ASSERT_EQ(file.size(), 32U);
+    expect_harmless("webp", file, "webp: 16383 x 16383 pixels", image_status);
+}
+
+/// A header of .spz with 800,000 Gaussians of degree 3.
+Buffer spz_header(std::uint32_t version) {
+    Buffer header = bytes_of("NGSP");
+    put(header, version);
+    put(header, std::uint32_t{800'000});
+    put_text(header, version < 4 ? std::string_view("\x03\x0C\0\0", 4)
+                                 : std::string_view("\x03\x0C\0\x06", 4));
+    return header;
+}
+
+Status scene_status(Bytes file) {
+    return read_scene(file, "bomb").status();
+}
+
+TEST(DecodeBomb, SpzOfManyGaussians) {
+    Buffer plain = spz_header(2);
+    plain.resize(plain.size() + std::size_t{800'000} * 64);
+    const auto file = gzip(plain);
+    ASSERT_OK(file.status());
+    expect_harmless("spz", file.value(), "spz: Gaussians: 800000 x 236 bytes", scene_status);
+
+    Buffer streams = spz_header(4);
+    put(streams, std::uint32_t{32});
+    streams.resize(32);
+    Buffer packed;
+    for (const std::size_t each : {9U, 1U, 3U, 3U, 4U, 45U}) {
+        const auto stream = zstd(Buffer(800'000 * each));
+        ASSERT_OK(stream.status());
+        put(streams, std::uint64_t{stream.value().size()});
+        put(streams, std::uint64_t{800'000 * each});
+        put_bytes(packed, stream.value());
+    }
+    put_bytes(streams, packed);
+    expect_harmless("spz 4", streams, "spz: Gaussians: 800000 x 236 bytes", scene_status);
+}
+
+TEST(DecodeBomb, PlyOfManyRows) {
+    const std::string names =
+        "property uchar x\nproperty uchar y\nproperty uchar z\nproperty uchar opacity\n"
+        "property uchar f_dc_0\nproperty uchar f_dc_1\nproperty uchar f_dc_2\n"
+        "property uchar scale_0\nproperty uchar scale_1\nproperty uchar scale_2\n"
+        "property uchar rot_0\nproperty uchar rot_1\nproperty uchar rot_2\nproperty uchar rot_3\n";
+    for (const char* form : {"ascii", "binary_little_endian"}) {
+        const std::string start = std::string("ply\nformat ") + form + " 1.0\nelement vertex ";
+        expect_harmless("ply", bytes_of(start + "1000000000000\n" + names + "end_header\n"),
+                        "FORMAT", scene_status);
+    }
+    std::string flood =
+        "ply\nformat binary_little_endian 1.0\nelement nothing 1000000000000000\n"
+        "element vertex 70000\n" +
+        names + "end_header\n";
+    flood.resize(flood.size() + std::size_t{70'000} * 14);
+    expect_harmless("ply rows", bytes_of(flood), "read", scene_status);
+    expect_harmless("ply packed",
+                    test::sample_compressed_ply({.vertices = "100000000", .rest_rows = "0"}),
+                    "'vertex' at byte", scene_status);
+}
+
+TEST(DecodeBomb, SplatHasNoBomb) {
+    expect_harmless("splat", Buffer(std::size_t{32} * 100'000), "read",
+                    [](Bytes file) { return read_scene(file, "bomb.splat").status(); });
+}
+
+TEST(DecodeBomb, NpzOfManyNumbers) {
+    Buffer array = write_npy_header("<f4", {15'000'000});
+    array.resize(array.size() + std::size_t{15'000'000} * 4);
+    expect_harmless("npz", sample_zip({{"a.npy", std::string(as_text(array)), true}}),
+                    "too many for a file", weights_status);
+    Buffer lie = write_npy_header("<f8", {1U << 30U, 1U << 30U});
+    expect_harmless("npy", lie, "npy", [](Bytes file) { return read_npy(file).status(); });
+}
+
+/// Pushes a tuple of a storage and 300,000 more, and calls a function with it again and again.
+TEST(DecodeBomb, PickleOfManyCalls) {
+    PickleText pickle;
+    pickle.raw("((").text("storage").global("torch", "FloatStorage").text("0").text("cpu");
+    pickle.integer(1).raw("tQ");
+    for (int i = 0; i < 300'000; ++i) pickle.raw("N");
+    pickle.raw("tq\1");
+    pickle.global("torch._utils", "_rebuild_tensor_v2").raw("q\2");
+    for (int i = 0; i < 2'000; ++i) pickle.raw("h\2h\1R");
+    expect_harmless("pth calls", test::sample_pth(pickle.done(), {}), "more arguments",
+                    weights_status);
+}
+
+TEST(DecodeBomb, PickleOfManyValues) {
+    const std::string pickle = PickleText().raw(std::string(3'000'000, ']')).done();
+    expect_harmless("pth values", sample_zip({{"a/data.pkl", pickle, true}}), "pickle: values",
+                    weights_status);
+}
+
+/// The optimiser's state of 20,000 parameters is one dict of 100,000 entries.
+TEST(DecodeBomb, AdamOfSharedStates) {
+    PickleText pickle;
+    pickle.raw("}").text("optimizer_state_dict").raw("}").text("param_groups").raw("]s");
+    pickle.text("state").raw("}(").integer(0).raw("}(").text("step").integer(1);
+    for (const char* name : {"exp_avg", "exp_avg_sq"})
+        pickle.text(name).tensor("FloatStorage", "0", 0, 0, {0}, {1});
+    for (int i = 0; i < 100'000; ++i) pickle.integer(i).raw("N");
+    pickle.raw("uq\1");
+    for (int i = 1; i < 20'000; ++i) pickle.integer(i).raw("h\1");
+    pickle.raw("uss");
+    expect_harmless("pth adam", test::sample_pth(pickle.done(), {}), "100003 entries",
+                    [](Bytes file) { return read_pth_adam(MemorySource(file)).status(); });
+}
+
+TEST(DecodeBomb, SafetensorsOfManyTensors) {
+    std::string header = "{";
+    for (int i = 0; i < 100'000; ++i)
+        header += (i == 0 ? "\"" : ",\"") + std::to_string(i) +
+                  R"(":{"dtype":"F32","shape":[0],"data_offsets":[0,0]})";
+    const Buffer file = test::sample_safetensors(header + "}", 0);
+    expect_harmless("safetensors", file, "read", [](Bytes bytes) {
+        const auto read = read_safetensors(MemorySource(bytes));
+        if (!read.ok()) return read.status();
+        for (std::size_t i = 0; i < read.value().tensors.size(); ++i)  // as a caller of each does
+            SPLAT_TRY(read.value().tensors.unchanged());
+        return Status();
+    });
+}
+
+/// A name of 500,000 letters that every name below it starts with.
+TEST(DecodeBomb, ConfigurationOfLongNames) {
+    const std::string name(500'000, 'a');
+    std::string yaml = "? " + name + "\n:\n";
+    std::string json = "{\"" + name + "\":{";
+    for (int i = 0; i < 20'000; ++i) {
+        yaml += "  k" + std::to_string(i) + ": 0\n";
+        json += (i == 0 ? "\"k" : ",\"k") + std::to_string(i) + "\":0";
+    }
+    const Read read = [](Bytes file) { return read_config(as_text(file), "bomb").status(); };
+    expect_harmless("yaml", bytes_of(yaml), "a key of 500000 letters", read);
+    expect_harmless("json", bytes_of(json + "}}"), "a key of 500000 letters", read);
+}
+
+std::string repeated(const std::string& start, const std::string& part, std::size_t count,
+                     const std::string& end) {
+    std::string text = start;
+    for (std::size_t i = 0; i < count; ++i) text += part;
+    return text + end;
+}
+
+TEST(DecodeBomb, JsonOfManyValues) {
+    expect_harmless("json values", bytes_of(repeated("[0", ",[]", 2'000'000, "]")), "read",
+                    [](Bytes file) { return parse_json_tree(as_text(file), "bomb").status(); });
+    expect_harmless("transforms", bytes_of(repeated("{\"frames\":[{}", ",{}", 500'000, "]}")),
+                    "FORMAT", [](Bytes file) { return read_transforms_json(file, 8, 8).status(); });
+}
+
+TEST(DecodeBomb, ColmapOfManyRecords) {
+    Buffer many;
+    put(many, std::uint64_t{1} << 60U);
+    put_bytes(many, Buffer(1000));
+    expect_harmless("colmap", many, "FORMAT", [](Bytes file) {
+        return read_colmap_binary(test::sample_colmap_cameras(), file, {}).status();
+    });
+    const std::string cameras = repeated("", "1 PINHOLE 64 48 50 51 32 24\n", 100'000, "");
+    const std::string images = repeated("", "1 1 0 0 0 1 2 3 1 a\n\n", 100'000, "");
+    expect_harmless("colmap text", bytes_of(images), "", [&](Bytes file) {
+        return read_colmap_text(as_bytes(cameras), file, {}).status();
+    });
+}
+
+TEST(DecodeBomb, ObjOfManyFaces) {
+    const std::string face = repeated("f", " 1", 1'000'000, "\n");
+    expect_harmless("obj", bytes_of("v 0 0 0\n" + face), "",
+                    [](Bytes file) { return read_obj(file).status(); });
+}
+
+}  // namespace
+}  // namespace splat::io

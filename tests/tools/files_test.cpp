@@ -1,0 +1,66 @@
+// Files of vkrun, linked in.
+#include "vkrun/cli/files.h"
+
+#include <fnmatch.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "vkrun/cli/failure.h"
+
+namespace vkrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ReplaceFile : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("splat-replace-" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    fs::path folder_;
+};
+
+TEST_F(ReplaceFile, KeepsLinksPermissionsAndLongNames) {
+    const fs::path target = folder_ / std::string(255, 'n');
+    replace_file(target, "old");
+    fs::permissions(target, fs::perms{0640});
+    fs::create_symlink(target.filename(), folder_ / "link");
+    replace_file(folder_ / "link", "new");
+    EXPECT_EQ(read_text(target), "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(fs::status(target).permissions(), fs::perms{0640});
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2);
+}
+
+TEST_F(ReplaceFile, DoesNotWaitForAFifo) {
+    const fs::path fifo = folder_ / "fifo";
+    ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    EXPECT_THROW(read_text(fifo), Failure);
+    EXPECT_THROW(replace_file(fifo, "x"), Failure);
+    EXPECT_FALSE(open_to_read(fifo).is_open());
+}
+
+/// What a killed writer leaves has a name that 'vkrun train --resume' sweeps: report.html.*-*.tmp
+TEST_F(ReplaceFile, LeavesANameThatIsSwept) {
+    const pid_t child = fork();
+    if (child == 0) {
+        const rlimit none{0, 0};  // SIGXFSZ at the first byte
+        setrlimit(RLIMIT_FSIZE, &none);
+        replace_file(folder_ / "report.html", "text");
+        _exit(0);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    ASSERT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+    const std::string name = fs::directory_iterator(folder_)->path().filename();
+    EXPECT_EQ(fnmatch("report.html.*-*.tmp", name.c_str(), 0), 0) << name;
+}
+
+}  // namespace
+}  // namespace vkrun
