@@ -210,6 +210,7 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
         }
     }
     SPLAT_TRY(check_complete(packed));
+    SPLAT_ASSIGN(report.left_out, rows.rest(options.lenient));
     return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
 }
 
