@@ -84,9 +84,15 @@ enum {
 /* For splat_scene_file_desc.sh_degree: only the constant colour. */
 #define SPLAT_SH_CONSTANT (-1)
 
+enum {
+    /* read .ply files with bytes after the rows that their header counts, with a warning that they are left
+     * out, instead of refusing them */
+    SPLAT_SCENE_LENIENT = 1u << 0
+};
+
 typedef struct splat_scene_file_desc {
     uint32_t struct_size;
-    uint32_t flags;            /* 0 */
+    uint32_t flags;            /* SPLAT_SCENE_ bits */
     const void* next;          /* NULL */
     splat_scene_format format; /* 0 = by the first bytes, else by the extension of the path */
     splat_frame frame;         /* of the file; 0 = the format's usual one */

@@ -2,7 +2,9 @@
 //
 // Sigma' = A A^T + kDilation I with A = J R_camera R_q S (2 x 3, rows v1 and v2), so that by
 // Cauchy-Binet det = |v1 x v2|^2 + kDilation (a0 + c0) + kDilation^2, a sum of terms >= 0, where
-// a c - b^2 cancels for needles. Zwicker et al. 2002, EWA splatting; Kerbl et al. 2023.
+// a c - b^2 cancels for needles. The minors v1 x v2 are those of J R_camera R_q times two scales each; of
+// v1 and v2 themselves, which needles make nearly parallel, they would cancel. Zwicker et al. 2002, EWA
+// splatting; Kerbl et al. 2023.
 
 #ifndef SPLAT_PROJECTION_GLSL
 #define SPLAT_PROJECTION_GLSL
@@ -20,6 +22,9 @@ struct View {
 };
 
 const uint kViewQuads = 6;
+
+// sqrt(log2(e) / 2): exp(-sigma) = exp2(-|L^T q|^2) if L is scaled by it.
+const float kRootHalfLog2e = 0.849321800288;
 
 // Needs QUADS(..., cameras).
 #define LOAD_VIEW(view, cameras, index)                                                   \
@@ -39,9 +44,13 @@ struct Projection {
     bvec2 clamped;
     mat3 rq;        // rotation of the Gaussian
     vec3 r1, r2;    // rows of J R_camera
+    vec3 p1, p2;    // of J R_camera R_q
     vec3 v1, v2;
+    vec3 normal;    // p1 x p2
+    vec3 minors;    // v1 x v2
     float a, b, c;  // Sigma', dilated
     float det0, det;
+    vec3 l;         // Cholesky factor of the conic: l11 = sqrt(c / det), l21 = -b / sqrt(c det), l22 = 1 / sqrt(c)
 };
 
 // Rotation matrix of w, x, y, z, by the formula for a unit quaternion.
@@ -67,15 +76,20 @@ Projection project(View view, vec3 mean, vec3 scale, vec4 q) {
     p.r1 = view.intrinsics.x * iz * (w0 - inside.x * w2);
     p.r2 = view.intrinsics.y * iz * (w1 - inside.y * w2);
     p.rq = quaternion_matrix(q);
-    p.v1 = (p.r1 * p.rq) * scale;
-    p.v2 = (p.r2 * p.rq) * scale;
+    p.p1 = p.r1 * p.rq;
+    p.p2 = p.r2 * p.rq;
+    p.v1 = p.p1 * scale;
+    p.v2 = p.p2 * scale;
     const float a0 = dot(p.v1, p.v1), c0 = dot(p.v2, p.v2);
-    const vec3 n = cross(p.v1, p.v2);
-    p.det0 = dot(n, n);
+    p.normal = cross(p.p1, p.p2);
+    p.minors = (p.normal * scale.yzx) * scale.zxy;
+    p.det0 = dot(p.minors, p.minors);
     p.det = p.det0 + kDilation * (a0 + c0) + kDilation * kDilation;
     p.a = a0 + kDilation;
     p.b = dot(p.v1, p.v2);
     p.c = c0 + kDilation;
+    const float root_c = sqrt(p.c), root_det = sqrt(p.det);
+    p.l = vec3(root_c / root_det, -p.b / (root_c * root_det), 1.0 / root_c);
     return p;
 }
 

@@ -1,5 +1,5 @@
-// Gradient of projection.glsl: from the conic, the mean in the image, the depth and the opacity to the
-// Gaussian and to the camera. Formulas: chain rule over Sigma' = A A^T + kDilation I, rows v1, v2 of A;
+// Gradient of projection.glsl: from the sums of blending, the depth and the opacity to the Gaussian and to the
+// camera. Formulas: chain rule over Sigma' = A A^T + kDilation I, rows v1, v2 of A;
 // the three quirks of the original 3dgs gradient under kFlagOriginalGradient.
 
 #ifndef SPLAT_PROJECTION_BACKWARD_GLSL
@@ -7,9 +7,11 @@
 
 #include "projection.glsl"
 
+// Blending sums over pixels in coordinates in which a Gaussian is round, y = L^T q with q = mean - pixel and
+// L L^T the conic: there all sums are of the size of the result, where those of q q^T of a needle cancel.
 struct ImageGradient {
-    vec2 mean;
-    vec3 conic;     // A, B, C of sigma = (A dx^2 + C dy^2) / 2 + B dx dy
+    vec2 y;         // sum of v y, v = alpha dL/dalpha of a pixel
+    vec3 moments;   // M = sum of v y y^T: xx, xy, yy
     float opacity;  // after compensation
     float depth;
 };
@@ -26,66 +28,81 @@ struct PoseGradient {
     vec3 translation;
 };
 
-// Gradient of the rows v1 and v2 of A: dL/dA = -2 Q Gq (Q A), Q the conic and Gq = (g_A, g_B / 2;
-// g_B / 2, g_C). The rows of Q A, with n = v1 x v2, are free of the cancellation of needles:
-//   y1 = (kDilation v1 + v2 x n) / det,  y2 = (kDilation v2 + n x v1) / det
-struct RowsGradient {
-    vec3 v1, v2;
+// L^T times matrices of two rows, for A = J R_camera R_q S: dL/dA = L M H with H = L^T A, since
+// dL/dSigma' = L M L^T / 2. As c r1 - b r2 = kDilation r1 + (S p2 rotated) x (r1 x r2), no row cancels.
+struct Whitened {
+    vec3 t1, t2;  // L^T J R_camera
+    vec3 e1, e2;  // L^T J R_camera R_q
+    vec3 h1, h2;  // H
 };
 
-RowsGradient rows_backward(Projection p, vec3 g, uint flags) {
-    const vec3 n = cross(p.v1, p.v2);
-    const vec3 y1 = (kDilation * p.v1 + cross(p.v2, n)) / p.det;
-    const vec3 y2 = (kDilation * p.v2 + cross(n, p.v1)) / p.det;
-    const vec3 t1 = g.x * y1 + 0.5 * g.y * y2, t2 = 0.5 * g.y * y1 + g.z * y2;
-    RowsGradient rows;
-    rows.v1 = -2 / p.det * (p.c * t1 - p.b * t2);
-    rows.v2 = -2 / p.det * (p.a * t2 - p.b * t1);
-    if ((flags & kFlagOriginalGradient) != 0) {
-        const float factor = p.det * p.det / (p.det * p.det + kConicGradMin);
-        rows.v1 *= factor;
-        rows.v2 *= factor;
-    }
-    return rows;
+Whitened whitened(Projection p, vec3 scale) {
+    const float root_c = sqrt(p.c), root_det = sqrt(p.det);
+    Whitened w;
+    w.t2 = p.r2 / root_c;
+    w.e2 = p.p2 / root_c;
+    w.h2 = p.v2 / root_c;
+    const vec3 along = scale * w.h2;
+    w.t1 = (kDilation / root_c * p.r1 + cross(p.rq * along, cross(p.r1, p.r2))) / root_det;
+    w.e1 = (kDilation / root_c * p.p1 + cross(along, p.normal)) / root_det;
+    w.h1 = w.e1 * scale;
+    return w;
 }
 
-// Adds the gradient of rho = max(kCompensationMin, sqrt(det0 / det)); returns rho.
-// d det0/dv1 = 2 v2 x n and d det/dv1 = 2 det y1.
-float compensation_backward(Projection p, float grad_rho, inout RowsGradient rows) {
+// Gradient of the conic A, B, C of sigma = (A dx^2 + C dy^2) / 2 + B dx dy: q = L^-T y.
+vec3 conic_gradient(Projection p, vec3 moments) {
+    const float root_c = sqrt(p.c);
+    const vec2 x = vec2(sqrt(p.det), p.b) / root_c;  // qx = x . y, qy = root_c y.y
+    const float xx = x.x * (x.x * moments.x + 2 * x.y * moments.y) + x.y * x.y * moments.z;
+    return -vec3(0.5 * xx, root_c * (x.x * moments.y + x.y * moments.z), 0.5 * p.c * moments.z);
+}
+
+// Adds the gradient of rho = max(kCompensationMin, sqrt(det0 / det)) to the rows of M H; returns rho.
+// dL/dSigma0 is rho grad_rho (Sigma0^-1 - Q) / 2 for Sigma0 = A A^T, thus M is rho grad_rho ((H H^T)^-1 - 1) with
+// 1 - H H^T = kDilation L^T L. The rows of (H H^T)^-1 H are those of H times the minors of H, over det H H^T = rho^2.
+float compensation_backward(Projection p, Whitened w, float grad_rho, inout vec3 mh1, inout vec3 mh2) {
     const float rho = sqrt(p.det0 / p.det);
     if (!(rho > kCompensationMin)) return kCompensationMin;
-    const vec3 n = cross(p.v1, p.v2);
-    const vec3 n1 = cross(p.v2, n), n2 = cross(n, p.v1);
-    const float k0 = grad_rho / (rho * p.det), k = grad_rho * rho / p.det;
-    rows.v1 += k0 * n1 - k * (kDilation * p.v1 + n1);
-    rows.v2 += k0 * n2 - k * (kDilation * p.v2 + n2);
+    const vec3 l = p.l, minors = p.minors / sqrt(p.det);
+    const vec3 n1 = cross(w.h2, minors), n2 = cross(minors, w.h1);
+    const float k = kDilation * grad_rho / rho;
+    mh1 += k * ((l.x * l.x + l.y * l.y) * n1 + l.y * l.z * n2);
+    mh2 += k * (l.y * l.z * n1 + l.z * l.z * n2);
     return rho;
 }
 
+// Gradient of the mean in the image.
+vec2 mean_gradient(Projection p, vec2 y) { return -vec2(p.l.x * y.x, p.l.y * y.x + p.l.z * y.y); }
+
 void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float opacity, ImageGradient g,
                          uint flags, out GaussianGradient out_gaussian, out PoseGradient out_pose) {
-    RowsGradient rows_gradient = rows_backward(p, g.conic, flags);
+    const Whitened w = whitened(p, scale);
+    vec3 moments = g.moments;
+    // A factor det^2 / (det^2 + kConicGradMin), without a square that overflows.
+    if ((flags & kFlagOriginalGradient) != 0) moments /= 1.0 + kConicGradMin / p.det / p.det;
+    // M H, then its product with S.
+    vec3 mh1 = moments.x * w.h1 + moments.y * w.h2, mh2 = moments.y * w.h1 + moments.z * w.h2;
     out_gaussian.opacity = g.opacity;
     if ((flags & kFlagAntialias) != 0)
-        out_gaussian.opacity *= compensation_backward(p, g.opacity * opacity, rows_gradient);
-
-    const vec3 grad_v1 = rows_gradient.v1, grad_v2 = rows_gradient.v2;
-    out_gaussian.scale = grad_v1 * (p.r1 * p.rq) + grad_v2 * (p.r2 * p.rq);
-    const vec3 grad_p1 = grad_v1 * scale, grad_p2 = grad_v2 * scale;
-    out_gaussian.rq = outerProduct(p.r1, grad_p1) + outerProduct(p.r2, grad_p2);
-    const vec3 grad_r1 = p.rq * grad_p1, grad_r2 = p.rq * grad_p2;
+        out_gaussian.opacity *= compensation_backward(p, w, g.opacity * opacity, mh1, mh2);
+    const vec3 by_p1 = mh1 * scale, by_p2 = mh2 * scale;
+    out_gaussian.scale = w.e1 * mh1 + w.e2 * mh2;
+    out_gaussian.rq = outerProduct(w.t1, by_p1) + outerProduct(w.t2, by_p2);
+    const vec3 by_t1 = p.rq * by_p1, by_t2 = p.rq * by_p2;
+    const vec3 grad_r1 = p.l.x * by_t1, grad_r2 = p.l.y * by_t1 + p.l.z * by_t2;
 
     const vec3 w2 = vec3(view.rotation[0][2], view.rotation[1][2], view.rotation[2][2]);
     const float iz = 1.0 / p.m.z;
     const vec2 f = view.intrinsics.xy * iz;
     const vec2 inside = p.t * iz;
+    const vec2 by_mean = mean_gradient(p, g.y);
     // r1 = f (w0 - inside w2): gradient of f, which falls as 1 / z, and of inside = x / z unless clamped.
     const vec2 by_w2 = vec2(dot(grad_r1, w2), dot(grad_r2, w2));
-    const vec2 by_f = vec2(dot(grad_r1, p.r1), dot(grad_r2, p.r2)) / f;
+    const float by_f = dot(w.h1, mh1) + dot(w.h2, mh2);  // sum of f dL/df
     const vec2 by_inside = mix(-f * by_w2, vec2(0), p.clamped);
     vec3 grad_m;
-    grad_m.xy = iz * by_inside + f * g.mean;
-    grad_m.z = g.depth - iz * (dot(f, by_f) + dot(inside, by_inside) + dot(f * p.m.xy, g.mean));
+    grad_m.xy = iz * by_inside + f * by_mean;
+    grad_m.z = g.depth - iz * (by_f + dot(inside, by_inside) + dot(f * p.m.xy, by_mean));
     if ((flags & kFlagOriginalGradient) != 0)
         grad_m.z += iz * dot(mix(vec2(0), f * inside, p.clamped), by_w2);
 

@@ -6,8 +6,8 @@
 //   grad_x = rstd * (gamma * grad_t - a - xhat * b),  a = mean over the group of gamma * grad_t, b
 //   = of gamma * grad_t * xhat
 // One workgroup computes one (n, g).
-// Bindings: x, gamma, beta, mean, rstd, grad_y, grad_x, sums [N,C] vec2; x, grad_y, grad_x as quads
-// [C/4][N*P].
+// Bindings: x, gamma, beta, mean [2,N,G] (rounded, and the rest), rstd, grad_y, grad_x, sums [N,C] vec2; x,
+// grad_y, grad_x as quads [C/4][N*P].
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"
 
@@ -34,6 +34,7 @@ float grad_t(uint c, uint at, float xhat) {
 void main() {
     const uint n = gl_WorkGroupID.y;
     const uint group = n * dims.groups + gl_WorkGroupID.x;
+    const float rest = mean[dims.n * dims.groups + group];
     const uint channels = dims.c / dims.groups;
     const uint first = gl_WorkGroupID.x * channels;
     const uint lane = gl_LocalInvocationID.x;
@@ -44,7 +45,7 @@ void main() {
         vec2 sum = vec2(0);
         for (uint p = lane; p < dims.p; p += step) {
             const uint at = place(c, p);
-            const float xhat = (x[at] - mean[group]) * rstd[group];
+            const float xhat = ((x[at] - mean[group]) - rest) * rstd[group];
             sum += grad_t(c, at, xhat) * vec2(1, xhat);
         }
         sum = workgroup_sum(sum);
@@ -56,7 +57,7 @@ void main() {
     for (uint c = first; c < first + channels; ++c)
         for (uint p = lane; p < dims.p; p += step) {
             const uint at = place(c, p);
-            const float xhat = (x[at] - mean[group]) * rstd[group];
+            const float xhat = ((x[at] - mean[group]) - rest) * rstd[group];
             grad_x[at] = rstd[group] * (gamma[c] * grad_t(c, at, xhat) - average.x - xhat * average.y);
         }
     if (gl_WorkGroupID.x == dims.groups - 1)

@@ -1,7 +1,7 @@
 #version 460
 // As group_norm_backward.comp, a quad of channels at a time: needs C/G divisible by 4.
 // One workgroup computes one (n, g); lanes run along the pixels of one quad.
-// Bindings: x, gamma, beta (read as quads), mean, rstd, grad_y, grad_x, sums [N,C] vec2.
+// Bindings: x, gamma, beta (read as quads), mean [2,N,G], rstd, grad_y, grad_x, sums [N,C] vec2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -35,6 +35,7 @@ void main() {
     const uint whole = dims.p / (kUnroll * step) * (kUnroll * step);
     const float mean = mean_in[n * dims.groups + g];
     const float rstd = rstd_in[n * dims.groups + g];
+    const float rest = mean_in[(dims.n + n) * dims.groups + g] * rstd;
     const bool fused = dims.silu != 0;
 
     vec2 total = vec2(0);
@@ -46,14 +47,14 @@ void main() {
         vec4 second = vec4(0);
         for (uint i = 0; i < whole; i += kUnroll * step)
             [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
-                const vec4 xhat = (LD4(x, at + i + u * step) - mean) * rstd;
+                const vec4 xhat = (LD4(x, at + i + u * step) - mean) * rstd - rest;
                 vec4 grad_t = LD4(grad_y, at + i + u * step);
                 if (fused) grad_t *= silu_derivative(scale * xhat + shift);
                 first += grad_t;
                 second += grad_t * xhat;
             }
         for (uint i = whole; i + lane < dims.p; i += step) {
-            const vec4 xhat = (LD4(x, at + i) - mean) * rstd;
+            const vec4 xhat = (LD4(x, at + i) - mean) * rstd - rest;
             vec4 grad_t = LD4(grad_y, at + i);
             if (fused) grad_t *= silu_derivative(scale * xhat + shift);
             first += grad_t;
@@ -71,7 +72,7 @@ void main() {
         const vec4 shift = LD4(beta, g * quads + q);
         const uint at = start + q * columns + lane;
         for (uint i = 0; i + lane < dims.p; i += step) {
-            const vec4 xhat = (LD4(x, at + i) - mean) * rstd;
+            const vec4 xhat = (LD4(x, at + i) - mean) * rstd - rest;
             vec4 grad_t = LD4(grad_y, at + i);
             if (fused) grad_t *= silu_derivative(scale * xhat + shift);
             ST4(grad_x, at + i, rstd * (scale * grad_t - average.x - xhat * average.y));

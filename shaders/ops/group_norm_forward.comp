@@ -1,11 +1,10 @@
 #version 460
 // y = gamma[c] * (x - mean[n,g]) * rstd[n,g] + beta[c], then optionally y = silu(y);  rstd =
 // 1/sqrt(var + eps), var biased.
-// Two passes over the group: mean, then the variance about it; the residual r of the mean corrects
-// both (mean += r, var -= r^2).
-// Terms are divided before they are summed, so that a finite variance never overflows on the way.
-// One workgroup computes one (n, g). Bindings: x, gamma, beta, y, mean [N,G], rstd [N,G]; x and y
-// as quads [C/4][N*P].
+// Two passes over the group: the mean about the first element, then the variance about that mean; its residual
+// r corrects both (mean += r, var -= r^2). If a square overflows, once more with x times kShrink.
+// One workgroup computes one (n, g). Bindings: x, gamma, beta, y, mean [2,N,G] (group_norm.glsl), rstd [N,G]; x
+// and y as quads [C/4][N*P].
 #extension GL_GOOGLE_include_directive : require
 #include "params/group_norm_params.h"
 
@@ -18,6 +17,7 @@ layout(set = 0, binding = 4, std430) writeonly buffer Mean { float mean_out[]; }
 layout(set = 0, binding = 5, std430) writeonly buffer Rstd { float rstd_out[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
+#include "norms/group_norm.glsl"
 #include "reduce.glsl"
 #include "activations/silu.glsl"
 
@@ -31,31 +31,39 @@ void main() {
     const uint lane = gl_LocalInvocationID.x;
     const uint step = gl_WorkGroupSize.x;
     const uint first = g * channels;
-    const float per_count = 1.0 / float(count);
-    const float per_root = sqrt(per_count);
 
-    float sum = 0;
-    for (uint i = lane; i < count; i += step) sum += x[place(first + i / dims.p, i % dims.p)] * per_count;
-    const float guess = workgroup_sum(sum);
-
+    float unit = 1.0;
+    float guess = 0;
     vec2 moments = vec2(0);
-    for (uint i = lane; i < count; i += step) {
-        const float d = x[place(first + i / dims.p, i % dims.p)] - guess;
-        moments += vec2(d * per_count, (d * per_root) * (d * per_root));
+    for (uint attempt = 0; attempt < 2; ++attempt) {
+        const float pivot = x[place(first, 0)] * unit;
+        float sum = 0;
+        for (uint i = lane; i < count; i += step)
+            sum += x[place(first + i / dims.p, i % dims.p)] * unit - pivot;
+        guess = pivot + workgroup_sum(sum) / float(count);
+
+        moments = vec2(0);
+        for (uint i = lane; i < count; i += step) {
+            const float d = x[place(first + i / dims.p, i % dims.p)] * unit - guess;
+            moments += vec2(d, d * d);
+        }
+        moments = workgroup_sum(moments) / float(count);
+        if (finite(moments.y) || attempt == 1) break;
+        unit = kShrink;
     }
-    moments = workgroup_sum(moments);
-    const float mean = guess + moments.x;
-    const float rstd = 1.0 / sqrt(max(moments.y - moments.x * moments.x, 0.0) + dims.eps);
+    const vec2 mean = split_mean(guess, moments.x);
+    const float rstd = inverse_deviation(moments.y - moments.x * moments.x, dims.eps, unit);
 
     for (uint i = lane; i < count; i += step) {
         const uint c = first + i / dims.p;
         const uint at = place(c, i % dims.p);
-        const float t = gamma[c] * ((x[at] - mean) * rstd) + beta[c];
+        const float t = gamma[c] * (((x[at] * unit - mean.x) - mean.y) * rstd) + beta[c];
         y[at] = dims.silu != 0 ? silu(t) : t;
     }
     if (lane == 0) {
-        mean_out[n * dims.groups + g] = mean;
-        rstd_out[n * dims.groups + g] = rstd;
+        mean_out[n * dims.groups + g] = mean.x / unit;
+        mean_out[(dims.n + n) * dims.groups + g] = mean.y / unit;
+        rstd_out[n * dims.groups + g] = rstd * unit;
     }
     // The last quad's missing channels are zero by convention.
     if (g == dims.groups - 1)

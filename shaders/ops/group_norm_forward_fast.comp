@@ -1,7 +1,7 @@
 #version 460
 // As group_norm_forward.comp, a quad of channels at a time: needs C/G divisible by 4.
 // One workgroup computes one (n, g); lanes run along the pixels of one quad.
-// Bindings: x, gamma, beta (read as quads), y, mean [N,G], rstd [N,G].
+// Bindings: x, gamma, beta (read as quads), y, mean [2,N,G], rstd [N,G].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -17,6 +17,7 @@ layout(set = 0, binding = 4, std430) writeonly buffer Mean { float mean_out[]; }
 layout(set = 0, binding = 5, std430) writeonly buffer Rstd { float rstd_out[]; };
 layout(push_constant) uniform Push { GroupNormParams dims; };
 
+#include "norms/group_norm.glsl"
 #include "reduce.glsl"
 #include "activations/silu.glsl"
 
@@ -35,65 +36,73 @@ void main() {
     const uint step = gl_WorkGroupSize.x;
     const uint pixels = dims.p;
     const uint whole = pixels / (kUnroll * step) * (kUnroll * step);
-    const float per_count = 1.0 / float(4 * quads * pixels);
-    const float per_root = sqrt(per_count);
+    const float count = float(4 * quads * pixels);
 
-    vec4 sum = vec4(0);
-    uint q = 0;
-    do {
-        const uint at = start + q * columns + lane;
-        vec4 of_quad = vec4(0);
-        for (uint i = 0; i < whole; i += kUnroll * step)
-            [[unroll]] for (uint u = 0; u < kUnroll; ++u)
-                of_quad += LD4(x, at + i + u * step) * per_count;
-        for (uint i = whole; i + lane < pixels; i += step) of_quad += LD4(x, at + i) * per_count;
-        sum += of_quad;
-    } while (++q < quads);
-    const float guess = across(workgroup_sum(sum));
+    float unit = 1.0;
+    float guess = 0;
+    vec2 moments = vec2(0);
+    for (uint attempt = 0; attempt < 2; ++attempt) {
+        const float pivot = LD4(x, start).x * unit;
+        vec4 sum = vec4(0);
+        uint q = 0;
+        do {
+            const uint at = start + q * columns + lane;
+            vec4 of_quad = vec4(0);
+            for (uint i = 0; i < whole; i += kUnroll * step)
+                [[unroll]] for (uint u = 0; u < kUnroll; ++u)
+                    of_quad += LD4(x, at + i + u * step) * unit - pivot;
+            for (uint i = whole; i + lane < pixels; i += step) of_quad += LD4(x, at + i) * unit - pivot;
+            sum += of_quad;
+        } while (++q < quads);
+        guess = pivot + across(workgroup_sum(sum)) / count;
 
-    vec4 residual = vec4(0);
-    vec4 square = vec4(0);
-    q = 0;
-    do {
-        const uint at = start + q * columns + lane;
-        vec4 first = vec4(0);
-        vec4 second = vec4(0);
-        for (uint i = 0; i < whole; i += kUnroll * step)
-            [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
-                const vec4 d = LD4(x, at + i + u * step) - guess;
-                first += d * per_count;
-                second += (d * per_root) * (d * per_root);
+        vec4 residual = vec4(0);
+        vec4 square = vec4(0);
+        q = 0;
+        do {
+            const uint at = start + q * columns + lane;
+            vec4 first = vec4(0);
+            vec4 second = vec4(0);
+            for (uint i = 0; i < whole; i += kUnroll * step)
+                [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
+                    const vec4 d = LD4(x, at + i + u * step) * unit - guess;
+                    first += d;
+                    second += d * d;
+                }
+            for (uint i = whole; i + lane < pixels; i += step) {
+                const vec4 d = LD4(x, at + i) * unit - guess;
+                first += d;
+                second += d * d;
             }
-        for (uint i = whole; i + lane < pixels; i += step) {
-            const vec4 d = LD4(x, at + i) - guess;
-            first += d * per_count;
-            second += (d * per_root) * (d * per_root);
-        }
-        residual += first;
-        square += second;
-    } while (++q < quads);
-    const vec2 moments = workgroup_sum(vec2(across(residual), across(square)));
-    const float mean = guess + moments.x;
-    const float rstd = 1.0 / sqrt(max(moments.y - moments.x * moments.x, 0.0) + dims.eps);
+            residual += first;
+            square += second;
+        } while (++q < quads);
+        moments = workgroup_sum(vec2(across(residual), across(square))) / count;
+        if (finite(moments.y) || attempt == 1) break;
+        unit = kShrink;
+    }
+    const vec2 mean = split_mean(guess, moments.x);
+    const float rstd = inverse_deviation(moments.y - moments.x * moments.x, dims.eps, unit);
 
     const bool fused = dims.silu != 0;
-    q = 0;
+    uint q = 0;
     do {
-        const vec4 scale = LD4(gamma, g * quads + q);
-        const vec4 shift = LD4(beta, g * quads + q);
+        const vec4 scale = LD4(gamma, g * quads + q) * rstd;
+        const vec4 shift = LD4(beta, g * quads + q) - scale * mean.y;
         const uint at = start + q * columns + lane;
         for (uint i = 0; i < whole; i += kUnroll * step)
             [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
-                const vec4 t = scale * ((LD4(x, at + i + u * step) - mean) * rstd) + shift;
+                const vec4 t = scale * (LD4(x, at + i + u * step) * unit - mean.x) + shift;
                 ST4(y, at + i + u * step, fused ? silu(t) : t);
             }
         for (uint i = whole; i + lane < pixels; i += step) {
-            const vec4 t = scale * ((LD4(x, at + i) - mean) * rstd) + shift;
+            const vec4 t = scale * (LD4(x, at + i) * unit - mean.x) + shift;
             ST4(y, at + i, fused ? silu(t) : t);
         }
     } while (++q < quads);
     if (lane == 0) {
-        mean_out[n * dims.groups + g] = mean;
-        rstd_out[n * dims.groups + g] = rstd;
+        mean_out[n * dims.groups + g] = mean.x / unit;
+        mean_out[(dims.n + n) * dims.groups + g] = mean.y / unit;
+        rstd_out[n * dims.groups + g] = rstd * unit;
     }
 }

@@ -3,8 +3,8 @@
 // pair's slot, so that a Gaussian's records are contiguous.
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
-// Record: sums over the tile's pixels, q = mean - pixel centre:
-//   (v, v qx, v qy, v qx^2), (v qx qy, v qy^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth)
+// Record: sums over the tile's pixels, y = L^T (mean - pixel centre), L scaled as in the splats:
+//   (v, v y1, v y2, v y1^2), (v y1 y2, v y2^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth)
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background, state, grad_image
 // [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4.
@@ -55,7 +55,8 @@ void main() {
         const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);
-        precise float raw = a.z * exp2(log2_weight(a.xy, l, centre));
+        const vec2 y = whitened_offset(a.xy, l, centre);
+        precise float raw = a.z * exp2(log2_weight(y));
         precise float alpha = min(kAlphaMax, raw);
         alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
         t /= 1.0 - alpha;
@@ -64,14 +65,10 @@ void main() {
         behind += alpha * e;
         const float passed = params.straight_through != 0 ? (alpha > 0.0 ? raw * t : 0.0) : w;
         const float v = raw <= kAlphaMax || params.straight_through != 0 ? passed * e : 0.0;
-        const vec2 q = a.xy - centre;
         vec2 slope = vec2(0);
-        if (kAbsolute) {
-            const float u = l.x * q.x + l.y * q.y;
-            slope = abs(v * vec2(l.x * u, l.y * u + l.z * l.z * q.y)) * kTwoLn2;
-        }
-        const vec4 first = workgroup_sum(vec4(v, v * q, v * q.x * q.x));
-        const vec4 second = workgroup_sum(vec4(v * q.x * q.y, v * q.y * q.y, slope));
+        if (kAbsolute) slope = abs(v * vec2(l.x * y.x, l.y * y.x + l.z * y.y)) * kTwoLn2;
+        const vec4 first = workgroup_sum(vec4(v, v * y, v * y.x * y.x));
+        const vec4 second = workgroup_sum(vec4(v * y.x * y.y, v * y.y * y.y, slope));
         const vec4 third = workgroup_sum(w * g);
         if (lane == 0) {
             record_a[slot] = first;

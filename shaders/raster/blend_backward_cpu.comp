@@ -89,7 +89,9 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
     precise float qx = e.a.x - first.x;
     precise float ux = e.l.x * qx;
     vec4 sum_c = vec4(0);
-    float m0 = 0.0, m1 = 0.0, m2 = 0.0;
+    float m0 = 0.0;
+    vec2 m1 = vec2(0);
+    vec3 m2 = vec3(0);
     vec2 slope = vec2(0);
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const int q = block * kRows + r;
@@ -109,14 +111,13 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
         sum_c.rgb += w * vec3(g_r[q], g_g[q], g_b[q]);
         if (kDepth) sum_c.a += w * g_z[q];
         const float v = (kStraightThrough ? seen * t[q] : clamped ? 0.0 : w) * g;
-        const float vy = v * qy;
+        const float vu = v * u, vw = v * w2;
         m0 += v;
-        m1 += vy;
-        m2 += vy * qy;
+        m1 += vec2(vu, vw);
+        m2 += vec3(vu * u, vu * w2, vw * w2);
         if (kAbsolute) slope += kTwoLn2 * abs(v * vec2(e.l.x * u, e.l.y * u + e.l.z * w2));
     }
-    const float m0x = m0 * qx;
-    const float sums[kSums] = float[kSums](m0, m0x, m1, m0x * qx, m1 * qx, m2, slope.x, slope.y, sum_c.r, sum_c.g,
+    const float sums[kSums] = float[kSums](m0, m1.x, m1.y, m2.x, m2.y, m2.z, slope.x, slope.y, sum_c.r, sum_c.g,
                                            sum_c.b, sum_c.a);
     [[unroll]] for (uint i = 0; i < kSums; ++i) {
         if ((i == 6 || i == 7) && !kAbsolute) continue;

@@ -64,7 +64,8 @@ void main() {
         const vec4 a = splats[item * 3] - vec4(corner, 0, 0);
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);
-        precise float raw = a.z * exp2(log2_weight(a.xy, l, centre));
+        const vec2 y = whitened_offset(a.xy, l, centre);
+        precise float raw = a.z * exp2(log2_weight(y));
         precise float alpha = min(kAlphaMax, raw);
         alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
         t /= 1.0 - alpha;
@@ -73,14 +74,10 @@ void main() {
         behind += alpha * e;
         const float passed = params.straight_through != 0 ? (alpha > 0.0 ? raw * t : 0.0) : w;
         const float v = raw <= kAlphaMax || params.straight_through != 0 ? passed * e : 0.0;
-        const vec2 q = a.xy - centre;
         vec2 slope = vec2(0);
-        if (kAbsolute) {
-            const float u = l.x * q.x + l.y * q.y;
-            slope = abs(v * vec2(l.x * u, l.y * u + l.z * l.z * q.y)) * kTwoLn2;
-        }
-        const vec4 first = subgroupAdd(vec4(v, v * q, v * q.x * q.x));
-        const vec4 second = subgroupAdd(vec4(v * q.x * q.y, v * q.y * q.y, slope));
+        if (kAbsolute) slope = abs(v * vec2(l.x * y.x, l.y * y.x + l.z * y.y)) * kTwoLn2;
+        const vec4 first = subgroupAdd(vec4(v, v * y, v * y.x * y.x));
+        const vec4 second = subgroupAdd(vec4(v * y.x * y.y, v * y.y * y.y, slope));
         const vec4 third = subgroupAdd(w * g);
         const uint side = i & 1u;
         if (subgroupElect()) {

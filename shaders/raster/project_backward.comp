@@ -94,9 +94,8 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
     LOAD_VIEW(view, cameras, v);
     const Projection p = project(view, from.mean, from.scale, from.q);
     ImageGradient g;
-    const vec3 conic = vec3(p.c, -p.b, p.a) / p.det;
-    g.mean = -vec2(dot(conic.xy, records.a.yz), dot(conic.yz, records.a.yz));
-    g.conic = -vec3(0.5 * records.a.w, records.b.x, 0.5 * records.b.y);
+    g.y = records.a.yz / kRootHalfLog2e;
+    g.moments = vec3(records.a.w, records.b.xy) / (kRootHalfLog2e * kRootHalfLog2e);
     g.opacity = records.a.x / records.opacity;
     g.depth = records.c.w;
     GaussianGradient gradient;
@@ -122,8 +121,8 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
         const vec4 before0 = params.accumulate != 0 ? exported[item * 3] : vec4(0);
         const vec4 before1 = params.accumulate != 0 ? exported[item * 3 + 1] : vec4(0);
         const vec4 before2 = params.accumulate != 0 ? exported[item * 3 + 2] : vec4(0);
-        exported[item * 3] = before0 + vec4(g.mean, records.b.zw);
-        exported[item * 3 + 1] = before1 + vec4(g.conic, g.opacity);
+        exported[item * 3] = before0 + vec4(mean_gradient(p, g.y), records.b.zw);
+        exported[item * 3 + 1] = before1 + vec4(conic_gradient(p, g.moments), g.opacity);
         exported[item * 3 + 2] = before2 + records.c;
     }
 }

@@ -35,9 +35,6 @@ layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
 
-// sqrt(log2(e) / 2): exp(-sigma) = exp2(-|L^T q|^2).
-const float kRootHalfLog2e = 0.849321800288;
-
 bool is_set(uint flag) { return (kFlags & flag) != 0; }
 
 // Radius in pixels per axis; 0 if no pixel of the image can see the Gaussian.
@@ -140,12 +137,9 @@ void main() {
 
     const vec2 radius = valid ? visible_radius(p, mean, opacity) : vec2(0);
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
-    // Cholesky factor of the conic: l11 = sqrt(c / det), l21 = -b / sqrt(c det), l22 = 1 / sqrt(c).
-    const float root_c = sqrt(p.c), root_det = sqrt(p.det);
-    const vec3 l = vec3(root_c / root_det, -p.b / (root_c * root_det), 1.0 / root_c);
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
-    const vec4 b = valid ? vec4(kRootHalfLog2e * l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
+    const vec4 b = valid ? vec4(kRootHalfLog2e * p.l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
     vec3 color = vec3(0);

@@ -76,7 +76,7 @@ inline constexpr int kMaxConfigDepth = 32;
 /// quoted ones are texts. "${...}" stays a text.
 ///
 /// Errors       kInvalidArgument with the line, for text that is not YAML, nests too deep, is too large,
-///              has a duplicate key, no map on the outside, or a second document; kUnsupported for
+///              holds a NUL, has a duplicate key, no map on the outside, or a second document; kUnsupported for
 ///              anchors, aliases, tags and merge keys
 Result<Config> read_yaml_config(std::string_view text, const std::string& what);
 

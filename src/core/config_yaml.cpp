@@ -219,6 +219,11 @@ Result<Config> read_yaml_config(std::string_view text, const std::string& what) 
     if (text.size() > kMaxConfigBytes)
         return error(Code::kInvalidArgument, "%s: %zu bytes of YAML, expected at most %zu",
                      what.c_str(), text.size(), kMaxConfigBytes);
+    if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
+        return error(Code::kInvalidArgument,
+                     "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of "
+                     "another format?",
+                     what.c_str(), nul, text.size());
     return YamlReader(text, what).run();
 }
 

@@ -133,16 +133,22 @@ class PathReader : public nlohmann::json_sax<Json> {
     std::vector<JsonStep> path_;
 };
 
-Status check_size(std::string_view text, const char* what) {
-    if (text.size() <= kMaxJsonBytes) return {};
-    return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                 text.size(), kMaxJsonBytes);
-}
-
 }  // namespace
 
+Status check_json_text(std::string_view text, const char* what) {
+    if (text.size() > kMaxJsonBytes)
+        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
+                     text.size(), kMaxJsonBytes);
+    const std::size_t nul = text.find('\0');
+    if (nul == std::string_view::npos) return {};
+    return error(Code::kInvalidArgument,
+                 "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of another "
+                 "format?",
+                 what, nul, text.size());
+}
+
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what) {
-    SPLAT_TRY(check_size(text, what));
+    SPLAT_TRY(check_json_text(text, what));
     FlatReader reader;
     if (!Json::sax_parse(text, &reader))
         return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
@@ -151,7 +157,7 @@ Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const cha
 
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit) {
-    SPLAT_TRY(check_size(text, what));
+    SPLAT_TRY(check_json_text(text, what));
     PathReader reader(visit);
     if (Json::sax_parse(text, &reader)) return {};
     if (!reader.refusal.ok()) return reader.refusal;
@@ -163,7 +169,7 @@ std::string json_quote(std::string_view text) {
 }
 
 Result<Json> parse_json(std::string_view text, const char* what) {
-    SPLAT_TRY(check_size(text, what));
+    SPLAT_TRY(check_json_text(text, what));
     bool too_deep = false;
     const auto guard = [&too_deep](int depth, Json::parse_event_t event, Json&) {
         const bool opens =

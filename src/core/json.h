@@ -18,9 +18,13 @@ using Json = nlohmann::ordered_json;
 inline constexpr std::size_t kMaxJsonBytes = 16u << 20;
 inline constexpr int kMaxJsonDepth = 64;
 
-/// Parse one JSON value. Errors: kInvalidArgument with position, for text that is not JSON, is larger
-/// than kMaxJsonBytes or nests deeper than kMaxJsonDepth; `what` names the text in the message.
+/// Parse one JSON value. Errors: kInvalidArgument with position, for text that is not JSON, as check_json_text(), or
+/// where it nests deeper than kMaxJsonDepth; `what` names the text in the message.
 Result<Json> parse_json(std::string_view text, const char* what);
+
+/// The checks of every parser here, before it starts. Errors: kInvalidArgument for a text of more than
+/// kMaxJsonBytes, and for a NUL, at which parsers stop without a word.
+Status check_json_text(std::string_view text, const char* what);
 
 /// A member of a flat JSON object.
 struct JsonScalar {

@@ -88,9 +88,7 @@ const JsonTree* JsonTree::find(std::string_view name) const {
 }
 
 Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {
-    if (text.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                     text.size(), kMaxJsonBytes);
+    SPLAT_TRY(check_json_text(text, what));
     TreeReader reader;
     if (!Json::sax_parse(text, &reader))
         return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());

@@ -1,6 +1,7 @@
 #include "data/co3d.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "data/folder.h"
@@ -16,6 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kHeaderBytes = 4096;
+
+/// Of focal lengths, in half widths of the image.
+constexpr double kLeastFocal = 1e-6, kMostFocal = 1e6;
 
 /// A file of float32 [frames,channels,side,side].
 struct FrameArray {
@@ -137,9 +141,17 @@ class Co3dReader : public DatasetReader {
             const auto pose = pose_of_co3d(std::span(r->values).subspan(i * 9, 9),
                                            std::span(t->values).subspan(i * 3, 3));
             if (!pose.ok()) return in_file(pose.status(), sequence.name + format(", frame %zu", i));
-            const float* focal = &focals.value().values[i * 2];
-            views.push_back({pose.value(), static_cast<double>(focal[0]) / 2,
-                             static_cast<double>(focal[1]) / 2, origin_distance(pose.value())});
+            const std::array<double, 2> focal = {
+                static_cast<double>(focals.value().values[i * 2]),
+                static_cast<double>(focals.value().values[i * 2 + 1])};
+            for (const double value : focal)
+                if (!(value >= kLeastFocal && value <= kMostFocal))
+                    return error(Code::kFormat,
+                                 "'%s': frame %zu has the focal length %g, expected %g to %g half "
+                                 "widths of the image",
+                                 sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
+            views.push_back(
+                {pose.value(), focal[0] / 2, focal[1] / 2, origin_distance(pose.value())});
         }
         return views;
     }

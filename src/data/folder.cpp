@@ -1,6 +1,7 @@
 #include "data/folder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "io/file.h"
 #include "io/photo/image_file.h"
@@ -98,7 +99,14 @@ Result<io::Image> load_bytes(const fs::path& path, const io::ImageOptions& optio
 
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) {
     scene::Camera camera{place, 1, 1, 1, 1, 0.5, 0.5, camera_to_world};
-    return io::from_file(scene::check_camera(camera));
+    SPLAT_TRY(io::from_file(scene::check_camera(camera)));
+    const auto& m = camera_to_world;
+    const double distance = std::hypot(m[3], m[7], m[11]);
+    if (distance <= kMostDistance) return {};
+    return error(
+        Code::kFormat,
+        "camera '%s': the camera is %g from the origin, expected at most %g; is the file damaged?",
+        place.c_str(), distance, kMostDistance);
 }
 
 }  // namespace splat::data

@@ -42,7 +42,10 @@ Result<io::Image> load_square(const std::filesystem::path& path, bool header_onl
 /// An image of 8 bits and any size. Errors: as load_square().
 Result<io::Image> load_bytes(const std::filesystem::path& path, const io::ImageOptions& options);
 
-/// Finite, a rotation within 1e-3 and not mirrored. Errors: kFormat, naming the place.
+/// Largest distance of a camera from the origin of a data set, whose objects have sizes of about 1.
+inline constexpr double kMostDistance = 1e6;
+
+/// Finite, a rotation within 1e-3, not mirrored, within kMostDistance. Errors: kFormat, naming the place.
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place);
 
 }  // namespace splat::data

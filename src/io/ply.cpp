@@ -180,6 +180,7 @@ Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     }
     for (const PlyElement& element : header.elements)
         if (element.name != "vertex") report.ignored.push_back("element " + element.name);
+    SPLAT_ASSIGN(report.left_out, rows.rest(options.lenient));
     return finish_load(std::move(gaussians), std::move(report), scene::Frame::kRdf, options);
 }
 

@@ -212,6 +212,7 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
     DecodeBudget budget(file.size(), options.limits);
     SPLAT_TRY(check_count(header.find("vertex")->count, scene::kMaxShDegree, options, budget,
                           "compressed ply"));
+    SPLAT_ASSIGN(report.left_out, rows.rest(options.lenient));
     return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
 }
 

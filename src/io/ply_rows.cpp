@@ -71,6 +71,22 @@ Status PlyRows::skip(const PlyElement& element) {
     return read(element, [](std::size_t, const std::vector<double>&) {});
 }
 
+Result<std::string> PlyRows::rest(bool lenient) const {
+    std::uint64_t left = reader_.left();
+    if (encoding_ == PlyEncoding::kAscii) {
+        const std::size_t start = text_.find_first_not_of(kBlanks);
+        left = start == std::string_view::npos ? 0 : text_.size() - start;
+    }
+    if (left == 0) return std::string();
+    const std::string found = format("%llu bytes after the last row of the header's count",
+                                     static_cast<unsigned long long>(left));
+    if (lenient) return found;
+    return error(Code::kFormat,
+                 "ply data: %s, expected none: the header counts too few rows, or something was "
+                 "appended to the file; a lenient reader leaves them out",
+                 found.c_str());
+}
+
 Status PlyRows::read_binary(const PlyProperty& property, double& value) {
     if (!property.list_count) return read_number(property.type, property.name, value);
     SPLAT_TRY(read_number(*property.list_count, property.name, value));

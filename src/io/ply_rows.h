@@ -26,7 +26,9 @@ class PlyRows {
     /// Skip an element. Errors as read().
     Status skip(const PlyElement& element);
 
-    [[nodiscard]] std::size_t left() const { return reader_.left(); }
+    /// What follows the last element, blanks of ascii excepted; empty if nothing. Errors: kFormat for anything,
+    /// unless `lenient`.
+    [[nodiscard]] Result<std::string> rest(bool lenient) const;
 
   private:
     Status read_binary(const PlyProperty& property, double& value);

@@ -20,6 +20,7 @@ struct LoadReport {
     std::uint32_t sh_degree = 0;          ///< in memory
     scene::Frame frame{};                 ///< of the file; in memory it is kRdf
     std::vector<std::string> ignored;     ///< properties, elements and bands that are ignored
+    std::string left_out;                 ///< if lenient: what the header does not account for
     std::uint64_t non_finite_values = 0;  ///< NaN and infinities, kept as they are
     std::uint64_t bad_rotations = 0;      ///< quaternions of length 0 or not finite, kept
 };
@@ -33,6 +34,7 @@ struct LoadOptions {
     std::optional<scene::Frame> frame;     ///< of the file, unless it is the format's usual one
     std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
     DecodeLimits limits = decode_limits();
+    bool lenient = false;                  ///< leave out what a header does not account for
 };
 
 struct SaveOptions {

@@ -166,9 +166,8 @@ Result<OpPlan> group_norm_plan(const vk::Recorder& recorder, const Attributes& a
     SPLAT_TRY(group_norm_check(recorder.device(), desc));
     SPLAT_TRY(expect_shape("group_norm", "gamma", inputs[1], {desc.x.c}));
     SPLAT_TRY(expect_shape("group_norm", "beta", inputs[2], {desc.x.c}));
-    const Shape of_groups{desc.x.n, desc.groups};
     return OpPlan{.outputs = {inputs[0]},
-                  .saved = {of_groups, of_groups},
+                  .saved = {{2, desc.x.n, desc.groups}, {desc.x.n, desc.groups}},
                   .backward_workspace = sums_end(recorder, desc) + desc.x.bytes()};
 }
 

@@ -27,10 +27,12 @@ std::uint64_t group_norm_sums_bytes(const GroupNormDesc& desc);
 ///
 /// x, y         [N,C,H,W] float32 as quads; y may be x
 /// gamma, beta  [C]
-/// mean, rstd   [N,G]      out, saved for backward
+/// mean         [2,N,G]    out, saved for backward: the rounded means, then what the rounding lost
+/// rstd         [N,G]      out, saved for backward
 /// eps          > 0, same unit as var(x)
 /// Errors       those of group_norm_check; nothing is recorded on error
-/// Precision    rstd within 1e-6 for |mean|/std <= 1e3; constant input gives t = beta exactly
+/// Precision    y and the gradients within 1e-6 for |mean|/std <= 1e3, 1e-5 for 1e4; constant input gives
+///              t = beta exactly; squares may overflow, x - mean may not
 ///              (tests/ops/group_norm_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Wu & He 2018, arXiv:1803.08494, eq. 1-3; SiLU: Elfwing et al. 2017,

@@ -3,6 +3,7 @@
 
 #include "raster/pack.h"
 #include "raster_constants.h"
+#include "scene/camera_pose.h"
 
 namespace splat::raster {
 namespace {
@@ -37,7 +38,7 @@ std::array<double, 2> limits(double size, double focal, double centre, Conventio
     return {-(centre / focal + margin), (size - centre) / focal + margin};
 }
 
-/// Errors: kInvalidArgument for a camera that is singular or not finite.
+/// Errors: kInvalidArgument for a camera that is singular, mirrors, is not finite or has a lens out of range.
 Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& camera,
                                                         Convention convention) {
     const auto& m = camera.world_to_camera;
@@ -46,10 +47,15 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     if (!finite || !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
         !std::isfinite(camera.fx) || !std::isfinite(camera.fy))
         return error(Code::kInvalidArgument, "camera %s: a pose or intrinsic is not finite", name);
-    if (!(camera.fx > 0) || !(camera.fy > 0))
-        return error(Code::kInvalidArgument,
-                     "camera %s: focal lengths are %g and %g pixels, expected > 0", name, camera.fx,
-                     camera.fy);
+    if (const Status lens = scene::check_lens(camera.fx, camera.fy, camera.cx, camera.cy);
+        !lens.ok())
+        return error(Code::kInvalidArgument, "camera %s: %s", name, lens.message().c_str());
+    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+        return error(
+            Code::kInvalidArgument,
+            "camera %s: the last row of world_to_camera is %g %g %g %g, expected 0 0 0 1; is the "
+            "matrix column-major?",
+            name, m[12], m[13], m[14], m[15]);
     const Matrix r = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
     const std::array<double, 3> t = {m[3], m[7], m[11]};
     const double det = determinant(r);
@@ -57,6 +63,11 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
         return error(Code::kInvalidArgument,
                      "camera %s: its rotation is singular (determinant %g), expected about 1", name,
                      det);
+    if (det < 0)
+        return error(
+            Code::kInvalidArgument,
+            "camera %s: its rotation mirrors (determinant %g), expected about 1; check its axes",
+            name, det);
     const auto p = position(r, t, det);
     const auto lx = limits(camera.width, camera.fx, camera.cx, convention);
     const auto ly = limits(camera.height, camera.fy, camera.cy, convention);

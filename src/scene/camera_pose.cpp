@@ -82,15 +82,32 @@ Result<double> orbit_distance(const Statistics& scene, const Camera& camera,
 
 }  // namespace
 
+Status check_lens(double fx, double fy, double cx, double cy) {
+    if (!std::isfinite(fx) || !std::isfinite(fy) || fx <= 0 || fy <= 0)
+        return error(Code::kInvalidArgument,
+                     "focal lengths are %g and %g pixels, expected > 0 and finite", fx, fy);
+    if (!std::isfinite(cx) || !std::isfinite(cy))
+        return error(Code::kInvalidArgument, "the principal point is %g, %g and not finite", cx,
+                     cy);
+    if (std::min(fx, fy) < kLeastFocal || std::max(fx, fy) > kMostFocal)
+        return error(Code::kInvalidArgument,
+                     "focal lengths are %g and %g pixels, expected %g to %g; are they in pixels?",
+                     fx, fy, kLeastFocal, kMostFocal);
+    if (std::max(std::abs(cx), std::abs(cy)) > kMostPrincipal)
+        return error(Code::kInvalidArgument,
+                     "the principal point is %g, %g pixels, expected -%g to %g; is it in pixels?",
+                     cx, cy, kMostPrincipal, kMostPrincipal);
+    return {};
+}
+
 Status check_camera(const Camera& c) {
     const auto bad = [&c](const std::string& problem) {
         return error(Code::kInvalidArgument, "camera '%s': %s", c.name.c_str(), problem.c_str());
     };
     if (c.width < 1 || c.width > kMaxImageSide || c.height < 1 || c.height > kMaxImageSide)
         return bad(format("%u x %u pixels, expected 1 to %u", c.width, c.height, kMaxImageSide));
-    if (!std::isfinite(c.fx + c.fy) || c.fx <= 0 || c.fy <= 0)
-        return bad(format("focal lengths %g and %g, expected > 0", c.fx, c.fy));
-    if (!std::isfinite(c.cx + c.cy)) return bad("the principal point is not finite");
+    const Status lens = check_lens(c.fx, c.fy, c.cx, c.cy);
+    if (!lens.ok()) return bad(lens.message());
     const Status pose_status = check_pose(c.world_to_camera);
     return pose_status.ok() ? Status() : bad(pose_status.message());
 }

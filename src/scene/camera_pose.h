@@ -10,8 +10,16 @@ namespace splat::scene {
 /// Largest width and height of a camera.
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 
+/// Range of focal lengths, and the largest coordinate of a principal point, in pixels: float32 has fractions of a
+/// pixel up to there, and quotients by focal lengths do not overflow.
+inline constexpr double kLeastFocal = 1e-6, kMostFocal = 1e9;
+inline constexpr double kMostPrincipal = 1 << 20;
+
+/// Errors: kInvalidArgument, naming the field, for what is not finite or out of these ranges.
+Status check_lens(double fx, double fy, double cx, double cy);
+
 /// Errors: kInvalidArgument, naming the camera and the field, for width or height 0 or above
-/// kMaxImageSide, a focal length that is not > 0, anything not finite, a last row other than
+/// kMaxImageSide, a lens as in check_lens(), anything not finite, a last row other than
 /// 0 0 0 1, and a matrix whose 3x3 part is singular, mirrors, or is not a rotation within 1e-3.
 Status check_camera(const Camera& camera);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "scene/camera_pose.h"
 
@@ -29,11 +30,24 @@ Result<std::vector<double>> numbers_of(std::string_view text) {
 
 Result<Focal> focal_of(std::string_view intrinsics) {
     SPLAT_ASSIGN(const std::vector<double> n, numbers_of(intrinsics));
-    if (n.size() < 6 || !(n.front() > 0) || !(n[n.size() - 1] >= 1) || !(n[n.size() - 2] >= 1))
-        return error(Code::kFormat,
-                     "%zu numbers, expected a focal length first and height and width last, "
-                     "all > 0",
-                     n.size());
+    if (n.size() != 10 && n.size() != 11)
+        return error(
+            Code::kFormat,
+            "%zu numbers, expected 10 (f cx cy 0, a centre of 3, a scale, height and width) or 11 "
+            "(a near plane before the scale); is the file cut?",
+            n.size());
+    for (std::size_t i = 0; i < n.size(); ++i)
+        if (!std::isfinite(n[i]))
+            return error(Code::kFormat, "number %zu of %zu is %g, expected a finite one", i + 1,
+                         n.size(), n[i]);
+    for (const double side : {n[n.size() - 2], n[n.size() - 1]})
+        if (!(side >= 1 && side <= scene::kMaxImageSide) || side != std::floor(side))
+            return error(Code::kFormat,
+                         "the last numbers, height and width, are %g and %g, expected whole pixels "
+                         "from 1 to %u",
+                         n[n.size() - 2], n[n.size() - 1], scene::kMaxImageSide);
+    if (const Status lens = scene::check_lens(n[0], n[0], n[1], n[2]); !lens.ok())
+        return error(Code::kFormat, "%s", lens.message().c_str());
     return Focal{n.front() / n[n.size() - 1], n.front() / n[n.size() - 2]};
 }
 

@@ -15,8 +15,8 @@ struct Focal {
     double y = 0;  ///< in heights
 };
 
-/// intrinsics.txt: "f cx cy 0", then a centre, a scale, and last the height and width of the images. Errors:
-/// kFormat.
+/// intrinsics.txt: "f cx cy 0", then a centre, perhaps a near plane, a scale, and last the height and width of the
+/// images. Errors: kFormat for another number of numbers, and for numbers that make no camera.
 Result<Focal> focal_of(std::string_view intrinsics);
 
 /// pose/*.txt: 16 numbers, row-major camera-to-world, OpenCV axes; whether it is a

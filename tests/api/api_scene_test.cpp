@@ -206,6 +206,15 @@ TEST(ApiScene, RefusesFilesThatAreNot) {
                    SPLAT_ERROR_FORMAT, "ply, expected spz");
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size() - 1, nullptr, out.out()),
                    SPLAT_ERROR_FORMAT, "truncated");
+    file.push_back('x');
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()),
+                   SPLAT_ERROR_FORMAT, "1 bytes after the last row");
+    auto lenient = file_desc(0);
+    lenient.flags = SPLAT_SCENE_LENIENT;
+    splat_scene loaded = 0;
+    EXPECT_EQ(splat_scene_load_memory(file.data(), file.size(), &lenient, &loaded), SPLAT_OK);
+    splat_scene_destroy(loaded);
+    file.pop_back();
     auto few = file_desc(0);
     few.max_count = 3;
     EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &few, out.out()),

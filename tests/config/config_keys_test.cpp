@@ -123,6 +123,8 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
     }
     EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}").status(), Code::kInvalidArgument,
                  "'model.xyz_bias' is 1e+300, expected a finite number");
+    EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}").status(), Code::kInvalidArgument,
+                 "'model.opacity_bias' is 1e+308, expected a finite number");
 }
 
 TEST(ConfigKeys, SayTheirRange) {
@@ -131,6 +133,8 @@ TEST(ConfigKeys, SayTheirRange) {
     EXPECT_EQ(range("opt.iterations"), "0 to 10^15");
     EXPECT_EQ(range("data.fov"), "0 to below 180");
     EXPECT_EQ(range("model.scale_bias"), "more than 0");
+    EXPECT_EQ(range("opt.eps"), "more than 0");
+    EXPECT_EQ(range("opt.ema.beta"), "0 to below 1");
     EXPECT_EQ(range("opt.loss"), "l2, l1");
     EXPECT_EQ(range("data.znear"), "");
 }

@@ -138,6 +138,8 @@ TEST(Config, RefusesWhatItDoesNotRead) {
     refused(std::string(kMaxConfigBytes + 1, '#'), "expected at most");
     refused(R"({"a": 1, "a": 2})", "'a' appears twice");
     refused("{\"a\": [1, 2}", "not valid JSON");
+    refused(std::string("a: 1\n") + '\0' + "b: 2\n", "c.yaml: a NUL at byte 5 of 11");
+    refused(std::string("{\"a\": 1}") + '\0' + "{}", "c.yaml: a NUL at byte 8 of 11");
     std::string many;
     for (std::size_t i = 0; i <= kMaxConfigEntries; ++i) many += "k" + std::to_string(i) + ": 1\n";
     refused(many, "more than 100000 keys");

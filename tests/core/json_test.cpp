@@ -39,6 +39,19 @@ TEST(Json, RefusesInvalidJson) {
         expect_refused(text, "not valid JSON");
 }
 
+/// The parser takes a NUL for the end of the text.
+TEST(Json, RefusesTextAfterANul) {
+    const std::string text = std::string("{\"a\": 1}") + '\0';
+    for (const std::string& given : {text, text + "{\"a\": 2}", text + " more"}) {
+        expect_refused(given, "a NUL at byte 8");
+        EXPECT_ERROR(parse_flat_json(given, "x").status(), Code::kInvalidArgument,
+                     "x: a NUL at byte 8");
+        EXPECT_ERROR(visit_json(given, "x", [](const JsonEvent&) { return Status(); }),
+                     Code::kInvalidArgument, "x: a NUL at byte 8");
+    }
+    EXPECT_OK(parse_json("[\"\\u0000\"]", "config").status());
+}
+
 TEST(Json, LimitsDepthExactly) {
     EXPECT_TRUE(parse_json(nested(kMaxJsonDepth, ""), "config").ok());
     EXPECT_TRUE(parse_json(nested(kMaxJsonDepth, "1"), "config").ok());

@@ -48,6 +48,7 @@ TEST(JsonTree, HoldsWhatTheTextSays) {
 TEST(JsonTree, RefusesInvalidJson) {
     for (const char* text : {"", "{", "[1,]", "{\"a\":}", "nul", "[1] 2", "\"\xff\"", "[1e999]"})
         expect_tree_refused(text, "not valid JSON");
+    expect_tree_refused(std::string("[1]") + '\0' + "[2]", "a NUL at byte 3 of 7");
 }
 
 TEST(JsonTree, LimitsDepthAndSizeExactly) {

@@ -163,7 +163,19 @@ TEST(Srn, NamesWhatIsWrong) {
     wrong([&] { put_text(object / "pose/000001.txt", "2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"); },
           "000001.txt': rows 0 and 0");
     wrong([&] { put_text(object / "intrinsics.txt", "0 4 4 0 0 0 0 1 8 8"); }, "intrinsics.txt'");
-    wrong([&] { put_text(object / "intrinsics.txt", "10 4 4"); }, "3 numbers");
+    wrong([&] { put_text(object / "pose/000001.txt", "1 0 0 1e12 0 1 0 0 0 0 1 0 0 0 0 1"); },
+          "000001.txt': the camera is 1e+12 from the origin, expected at most 1e+06");
+    const auto wrong_lens = [&](const char* text, const char* part) {
+        wrong([&] { put_text(object / "intrinsics.txt", text); }, part);
+    };
+    wrong_lens("10 4 4", "intrinsics.txt': 3 numbers, expected 10");
+    wrong_lens("10 4 4 0\n0 0 0\n1\n8", "9 numbers, expected 10");
+    wrong_lens("inf 4 4 0\n0 0 0\n1\n8 8", "number 1 of 10 is inf, expected a finite one");
+    wrong_lens("10 nan 4 0\n0 0 0\n1\n8 8", "number 2 of 10 is nan");
+    wrong_lens("10 4 4 0\n0 0 0\n1\n8 inf", "number 10 of 10 is inf");
+    wrong_lens("10 4 4 0\n0 0 0\n1\n8 8.5", "height and width, are 8 and 8.5, expected whole");
+    wrong_lens("1e-300 4 4 0\n0 0 0\n1\n8 8", "focal lengths are 1e-300");
+    wrong_lens("10 1e308 4 0\n0 0 0\n1\n8 8", "the principal point is 1e+308, 4");
     wrong(
         [&] {
             fs::remove(object / "rgb/000001.png");
@@ -281,7 +293,8 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
         change(desc);
         EXPECT_ERROR(Dataset::open(desc).status(), code, part);
     };
-    refused([](DatasetDesc& d) { d.format = "x"; }, "format is 'x', expected one of store, tables, srn");
+    refused([](DatasetDesc& d) { d.format = "x"; },
+            "format is 'x', expected one of store, tables, srn");
     refused([](DatasetDesc& d) { d.split = "all"; }, "split is 'all'");
     refused([](DatasetDesc& d) { d.path = "/nonexistent"; }, "/nonexistent", Code::kNotFound);
     refused([](DatasetDesc& d) { d.resolution = 4097; }, "4097");

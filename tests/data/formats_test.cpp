@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 
 #include "data/sample_formats.h"
@@ -131,6 +132,13 @@ TEST(Co3d, ReadsArrays) {
     ASSERT_OK(dataset->read(0, views, out));
     EXPECT_EQ(images[3 * 64 + 64], 1);
     EXPECT_EQ(images[0], 51.0F / 255);
+    for (const float focal :
+         {0.0F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+        put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1_2/focal_lengths.npy", {2, 1, 2},
+                std::vector<float>{2, 2.5F, focal, 3});
+        EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "frame 1 has the focal length");
+    }
+    put_co3d(folder.path(), sample);
     put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1_2", {0, 0, 3}}});
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "2 frames, but 2 rotations, 1 translations and 2 focal");

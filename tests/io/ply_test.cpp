@@ -213,6 +213,32 @@ TEST(Ply, ErrorsNameProblemAndPlace) {
         EXPECT_ERROR(status_of(bytes_of(c.text)), Code::kFormat, c.part) << c.text;
 }
 
+/// A header that counts too few rows, or bytes at the end: refused, and left out and reported if lenient.
+TEST(Ply, RefusesWhatTheHeaderDoesNotCount) {
+    const auto file = write_ply(sample_scene(10, 0));
+    ASSERT_OK(file.status());
+    const std::string text(as_text(file.value()));
+    const std::string few = std::string(text).replace(text.find("vertex 10"), 9, "vertex 1");
+    const struct {
+        std::string file;
+        std::size_t count, bytes;
+    } cases[] = {{few, 1, 9 * 68},
+                 {text + "more", 10, 4},
+                 {header("ascii", "1") + kEnd + kRow + kRow, 1, kRow.size() - 1 + 1}};
+    for (const auto& c : cases) {
+        const std::string said = std::to_string(c.bytes) + " bytes after the last row";
+        EXPECT_ERROR(status_of(bytes_of(c.file)), Code::kFormat, said.c_str());
+        LoadOptions lenient;
+        lenient.lenient = true;
+        const auto loaded = read_ply(bytes_of(c.file), lenient);
+        ASSERT_OK(loaded.status());
+        EXPECT_EQ(loaded.value().gaussians.count(), c.count);
+        EXPECT_TRUE(loaded.value().report.left_out.starts_with(said))
+            << loaded.value().report.left_out;
+    }
+    EXPECT_OK(status_of(bytes_of(header("ascii", "1") + kEnd + kRow + " \n\r\n"))) << "blanks";
+}
+
 TEST(Ply, RefusesEveryPrefix) {
     const auto file = write_ply(sample_scene(2, 1));
     ASSERT_OK(file.status());

@@ -109,7 +109,7 @@ std::vector<std::vector<float>> run_on_quads(vk::Context& context, const GroupNo
     const vk::Buffer grad_y = device_buffer(context, quads);
     const vk::Buffer other_y = device_buffer(context, quads);
     const vk::Buffer other_grad = device_buffer(context, quads);
-    const vk::Buffer mean = device_buffer(context, std::size_t{s.N} * s.G);
+    const vk::Buffer mean = device_buffer(context, std::size_t{2} * s.N * s.G);
     const vk::Buffer rstd = device_buffer(context, std::size_t{s.N} * s.G);
     const vk::Buffer grad_gamma = device_buffer(context, s.C);
     const vk::Buffer grad_beta = device_buffer(context, s.C);
@@ -121,13 +121,13 @@ std::vector<std::vector<float>> run_on_quads(vk::Context& context, const GroupNo
     EXPECT_OK(ops::quads_pack(r, host_x.view(nchw), quad_view(x)));
     EXPECT_OK(ops::quads_pack(r, host_grad.view(nchw), quad_view(grad_y)));
     EXPECT_OK(ops::group_norm_forward(r, desc, quad_view(x), gamma.view({s.C}), beta.view({s.C}), y,
-                                      mean.view({s.N, s.G}), rstd.view({s.N, s.G})));
+                                      mean.view({2, s.N, s.G}), rstd.view({s.N, s.G})));
     if (in_place) {
         EXPECT_OK(ops::quads_pack(r, host_x.view(nchw), quad_view(other_y)));
     }
     EXPECT_OK(ops::group_norm_backward(
         r, desc, quad_view(in_place ? other_y : x), gamma.view({s.C}), beta.view({s.C}),
-        mean.view({s.N, s.G}), rstd.view({s.N, s.G}), quad_view(grad_y), grad_x,
+        mean.view({2, s.N, s.G}), rstd.view({s.N, s.G}), quad_view(grad_y), grad_x,
         grad_gamma.view({s.C}), grad_beta.view({s.C}), sums.range(), false));
     vk::CommandList list = std::move(r.finish().value());
     EXPECT_OK(context.run(list));

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "ops/op_harness.h"
+#include "raster/fragile.h"
 #include "raster/raster_scenes.h"
 #include "raster/raster_session.h"
 #include "support/rng_fill.h"
@@ -227,6 +228,82 @@ void expect_conics(vk::Context& context, double length) {
 
 TEST_P(RasterizerScenes, ConicsOfNeedles) {
     expect_conics(context(), 1);
+}
+
+/// ||got - expected|| / ||expected|| of a tensor.
+double error_of(const std::vector<double>& got, const std::vector<double>& expected) {
+    double error = 0;
+    double norm = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        error += (got[i] - expected[i]) * (got[i] - expected[i]);
+        norm += expected[i] * expected[i];
+    }
+    return std::sqrt(error / norm);
+}
+
+/// The worst tensor of the gradients of a scene in all modes. The reference's -Q Gq Q A loses the square of the
+/// ratio of the axes, in pixels: in float64 1e-3 at 5e7, in the 64 bits of mantissa that it has here where the
+/// machine has them 1e-3 at 5e9. Scenes of larger ratios test the reference.
+double gradient_error(vk::Context& context, const RasterCase& scene) {
+    double worst = 0;
+    for (const RasterMode& mode : kRasterModes) {
+        ref::RasterLoss<double> loss;
+        const std::vector<bool> fragile = fragile_pixels(reference_scene<double>(scene, mode));
+        loss.grad_rgb = to_double(loss_weights(fragile, 3, 21));
+        loss.grad_alpha = to_double(loss_weights(fragile, 1, 22));
+        RasterRun run = run_raster(context, scene, raster_desc(scene, mode), &loss);
+        EXPECT_OK(run.status);
+        if (!run.status.ok()) return worst;
+        ref::RasterLoss<long double> exact_loss;
+        exact_loss.grad_rgb.assign(loss.grad_rgb.begin(), loss.grad_rgb.end());
+        exact_loss.grad_alpha.assign(loss.grad_alpha.begin(), loss.grad_alpha.end());
+        RasterGradients expected =
+            reference_gradients(reference_scene<long double>(scene, mode), exact_loss);
+        for (std::size_t i = 0; i < scene.scales.size(); ++i) {  // by the logarithm, as in training
+            run.gradients.scales[i] *= static_cast<double>(scene.scales[i]);
+            expected.scales[i] *= static_cast<double>(scene.scales[i]);
+        }
+        const double errors[] = {error_of(run.gradients.means, expected.means),
+                                 error_of(run.gradients.scales, expected.scales),
+                                 error_of(run.gradients.rotations, expected.rotations),
+                                 error_of(run.gradients.opacities, expected.opacities),
+                                 error_of(run.gradients.means2d, expected.means2d)};
+        std::printf(
+            "%s %s: means %.1e, scales %.1e, rotations %.1e, opacities %.1e, means2d %.1e\n",
+            scene.name.c_str(), mode.name, errors[0], errors[1], errors[2], errors[3], errors[4]);
+        for (const double error : errors) worst = std::max(worst, error);
+    }
+    return worst;
+}
+
+TEST_P(RasterizerScenes, GradientsOfNeedles) {
+    for (const double length : {1.0, 10.0, 100.0})
+        EXPECT_LE(gradient_error(context(), needle_scene({12, 50, 41}, 62, length)), 2e-5)
+            << length;
+}
+
+TEST_P(RasterizerScenes, GradientsOfExtremeScales) {
+    for (const float factor : {1e-6F, 1e2F, 1e4F, 1e6F}) {
+        RasterCase scene = random_scene({8, 37, 29}, 63, 1);
+        for (std::size_t i = 0; i < scene.scales.size(); ++i)
+            if (i % 2 == 0) scene.scales[i] *= factor;
+        for (float& opacity : scene.opacities) opacity *= 0.3F;
+        scene.name += " times " + std::to_string(factor);
+        EXPECT_LE(gradient_error(context(), scene), 2e-5) << factor;
+    }
+}
+
+/// Colours of 1e20 and more are numbers like others; so are their gradients, up to what float32 holds.
+TEST_P(RasterizerScenes, HugeColors) {
+    for (const float factor : {1e10F, 1e20F, 1e25F, 1e30F}) {
+        RasterCase scene = random_scene({30, 37, 29}, 64, 2);
+        for (std::size_t i = 0; i < scene.sh.size(); ++i)
+            if (i / 27 % 3 == 0) scene.sh[i] *= factor;
+        for (std::size_t i = 0; i < scene.scales.size(); ++i)
+            if (i / 3 % 6 == 0) scene.scales[i] *= 1e4F;
+        scene.name += " colours times " + std::to_string(factor);
+        EXPECT_LE(gradient_error(context(), scene), 2e-5) << factor;
+    }
 }
 
 class RasterizerScenesFull : public RasterizerScenes {};

@@ -78,7 +78,17 @@ TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
     refuses([=](Camera& c) { c.cx = nan; }, "is not finite");
     refuses([](Camera& c) { c.fx = 0; }, "camera left: focal lengths are 0 and");
     refuses([](Camera& c) { c.fy = -3; }, "expected > 0");
-    refuses([](Camera& c) { c.world_to_camera.fill(0); }, "its rotation is singular");
+    refuses([](Camera& c) { c.fx = 5e-312; }, "expected 1e-06 to 1e+09");
+    refuses([](Camera& c) { c.cx = 1e308; }, "camera left: the principal point is 1e+308");
+    refuses([](Camera& c) { c.world_to_camera[15] = 2; }, "is 0 0 0 2, expected 0 0 0 1");
+    refuses([](Camera& c) { c.world_to_camera[12] = 1; }, "is 1 0 0 1, expected 0 0 0 1");
+    refuses(
+        [](Camera& c) {
+            for (std::size_t i = 0; i < 3; ++i) c.world_to_camera[i] *= -1;
+        },
+        "its rotation mirrors (determinant -1)");
+    refuses([](Camera& c) { std::fill_n(&c.world_to_camera[0], 12, 0.0); },
+            "its rotation is singular");
     refuses([](Camera& c) { std::copy_n(&c.world_to_camera[0], 3, &c.world_to_camera[4]); },
             "singular (determinant");
     const std::vector<scene::Camera> two(2, camera_of(scene));

@@ -133,6 +133,10 @@ TEST(CameraPose, ChecksFindEveryDefect) {
     refused([](Camera& c) { c.fx = 0; }, "focal");
     refused([](Camera& c) { c.fy = kNan; }, "focal");
     refused([](Camera& c) { c.cx = kNan; }, "principal");
+    refused([](Camera& c) { c.fx = 5e-312; }, "camera 'c': focal lengths are 5e-312 and");
+    refused([](Camera& c) { c.fy = 1e300; }, "expected 1e-06 to 1e+09");
+    refused([](Camera& c) { c.cx = 1e308; }, "the principal point is 1e+308, 240 pixels, expected");
+    refused([](Camera& c) { c.cy = -2e6; }, "expected -1.04858e+06 to 1.04858e+06");
     refused([](Camera& c) { c.world_to_camera[3] = kNan; }, "not finite");
     refused([](Camera& c) { c.world_to_camera[12] = 1; }, "last row");
     refused([](Camera& c) { c.world_to_camera = {}; }, "last row");

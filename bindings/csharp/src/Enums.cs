@@ -250,6 +250,16 @@ namespace Splat
         Ldf = 8,
     }
 
+    /// <summary>splat_scene_flags of the C API.</summary>
+    [Flags]
+    public enum SceneFlags : uint
+    {
+        /// <summary>Nothing: the default.</summary>
+        None = 0,
+        /// <summary>read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them</summary>
+        Lenient = 1,
+    }
+
     /// <summary>splat_filter_flags of the C API.</summary>
     [Flags]
     public enum FilterFlags : uint

@@ -2957,8 +2957,8 @@ namespace Splat.Interop
     public unsafe struct splat_scene_file_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
+        /// <summary>SPLAT_SCENE_ bits</summary>
+        public SceneFlags flags;
         /// <summary>NULL</summary>
         public void* next;
         /// <summary>0 = by the first bytes, else by the extension of the path</summary>

@@ -33,6 +33,8 @@ namespace Splat
         public int SpzVersion { get; set; }
         /// <summary>Refuse files with more Gaussians; 0: 2^27.</summary>
         public long MaxCount { get; set; }
+        /// <summary>To read: leave out bytes after the rows that a .ply header counts, with a warning.</summary>
+        public bool Lenient { get; set; }
 
         internal unsafe splat_scene_file_desc ToNative()
         {
@@ -41,6 +43,7 @@ namespace Splat
             return new splat_scene_file_desc
             {
                 struct_size = (uint)sizeof(splat_scene_file_desc),
+                flags = Lenient ? (uint)SceneFlags.Lenient : 0,
                 format = Format,
                 frame = Frame,
                 sh_degree = ShDegree == 0 ? Native.SPLAT_SH_CONSTANT : ShDegree ?? 0,

@@ -1,6 +1,6 @@
 #version 460
 // With D the slopes of S with respect to the moments, filtered by the window (which is its own transpose):
-//   grad_a = grad_loss / elements * (D_a + 2 a D_aa + b D_ab)
+//   grad_a = grad_loss / elements * (D_means + 2 p D_pp + 2 q D_qq)
 // One invocation computes one quad: the window along columns, and the sum.
 // Bindings: a, b (quads), rows (three planes of quads), grad_loss [1], grad_a (quads).
 #extension GL_GOOGLE_include_directive : require
@@ -30,7 +30,8 @@ void main() {
         const float weight = tap_weight(tap, y, dims.height);
         [[unroll]] for (uint k = 0; k < 3; ++k) d[k] += weight * LD4(rows, k * dims.quads + at);
     }
-    const vec4 sum = d[0] + 2 * LD4(a, i) * d[1] + LD4(b, i) * d[2];
+    const vec4 of_a = LD4(a, i), of_b = LD4(b, i);
+    const vec4 sum = d[0] + 2 * ((of_a + of_b - kPivot) * d[1] + (of_a - of_b) * d[2]);
     const uint first = 4 * (i / (dims.n * dims.height * dims.width));
     ST4(grad_a, i, channels_below((LD4(grad_loss, 0).x * dims.scale) * sum, first, dims.c));
 }

@@ -1,9 +1,8 @@
 #version 460
-// The window along columns completes the moments m of a, b, a^2, b^2 and a b; from them the similarity
-//   S = A1 A2 / (B1 B2),  A1 = 2 ma mb + C1, A2 = 2 (mab - ma mb) + C2, B1 = ma^2 + mb^2 + C1,
-//   B2 = (maa - ma^2) + (mbb - mb^2) + C2
-// and its slopes with respect to ma, maa and mab. One workgroup sums one chunk of S.
-// Bindings: rows (five planes of quads), slopes (three planes of quads), partial [chunks].
+// The window along columns completes the moments m of p, p^2, q and q^2 (ssim.glsl); from them the similarity
+//   S = A1 A2 / (B1 B2),  A1 = 2 ma mb + C1, A2 = 2 cov + C2, B1 = ma^2 + mb^2 + C1, B2 = va + vb + C2
+// and its slopes: with respect to the means, E[p^2] and E[q^2]. One workgroup sums one chunk of S.
+// Bindings: rows (four planes of quads), slopes (three planes of quads), partial [chunks].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/image_loss_params.h"
@@ -23,23 +22,28 @@ const float kC2 = 9e-4;
 
 vec4 similarity(uint i) {
     const int y = row_of(i);
-    vec4 m[5];
-    [[unroll]] for (int k = 0; k < 5; ++k) m[k] = vec4(0);
+    const vec4 outside[4] = vec4[4](vec4(-kPivot), vec4(kPivot * kPivot), vec4(0), vec4(0));
+    vec4 m[4];
+    [[unroll]] for (int k = 0; k < 4; ++k) m[k] = vec4(0);
     [[unroll]] for (int tap = 0; tap < kTaps; ++tap) {
         const uint at = tap_quad(i, tap, y, dims.height, dims.width);
-        const float weight = tap_weight(tap, y, dims.height);
-        [[unroll]] for (uint k = 0; k < 5; ++k) m[k] += weight * LD4(rows, k * dims.quads + at);
+        const bool inside = tap_inside(tap, y, dims.height);
+        [[unroll]] for (uint k = 0; k < 4; ++k)
+            m[k] += kWindow[tap] * (inside ? LD4(rows, k * dims.quads + at) : outside[k]);
     }
-    const vec4 a1 = 2 * m[0] * m[1] + kC1;
-    const vec4 a2 = 2 * (m[4] - m[0] * m[1]) + kC2;
-    const vec4 b1 = m[0] * m[0] + m[1] * m[1] + kC1;
-    const vec4 b2 = (m[2] - m[0] * m[0]) + (m[3] - m[1] * m[1]) + kC2;
-    const vec4 s = a1 * a2 / (b1 * b2);
-    ST4(slopes, i, 2 * (m[1] * (a2 - a1) / (b1 * b2) + m[0] * s * (1 / b2 - 1 / b1)));
-    ST4(slopes, dims.quads + i, -s / b2);
-    ST4(slopes, 2 * dims.quads + i, 2 * a1 / (b1 * b2));
+    const vec4 mp = m[0] + kPivot, mq = m[2];
+    const vec4 vp = max(m[1] - m[0] * m[0], vec4(0)), vq = max(m[3] - mq * mq, vec4(0));
+    const vec4 a1 = 0.5 * (mp * mp - mq * mq) + kC1, b1 = 0.5 * (mp * mp + mq * mq) + kC1;
+    const vec4 a2 = 0.5 * (vp - vq) + kC2, b2 = 0.5 * (vp + vq) + kC2;
+    const vec4 luminance = a1 / b1, structure = a2 / b2;
+    // b1 - a1 = mq^2 and b2 - a2 = vq
+    const vec4 by_vp = 0.5 * luminance * vq / (b2 * b2), by_vq = -0.5 * luminance * (vp + 2 * kC2) / (b2 * b2);
+    const vec4 by_means = structure * mq * (mp * mq - mp * mp - 2 * kC1) / (b1 * b1);
+    ST4(slopes, i, by_means - 2 * (m[0] * by_vp + mq * by_vq));
+    ST4(slopes, dims.quads + i, by_vp);
+    ST4(slopes, 2 * dims.quads + i, by_vq);
     const uint first = 4 * (i / (dims.n * dims.height * dims.width));
-    return channels_below(s, first, dims.c);
+    return channels_below(luminance * structure, first, dims.c);
 }
 
 void main() {

@@ -1,6 +1,6 @@
 #version 460
-// The window along rows over a, b, a^2, b^2 and a b. One invocation computes one quad of each.
-// Bindings: a, b (quads), rows: five planes of quads.
+// The window along rows over p, p^2, q and q^2 (ssim.glsl). One invocation computes one quad of each.
+// Bindings: a, b (quads), rows: four planes of quads.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/image_loss_params.h"
@@ -18,18 +18,19 @@ void main() {
     const uint i = invocation_index(dims.groups_x);
     if (i >= dims.quads) return;
     const int x = column_of(i);
-    vec4 sums[5];
-    [[unroll]] for (int k = 0; k < 5; ++k) sums[k] = vec4(0);
+    vec4 sums[4];
+    [[unroll]] for (int k = 0; k < 4; ++k) sums[k] = vec4(0);
     [[unroll]] for (int tap = 0; tap < kTaps; ++tap) {
         const uint at = tap_quad(i, tap, x, dims.width, 1);
-        const float weight = tap_weight(tap, x, dims.width);
-        const vec4 p = LD4(a, at), q = LD4(b, at);
-        const vec4 wp = weight * p, wq = weight * q;
+        const bool inside = tap_inside(tap, x, dims.width);
+        const vec4 from_a = LD4(a, at), from_b = LD4(b, at);
+        const vec4 p = inside ? from_a + from_b - kPivot : vec4(-kPivot);
+        const vec4 q = inside ? from_a - from_b : vec4(0);
+        const vec4 wp = kWindow[tap] * p, wq = kWindow[tap] * q;
         sums[0] += wp;
-        sums[1] += wq;
-        sums[2] += wp * p;
+        sums[1] += wp * p;
+        sums[2] += wq;
         sums[3] += wq * q;
-        sums[4] += wp * q;
     }
-    [[unroll]] for (uint k = 0; k < 5; ++k) ST4(rows, k * dims.quads + i, sums[k]);
+    [[unroll]] for (uint k = 0; k < 4; ++k) ST4(rows, k * dims.quads + i, sums[k]);
 }

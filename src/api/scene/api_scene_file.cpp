@@ -3,6 +3,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "core/json_writer.h"
+#include "core/log.h"
 #include "io/file.h"
 #include "io/scene_file.h"
 #include "scene/arrays.h"
@@ -26,7 +27,7 @@ Status check_range(const char* field, std::int64_t value, std::int64_t least, st
 Result<splat_scene_file_desc> complete(const splat_scene_file_desc* desc) {
     splat_scene_file_desc full{};
     if (desc == nullptr) return full;
-    SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full, 0));
+    SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full, SPLAT_SCENE_LENIENT));
     SPLAT_TRY(check_range("format", desc->format, 0, std::ssize(io::scene_formats())));
     SPLAT_TRY(check_range("frame", desc->frame, 0, SPLAT_FRAME_LDF));
     SPLAT_TRY(check_range("sh_degree", desc->sh_degree, SPLAT_SH_CONSTANT, scene::kMaxShDegree));
@@ -78,7 +79,13 @@ Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_fil
     io::LoadOptions options;
     options.frame = frame_of(desc);
     if (desc.max_count != 0) options.max_count = desc.max_count;
+    options.lenient = (desc.flags & SPLAT_SCENE_LENIENT) != 0;
     SPLAT_ASSIGN(io::LoadedScene loaded, io::read_scene(file, name, options, format_of(desc)));
+    if (!loaded.report.left_out.empty()) {
+        log(LogLevel::kWarning,
+            format("'%s': %s are left out", name, loaded.report.left_out.c_str()));
+        loaded.report.ignored.push_back(loaded.report.left_out);
+    }
     auto object = std::make_shared<api::SceneObject>();
     object->report = report_text(loaded.report);
     if (const auto degree = degree_of(desc))

@@ -7,8 +7,8 @@
 namespace splat::ops {
 namespace {
 
-constexpr std::uint64_t kForwardPlanes = 5;  // a, b, a^2, b^2, a b
-constexpr std::uint64_t kSlopes = 3;         // by the moments of a, a^2, a b
+constexpr std::uint64_t kForwardPlanes = 4;  // p, p^2, q, q^2 of ssim.glsl
+constexpr std::uint64_t kSlopes = 3;         // by the means, p^2, q^2
 constexpr double kTaps = 11;
 
 struct Stage {

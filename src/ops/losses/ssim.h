@@ -32,8 +32,8 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 /// partial      workspace of loss_partial_bytes
 /// loss         [1]; 1 for equal images
 /// Errors       the recorder's, beyond the device's binding limits
-/// Precision    1e-6 for images of 0 to 1; variances are differences of moments, so flat regions lose
-///              digits (tests/ops/losses/ssim_test.cpp)
+/// Precision    1e-6 for images of 0 to 1, and at most 1; variances of sums of a and b are differences of
+///              moments, so that gradients of flat regions lose digits (tests/ops/losses/ssim_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Wang et al. 2004, doi:10.1109/TIP.2003.819861, eq. 13
 Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "ops/every/op_samples.h"
 #include "ref/activations/silu_ref.h"
 #include "support/golden_file.h"
@@ -37,6 +41,22 @@ TEST_P(Silu, SurvivesAnyFiniteInput) {
     EXPECT_EQ(gpu.grad_inputs[0][6], 1);
     EXPECT_EQ(gpu.grad_inputs[0][4], 0.5F);
     EXPECT_NEAR(gpu.outputs[0][2], 0, 1e-30);
+}
+
+TEST_P(Silu, HasTheLimitsAtInfinity) {
+    const float infinity = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<float> x = {-infinity, -3e38F, -1e30F, -1e4F, infinity, 3e38F, 1e30F, nan};
+    const OpResult gpu =
+        run_op(context(), sample("silu", Json::object(), {{{2, 4}, x}},
+                                 std::vector<HostTensor>{{{2, 4}, std::vector<float>(8, 1)}}));
+    ASSERT_OK(gpu.status);
+    for (std::size_t i = 0; i < 7; ++i) {
+        EXPECT_EQ(gpu.outputs[0][i], std::max(x[i], 0.0F)) << "silu(" << x[i] << ")";
+        EXPECT_EQ(gpu.grad_inputs[0][i], x[i] > 0 ? 1 : 0) << "slope at " << x[i];
+    }
+    EXPECT_TRUE(std::isnan(gpu.outputs[0][7])) << "NaN disappeared";
+    EXPECT_TRUE(std::isnan(gpu.grad_inputs[0][7])) << "NaN disappeared";
 }
 
 TEST_P(Silu, GoldenNet) {

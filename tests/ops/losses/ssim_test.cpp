@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <iterator>
 
 #include "ops/every/op_samples.h"
@@ -64,6 +65,35 @@ TEST_P(Ssim, EqualImagesGiveOne) {
     ASSERT_OK(gpu.status);
     EXPECT_NEAR(gpu.outputs[0][0], 1, 1e-6);
     for (const float gradient : gpu.grad_inputs[0]) EXPECT_NEAR(gradient, 0, 1e-6);
+}
+
+/// Flat and nearly equal: the variances are differences of numbers near `level`^2, against C2 = 9e-4.
+TEST_P(Ssim, IsAtMostOne) {
+    const Shape shape{1, 3, 33, 40};
+    for (const double level : {0.0, 0.25, 0.98, 1.0})
+        for (const double noise : {1e-5, 1e-4, 1e-3}) {
+            HostTensor a{shape, normal_fill(shape.elements(), 70, level, 1e-3)};
+            HostTensor b = a;
+            const std::vector<float> change = normal_fill(shape.elements(), 71, 0, noise);
+            for (std::size_t i = 0; i < b.values.size(); ++i) b.values[i] += change[i];
+            const OpCall call = ssim_call(a, b, 1);
+            const OpResult gpu = run_op(context(), call);
+            ASSERT_OK(gpu.status);
+            const ref::SsimInput in = ssim_reference(call);
+            SCOPED_TRACE("level " + std::to_string(level) + " noise " + std::to_string(noise));
+            EXPECT_LE(gpu.outputs[0][0], 1);
+            EXPECT_NEAR(static_cast<double>(gpu.outputs[0][0]), ref::ssim_forward<double>(in)[0],
+                        1e-6);
+            const std::vector<double> expected = ref::ssim_backward<double>(in, 1);
+            double error = 0;
+            double norm = 0;
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                const double difference = static_cast<double>(gpu.grad_inputs[0][i]) - expected[i];
+                error += difference * difference;
+                norm += expected[i] * expected[i];
+            }
+            EXPECT_LE(std::sqrt(error / norm), 2e-3);
+        }
 }
 
 TEST_P(Ssim, IsTheMeanOverImages) {

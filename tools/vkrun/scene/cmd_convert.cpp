@@ -37,6 +37,7 @@ struct ConvertOptions {
     std::string in_frame = "auto";
     int sh_degree = -1;
     std::uint32_t spz_version = 0;
+    bool lenient = false;
     bool overwrite = false;
     bool json = false;
 };
@@ -60,7 +61,7 @@ void check_options(const ConvertOptions& options) {
 
 int run_convert(const ConvertOptions& options) {
     check_options(options);
-    auto read = sized<splat_scene_file_desc>();
+    auto read = scene_file_desc(options.lenient);
     read.frame = frame_of(options.in_frame);
     auto write = sized<splat_scene_file_desc>();
     write.frame = frame_of(options.frame);
@@ -116,6 +117,7 @@ void add_convert(CLI::App& app, int& exit_code) {
                      "Version of a .spz file, 3 or 4; default: 3")
         ->type_name("N")
         ->check(CLI::Range(3, 4).description(""));
+    command->add_flag("--lenient", options->lenient, kLenientHelp);
     add_overwrite_flag(*command, options->overwrite, "OUT");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = run_convert(*options); });

@@ -41,6 +41,7 @@ Examples:
 struct InspectOptions {
     std::string path, size;
     bool ignore_distortion = false;
+    bool lenient = false;
     bool json = false;
 };
 
@@ -161,6 +162,9 @@ int run_inspect(const InspectOptions& options) {
     Json document;
     if (cameras) {
         const ImageSize size = image_size(options.size);
+        if (options.lenient)
+            throw Failure(kUsageError,
+                          "--lenient is for scenes, and '" + path + "' is read as cameras");
         const CameraFile file = load_cameras(path, {size, options.ignore_distortion, true});
         if (!options.json) print_cameras(file, size.width != 0);
         document = cameras_json(file, size.width != 0);
@@ -169,7 +173,8 @@ int run_inspect(const InspectOptions& options) {
             throw Failure(kUsageError,
                           std::string(options.size.empty() ? "--ignore-distortion" : "--size") +
                               " is for camera files, and '" + path + "' is read as a scene");
-        const SceneFile file = load_scene(path);
+        const auto desc = scene_file_desc(options.lenient);
+        const SceneFile file = load_scene(path, &desc);
         if (!options.json) print_scene(file);
         document = scene_json(file);
     }
@@ -195,6 +200,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
         ->type_name("WxH");
     command->add_flag("--ignore-distortion", options->ignore_distortion,
                       "Ignore the distortion of lenses");
+    command->add_flag("--lenient", options->lenient, kLenientHelp);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = run_inspect(*options); });
 }

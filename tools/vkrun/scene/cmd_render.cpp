@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -52,6 +54,7 @@ struct RenderOptions {
     std::optional<float> far_plane;   ///< scene units
     std::string size;
     bool ignore_distortion = false;
+    bool lenient = false;
     std::string format = "png";
     std::string convention = "3dgs";
     bool antialiased = false;
@@ -251,15 +254,21 @@ std::string animation_path(const RenderOptions& options) {
     return (std::filesystem::path(options.out) / "animation.png").string();
 }
 
-/// Checks --near and --far; if one is missing, the library compares the other with its default.
+/// Checks --near and --far, each also against what the library takes for the other where it is not given.
 void check_planes(const RenderOptions& options) {
     for (const auto& [name, plane] :
          {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
         if (plane) check_number(name, static_cast<double>(*plane), 1e-6, 1e30);
-    if (options.near_plane && options.far_plane && *options.far_plane <= *options.near_plane)
-        throw Failure(kUsageError, format("--far is %g, expected more than --near, %g",
-                                          static_cast<double>(*options.far_plane),
-                                          static_cast<double>(*options.near_plane)));
+    const float usual_near = options.convention == "gsplat" ? 0.01F : 0.2F;
+    const auto near = static_cast<double>(options.near_plane.value_or(usual_near));
+    const auto far = static_cast<double>(options.far_plane.value_or(1e10F));
+    if (far > near) return;
+    if (!options.far_plane)
+        throw Failure(kUsageError, format("--near is %g, expected less than --far, %g by default; "
+                                          "give both",
+                                          near, far));
+    throw Failure(kUsageError, format("--far is %g, expected more than --near, %g%s", far, near,
+                                      options.near_plane ? "" : " by default; give both"));
 }
 
 void check_options(const RenderOptions& options) {
@@ -297,12 +306,39 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
     }
 }
 
+/// A camera that is this many radii of the scene away from it is a damaged number rather than a view.
+constexpr double kMostRadii = 1e6;
+
+void check_distances(const RenderOptions& options, const splat_scene_info& scene,
+                     const std::vector<View>& views) {
+    for (const View& view : views) {
+        const double* m = view.camera.world_to_camera;
+        double squares = 0;
+        for (int row = 0; row < 3; ++row) {
+            const double* r = m + std::ptrdiff_t{4} * row;
+            const double at =
+                r[0] * scene.center[0] + r[1] * scene.center[1] + r[2] * scene.center[2] + r[3];
+            squares += at * at;
+        }
+        const double radii = std::sqrt(squares) / scene.radius;
+        if (!(scene.radius > 0) || radii <= kMostRadii) continue;
+        const std::string found = format(
+            "camera '%s' is %g radii of the scene away from its centre", view.name.c_str(), radii);
+        if (!options.lenient)
+            throw Failure(kBadData, found + format(", expected at most %g; --lenient renders it",
+                                                   kMostRadii));
+        std::fprintf(stderr, "vkrun: warning: %s\n", found.c_str());
+    }
+}
+
 int run_render(const RenderOptions& options) {
     check_options(options);
-    const SceneFile file = load_scene(options.scene);
+    const auto reading = scene_file_desc(options.lenient);
+    const SceneFile file = load_scene(options.scene, &reading);
     const std::vector<View> views =
         options.orbit > 0 ? orbit_views(options, file.scene.get()) : file_views(options);
     if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
+    if (options.orbit == 0) check_distances(options, file.info, views);
     check_targets(options, views);
     Renderer renderer(options, file);
     renderer.prepare(views.front().camera);  // a refusal leaves no folder behind
@@ -374,6 +410,8 @@ void add_options(CLI::App& command, RenderOptions& options) {
         ->type_name("WxH");
     command.add_flag("--ignore-distortion", options.ignore_distortion,
                      "Ignore the distortion of lenses");
+    command.add_flag("--lenient", options.lenient,
+                     std::string(kLenientHelp) + ", and\nof cameras more than 1e6 radii away");
     command
         .add_option("--near", options.near_plane,
                     "Near plane, in scene units; default: 0.2, with\n--convention gsplat 0.01")

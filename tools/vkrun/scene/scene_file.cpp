@@ -35,6 +35,12 @@ std::string scene_formats_text() {
     return table.text();
 }
 
+splat_scene_file_desc scene_file_desc(bool lenient) {
+    auto desc = sized<splat_scene_file_desc>();
+    if (lenient) desc.flags |= SPLAT_SCENE_LENIENT;
+    return desc;
+}
+
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc) {
     SceneFile file;
     check(splat_scene_load(path.c_str(), desc, file.scene.out()), kBadData);

@@ -23,6 +23,12 @@ std::string scene_extensions(bool written = false);
 /// A table of the formats, for help texts.
 std::string scene_formats_text();
 
+constexpr const char* kLenientHelp =
+    "Warn of bytes after the rows that a .ply header counts,\ninstead of refusing the file";
+
+/// How to read a scene, with or without --lenient.
+splat_scene_file_desc scene_file_desc(bool lenient);
+
 /// Throws a Failure. `desc` may be null.
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc = nullptr);
 

@@ -172,6 +172,12 @@ class Frame(OpenEnum):
     LDF = 8
 
 
+class SceneFlags(IntFlag):
+    """`splat_scene_flags` of the headers."""
+
+    LENIENT = 1
+
+
 class FilterFlags(IntFlag):
     """`splat_filter_flags` of the headers."""
 

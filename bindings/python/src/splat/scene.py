@@ -113,7 +113,8 @@ class Scene(Handle):
 
     @classmethod
     def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *, format: Name = None,
-             frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0) -> "Scene":
+             frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0,
+             lenient: bool = False) -> "Scene":
         """Read a scene from a file, or from the bytes of one.
 
         format     "ply", "compressed_ply", "splat" or "spz"; None: by the first bytes, else by the
@@ -121,9 +122,12 @@ class Scene(Handle):
         frame      axes of the file, such as "rub"; None: the usual ones of the format
         sh_degree  drop or pad bands to this degree, 0 to 3; None: keep all
         max_count  refuse files with more Gaussians; 0: 2^27
+        lenient    leave out bytes after the rows that a .ply header counts, with a warning, instead
+                   of refusing the file
         Raises NotFound, IoError, FormatError, Unsupported, InvalidArgument.
         """
         desc = _file_desc(format, frame, sh_degree, 0, max_count)
+        desc.flags = flags_of((lenient, _native.SceneFlags.LENIENT))
         if isinstance(source, (bytes, bytearray, memoryview)):
             data = readable(source, "source")
             return cls._of(made("scene", direct, lib.splat_scene_load_memory, data.ctypes.data,

@@ -142,6 +142,9 @@ pub const SPLAT_FRAME_RDB: splat_frame = 6;
 pub const SPLAT_FRAME_LUB: splat_frame = 7;
 pub const SPLAT_FRAME_LDF: splat_frame = 8;
 
+/// read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them
+pub const SPLAT_SCENE_LENIENT: u32 = 1;
+
 /// drop NaN, infinities and rotations of length 0
 pub const SPLAT_FILTER_FINITE: u32 = 1;
 /// order the remaining ones along a Morton curve
@@ -1214,7 +1217,7 @@ impl Default for splat_scene_desc {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_scene_file_desc {
     pub struct_size: u32,
-    /// 0
+    /// SPLAT_SCENE_ bits
     pub flags: u32,
     /// NULL
     pub next: *const c_void,

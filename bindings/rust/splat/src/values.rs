@@ -442,6 +442,34 @@ impl std::fmt::Debug for Frame {
     }
 }
 
+/// Bits `SPLAT_SCENE_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SceneFlags(pub u32);
+
+impl SceneFlags {
+    /// read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them
+    pub const LENIENT: SceneFlags = SceneFlags(sys::SPLAT_SCENE_LENIENT);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: SceneFlags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl std::ops::BitOr for SceneFlags {
+    type Output = SceneFlags;
+
+    fn bitor(self, other: SceneFlags) -> SceneFlags {
+        SceneFlags(self.0 | other.0)
+    }
+}
+
+impl std::fmt::Debug for SceneFlags {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::bits(f, "SceneFlags", self.0, &[("LENIENT", SceneFlags::LENIENT.0)])
+    }
+}
+
 /// Bits `SPLAT_FILTER_*`. The default is 0.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FilterFlags(pub u32);
@@ -2522,6 +2550,8 @@ impl PriorModelInfo {
 /// The fields of `splat_scene_file_desc`; 0 is the default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneFileDesc {
+    /// SPLAT_SCENE_ bits
+    pub flags: SceneFlags,
     /// 0 = by the first bytes, else by the extension of the path
     pub format: SceneFormat,
     /// of the file; 0 = the format's usual one
@@ -2537,6 +2567,7 @@ pub struct SceneFileDesc {
 impl SceneFileDesc {
     pub(crate) fn to_raw(&self) -> sys::splat_scene_file_desc {
         sys::splat_scene_file_desc {
+            flags: self.flags.0,
             format: self.format.0,
             frame: self.frame.0,
             sh_degree: self.sh_degree,
