@@ -5,10 +5,12 @@
 #include <filesystem>
 
 #include "core/json_tree.h"
+#include "core/log.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "io/transforms_json.h"
 
@@ -72,12 +74,27 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     return load_bytes(path);
 }
 
+/// Pixels; 0: not known, or there is no such image.
+double exif_focal(const fs::path& folder, const std::string& name) {
+    const auto path = image_path(folder, name);
+    if (!path.ok()) return 0;
+    io::ImageOptions header;
+    header.header_only = true;
+    const auto image = io::load_image(path.value(), header);
+    return image.ok() ? image.value().focal : 0;
+}
+
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
     const auto first = first_image(folder, io::as_text(bytes));
     if (!first.ok()) return in_file(first.status(), file.string());
-    auto cameras = io::read_transforms_json(bytes, first.value().width, first.value().height);
+    io::CameraOptions options;
+    options.focal = [&folder](const std::string& name) { return exif_focal(folder, name); };
+    auto cameras =
+        io::read_transforms_json(bytes, first.value().width, first.value().height, options);
     if (!cameras.ok()) return in_file(cameras.status(), file.string());
+    for (const std::string& warning : cameras.value().warnings)
+        log(LogLevel::kWarning, format("'%s': %s", file.c_str(), warning.c_str()));
     return cameras;
 }
 

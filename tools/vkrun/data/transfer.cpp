@@ -56,6 +56,10 @@ void add_export_options(CLI::App& command, TransferOptions& options) {
     command.add_option("--class", options.category, "Name of the category in names of folders")
         ->type_name("NAME")
         ->capture_default_str();
+    add_source_options(command, options);
+}
+
+void add_source_options(CLI::App& command, TransferOptions& options) {
     command.add_option("--format", options.format, "Format of the data set; default: detected")
         ->type_name("NAME");
     add_count_option(command, "--size", options.size, "Side of the images, pixels; 0: as stored", 0,
