@@ -44,7 +44,8 @@ void write_text(const std::string& path, const std::string& text) {
 }
 
 void replace_file(const std::filesystem::path& path, const std::string& text) {
-    const std::string temporary = path.string() + ".tmp";
+    // Shards write the same files at once.
+    const std::string temporary = path.string() + "." + std::to_string(getpid()) + "-0.tmp";
     const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     bool ok = file >= 0;
     for (std::size_t done = 0; ok && done < text.size();) {

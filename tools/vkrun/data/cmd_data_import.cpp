@@ -6,6 +6,7 @@
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/shard.h"
 #include "vkrun/data/transfer.h"
 
 namespace vkrun {
@@ -22,6 +23,9 @@ DIR may also be a data set of any other format: SRN's folders (also those of 'vk
 transforms.json or a COLMAP model, and so on. Its images and maps become the same files, at --size pixels and over
 their background. A repeated command goes on where a stopped one ended.
 
+--shard 0/4 to 3/4, on machines that share OUT, import a part each; the last to end completes OUT. docs/shards.md
+shows them with GNU parallel and as a Slurm array.
+
 Exit status: 0 done, 2 wrong usage, 4 the tables cannot be read, or OUT cannot be written.
 
 Examples:
@@ -34,8 +38,11 @@ struct ImportOptions : TransferOptions {
     bool overwrite = false;
 };
 
-/// What a split of the store holds.
+/// What a split of the store holds; of a shard only whether it was the last.
 Json stored_json(const ImportOptions& options, const std::string& split) {
+    const bool complete =
+        std::filesystem::exists(std::filesystem::path(options.out) / split / "store.json");
+    if (!complete) return {{"split", split}, {"complete", false}};
     TransferOptions store = options;
     store.source = options.out;
     store.format.clear();
@@ -43,6 +50,7 @@ Json stored_json(const ImportOptions& options, const std::string& split) {
     const Dataset dataset = open_source(store, split);
     const Json report = library_json(splat_dataset_report, dataset.get());
     return {{"split", split},
+            {"complete", true},
             {"objects", report.at("objects")},
             {"views", report.at("views")},
             {"resolution", report.at("stored_resolution")},
@@ -72,6 +80,9 @@ void import_tables(const ImportOptions& options, const std::string& split, std::
     desc.out = options.out.c_str();
     desc.split = split.c_str();
     desc.duckdb = options.duckdb.empty() ? nullptr : options.duckdb.c_str();
+    const Shard shard = parse_shard(options.shard);
+    desc.shards = shard.count;
+    desc.shard = shard.index;
     if (options.overwrite) desc.flags = SPLAT_IMPORT_REPLACE;
     with_progress(split, [&](splat_progress_callback callback, void* user) {
         const splat_result result = splat_dataset_import(&desc, callback, user);
@@ -103,6 +114,7 @@ void add_data_import(CLI::App& data, int& exit_code) {
     add_split_option(*command, *options);
     options->layout = "store";
     add_source_options(*command, *options);
+    add_shard_option(*command, options->shard, "the rows of tables, or of the objects of folders");
     add_overwrite_flag(*command, options->overwrite, "an import of other tables");
     command->callback([options, &exit_code] {
         for_each_split(*options, [&](const std::string& split, std::string& missing) {

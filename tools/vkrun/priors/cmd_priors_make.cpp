@@ -33,7 +33,7 @@ channel), normals (three) or a mask (one). 'vkrun priors edges' writes each oper
 
 Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR gets
 priors-MAP.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on four
-machines make a part each.
+machines make a part each (docs/shards.md).
 
 Exit status: 0 done, 1 a file cannot be written, 2 wrong usage, 4 a picture or the model cannot be read, or ONNX
 Runtime is missing (the maps of other pictures are made), 5 out of memory, 7 the model's output is not finite.
@@ -119,8 +119,7 @@ void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_
             ->type_name("DEG");
     }
     add_count_option(*command, "--batch", o.batch, "Pictures in memory at a time", 1, 1024);
-    command->add_option("--shard", o.shard, "Make part I of N of the pictures, from 0")
-        ->type_name("I/N");
+    add_shard_option(*command, o.shard, "the pictures");
     add_threads_option(*command, o.threads);
     add_overwrite_flag(*command, o.overwrite, "Maps in DIR");
     add_json_flag(*command, *json);

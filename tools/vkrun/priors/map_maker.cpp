@@ -308,13 +308,14 @@ PriorModel load_prior_model(const std::string& model, const std::string& preset,
 MapReport make_maps(const MapOptions& options) {
     const Stopwatch watch;
     MapRun run{options, {}, {}, options.format == "npy" ? ".npy" : ".png", {}};
-    const Shard shard = options.shard.empty() ? Shard{} : parse_shard(options.shard);
+    const Shard shard = parse_shard(options.shard);
     std::vector<MapJob> jobs = map_jobs(options.in, options.out, shard);
     choose_maps(run);
     make_folder(options.out);
+    remove_stale_files(options.out, shard);
     for (const MapKind& kind : run.kinds) {
         check_record(run, kind);
-        remove_stale_maps(jobs, kind.name);
+        remove_stale_maps(jobs, kind.name, shard);
     }
     if (!options.overwrite) {
         const std::size_t all = jobs.size();
