@@ -167,7 +167,8 @@ typedef struct splat_dataset_export_desc {
     const void* next;
     const char* path;
     /* "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data,
-     * srn_<category>/<category>_<split>/; "store": <split>/, as an import gives; NULL: tables */
+     * srn_<category>/<category>_<split>/; "images": <split>/<object>/ with transforms.json and
+     * the images in rgb/; "store": <split>/, as an import gives; NULL: tables */
     const char* layout;
     const char* split;       /* to write; NULL: that of the data set */
     const char* category;    /* in names of folders and configurations; NULL: cars */

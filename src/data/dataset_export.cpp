@@ -193,6 +193,7 @@ Status export_dataset(Dataset& dataset, const ExportDesc& desc, const tables::Pr
         log(LogLevel::kWarning, "the distances of origins of CO3D are not exported");
     ExportRows rows(dataset, own, progress);
     if (own.layout == Layout::kStore) return export_store(rows, own);
+    if (own.layout == Layout::kImages) return export_images(rows, own);
     return own.layout == Layout::kSrn ? export_srn(rows, own) : export_tables(rows, own);
 }
 

@@ -8,8 +8,9 @@ namespace splat::data {
 /// How a data set is written:
 ///   kTables   <table>/<split>/*.parquet in the published schema, with README.md
 ///   kSrn      srn_<category>/<category>_<split>/<object>/ with intrinsics.txt, pose/, rgb/, depth/, normal/, mask/
+///   kImages   <split>/<object>/ with transforms.json, rgb/, depth/, normal/, mask/
 ///   kStore    <split>/, a store (src/tables/store.h)
-enum class Layout { kTables, kSrn, kStore };
+enum class Layout { kTables, kSrn, kImages, kStore };
 
 struct ExportDesc {
     std::string path;

@@ -50,6 +50,13 @@ bool has_cameras(const fs::path& folder) {
     return has_transforms(folder) || has_colmap(folder);
 }
 
+/// Some folder in it has cameras.
+bool has_objects(const fs::path& folder) {
+    for (const std::string& name : folders_in(folder))
+        if (has_cameras(folder / name)) return true;
+    return false;
+}
+
 /// The file that a camera names: as given, in images/, or with the extension added.
 Result<std::string> image_path(const fs::path& folder, const std::string& name) {
     for (const char* below : {"", "images"})
@@ -129,6 +136,11 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& c
     return photo;
 }
 
+/// The folder that holds the objects: one of the split's name, if that does.
+fs::path root_of_split(const fs::path& folder, const std::string& split) {
+    return !has_cameras(folder) && has_objects(folder / split) ? folder / split : folder;
+}
+
 class ImageFolderReader : public DatasetReader {
   public:
     Status open(const ReaderDesc& desc) {
@@ -136,7 +148,7 @@ class ImageFolderReader : public DatasetReader {
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
         index_.maps = kAllMaps;
-        const fs::path root = desc.path;
+        const fs::path root = root_of_split(desc.path, desc.split);
         if (has_cameras(root)) {
             SPLAT_TRY(add(root, root.filename().string(), desc));
         } else {
@@ -217,9 +229,9 @@ class ImageFolderReader : public DatasetReader {
 }  // namespace
 
 bool is_image_folder(const std::string& path) {
-    if (has_cameras(path)) return true;
-    for (const std::string& name : folders_in(path))
-        if (has_cameras(fs::path(path) / name)) return true;
+    if (has_cameras(path) || has_objects(path)) return true;
+    for (const char* split : {"train", "val", "test"})
+        if (has_objects(fs::path(path) / split)) return true;
     return false;
 }
 

@@ -115,7 +115,7 @@ namespace Splat
     /// <summary>What of a data set to write, and how, see Dataset.Export.</summary>
     public sealed class ExportOptions
     {
-        /// <summary>"tables", "srn", "store"; null: tables.</summary>
+        /// <summary>"tables", "srn", "images", "store"; null: tables.</summary>
         public string Layout { get; set; }
         /// <summary>Of what is written; null: that of the data set.</summary>
         public string Split { get; set; }

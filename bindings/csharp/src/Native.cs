@@ -2875,7 +2875,7 @@ namespace Splat.Interop
         public uint flags;
         public void* next;
         public byte* path;
-        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
+        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "images": &lt;split&gt;/&lt;object&gt;/ with transforms.json and the images in rgb/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
         public byte* layout;
         /// <summary>to write; NULL: that of the data set</summary>
         public byte* split;

@@ -36,8 +36,9 @@ Result<tables::Part> part_of(std::uint32_t shard, std::uint32_t shards) {
 Result<data::Layout> layout_of(const std::string& name) {
     if (name == "tables") return data::Layout::kTables;
     if (name == "srn") return data::Layout::kSrn;
+    if (name == "images") return data::Layout::kImages;
     if (name == "store") return data::Layout::kStore;
-    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn or store",
+    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn, images or store",
                  name.c_str());
 }
 

@@ -50,10 +50,10 @@ void add_split_option(CLI::App& command, TransferOptions& options) {
 }
 
 void add_export_options(CLI::App& command, TransferOptions& options) {
-    command.add_option("--to", options.layout, "What to write: tables, srn or store")
+    command.add_option("--to", options.layout, "What to write: tables, srn, images or store")
         ->type_name("LAYOUT")
         ->capture_default_str()
-        ->check(CLI::IsMember({"tables", "srn", "store"}).description(""));
+        ->check(CLI::IsMember({"tables", "srn", "images", "store"}).description(""));
     command.add_option("--class", options.category, "Name of the category in names of folders")
         ->type_name("NAME")
         ->capture_default_str();

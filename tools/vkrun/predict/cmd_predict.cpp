@@ -153,8 +153,7 @@ void add_predict(CLI::App& app, int& exit_code) {
     command->add_option("--foreground", o.foreground, "Share of the square that the object fills")
         ->type_name("X")
         ->default_str("0.65");
-    command
-        ->add_option("--focal", o.focal, "Focal length, pixels of IMAGE; default: by its Exif data")
+    command->add_option("--focal", o.focal, "Focal length, pixels; default: by Exif data")
         ->type_name("X");
     command
         ->add_option("--origin-distance", o.origin_distance,

@@ -253,7 +253,9 @@ std::string evaluation_page(const PriorsEvaluation& evaluation) {
     page.plot(boxes_of(evaluation),
               "red: median; box: quartiles; line: to the farthest maps within 1.5 lengths of the "
               "box; dots: maps beyond");
-    page.plot(scatter_of(evaluation), "a dot for each map");
+    page.plot(scatter_of(evaluation), evaluation.methods.size() > 1
+                                          ? "a dot for each map; red: where both are equal"
+                                          : "a dot for each map");
     add_worst(page, evaluation);
     return page.text();
 }

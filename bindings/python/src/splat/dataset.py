@@ -253,7 +253,7 @@ def export_dataset(dataset: Dataset, path: PathLike, *, layout: str = "tables",
                    shard: Tuple[int, int] = (0, 1), progress: Optional[Progress] = None) -> None:
     """Write a data set with its cameras, images and maps, as 8 bits at its resolution.
 
-    layout    "tables" (Parquet files), "srn" (folders) or "store"
+    layout    "tables" (Parquet files), "srn" or "images" (folders), or "store"
     split     to write; None: that of the data set
     objects   their numbers; None: all
     shard     of a store, as of `import_tables`

@@ -1088,7 +1088,7 @@ pub struct splat_dataset_export_desc {
     pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
-    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "store": \<split\>/, as an import gives; NULL: tables
+    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "images": \<split\>/\<object\>/ with transforms.json and the images in rgb/; "store": \<split\>/, as an import gives; NULL: tables
     pub layout: *const c_char,
     /// to write; NULL: that of the data set
     pub split: *const c_char,

@@ -38,7 +38,7 @@ pub struct ImportDesc<'a> {
 pub struct ExportDesc<'a> {
     /// The folder to write to.
     pub path: &'a str,
-    /// "tables", "srn", "store"; None: tables.
+    /// "tables", "srn", "images", "store"; None: tables.
     pub layout: Option<&'a str>,
     /// Of what is written; None: that of the data set.
     pub split: Option<&'a str>,
