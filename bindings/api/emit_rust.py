@@ -106,9 +106,7 @@ def _flags(name: str) -> tuple[str, str]:
 
 def _raw_type(api: Api, c: dict[str, Any], enum: Optional[str] = None) -> str:
     """The Rust type of a C type. Handles are pointers to opaque structs."""
-    base = c["base"]
-    if enum and not _enum(api, enum)["flags"]:
-        return enum
+    base = enum if enum and not _enum(api, enum)["flags"] else c["base"]
     if base.startswith("callback "):
         return base[9:]
     base = base[7:] if base.startswith("struct ") else base

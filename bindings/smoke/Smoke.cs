@@ -42,6 +42,8 @@ internal static class Smoke
             Gradient(device, scene);
             Prediction(device);
             Judge(scene);
+            Maps();
+            Data(folder);
             Errors();
             Cancel(device, folder);
             Busy(scene);
@@ -103,6 +105,11 @@ internal static class Smoke
 
     private static Picture Disc()
     {
+        return new Picture { Image = DiscImage() };
+    }
+
+    private static Image DiscImage()
+    {
         var image = new Image(80, 64, 4);
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 80; ++x)
@@ -115,7 +122,7 @@ internal static class Smoke
                 image.Data[at + 2] = unchecked((byte)(x * y));
                 image.Data[at + 3] = (byte)(dx * dx + dy * dy < 2304 ? 255 : 0);
             }
-        return new Picture { Image = image };
+        return image;
     }
 
     private static string Hash(ReadOnlySpan<byte> bytes)
@@ -223,6 +230,31 @@ internal static class Smoke
               ",\"edges\":" + Hash(Priors.FilterMap(g, MapFilter.Canny).ToFloats()) +
               ",\"points\":" + Hash(new[] { s.Accuracy, s.Completeness, s.Chamfer, s.ChamferSquared,
                                             s.Precision, s.Recall, s.FScore }));
+    }
+
+    private static void Maps()
+    {
+        Found found;
+        Image mask = Priors.PictureMask(DiscImage(), out found);
+        Image p = Image.FromFloats(48, 48, 1, Map((a, b) => new[] { a }));
+        Print("maps", "\"found\":" + (int)found + ",\"mask\":" + Hash(mask.Data) + ",\"normal\":" +
+                      Hash(Priors.NormalsFromDepth(p, 48, 1, 2).ToFloats()));
+    }
+
+    private static void Data(string folder)
+    {
+        string store = Path.Combine(folder, "store_csharp");
+        using (var dataset = new Dataset(folder))
+            for (int shard = 1; shard >= 0; --shard)
+                dataset.Export(store, new ExportOptions
+                {
+                    Layout = "store",
+                    Shards = 2,
+                    Shard = shard,
+                });
+        using (var dataset = new Dataset(store))
+            Print("data", "\"objects\":" + dataset.Count + ",\"rgb\":" +
+                          Hash(dataset.Read(1, new[] { 0, 1, 2, 3 }).Images));
     }
 
     private static unsafe void Errors()

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
 HERE = Path(__file__).resolve().parent
-CASES = ("version", "presets", "device", "render", "gradient", "predict", "judge", "error",
-         "handle", "cancel", "busy", "order")
+CASES = ("version", "presets", "device", "render", "gradient", "predict", "judge", "maps", "data",
+         "error", "handle", "cancel", "busy", "order")
 
 
 def make_data(vkrun: str, folder: Path) -> None:

@@ -9,23 +9,9 @@
 #include <string.h>
 #include <time.h>
 
+#include "smoke.h"
+
 enum { COUNT = 1000, WIDTH = 144, HEIGHT = 96, VIEWS = 2, SIDE = 64, TENSORS = 8 };
-
-static void fail(const char* what) {
-    fprintf(stderr, "smoke: %s\n", what);
-    exit(1);
-}
-
-static void check(splat_result result) {
-    if (result < 0) fail(splat_last_error_message());
-}
-
-static uint64_t hash(const void* data, size_t bytes) {
-    const unsigned char* at = data;
-    uint64_t value = 14695981039346656037U;
-    for (size_t i = 0; i < bytes; ++i) value = (value ^ at[i]) * 1099511628211U;
-    return value;
-}
 
 static void* allocate(size_t bytes) {
     void* memory = malloc(bytes);
@@ -132,18 +118,10 @@ static uint64_t hash_of_ply(splat_scene scene) {
 }
 
 static prediction_facts predict(splat_predictor predictor) {
-    enum { W = 80, H = 64 };
-    unsigned char pixels[H][W][4];
-    for (int y = 0; y < H; ++y)
-        for (int x = 0; x < W; ++x) {
-            const int dx = 2 * x - 79, dy = 2 * y - 63;
-            pixels[y][x][0] = (unsigned char)(5 * x);
-            pixels[y][x][1] = (unsigned char)(7 * y);
-            pixels[y][x][2] = (unsigned char)(x * y);
-            pixels[y][x][3] = dx * dx + dy * dy < 2304 ? 255 : 0;
-        }
+    unsigned char pixels[64][80][4];
+    make_disc(pixels);
     splat_picture picture = {
-        .image.pixels = {pixels, sizeof pixels, SPLAT_PIXEL_U8, W, H, 4, 0, 0, 0}};
+        .image.pixels = {pixels, sizeof pixels, SPLAT_PIXEL_U8, 80, 64, 4, 0, 0, 0}};
     splat_picture_info seen = {0};
     splat_prediction facts = {sizeof facts, .pictures = &seen, .picture_capacity = 1};
     splat_scene scene;
@@ -225,71 +203,7 @@ static void case_gradient(splat_device device, splat_scene scene) {
     for (int i = 0; i < 5; ++i) check(splat_tensor_destroy(tensors[i]));
 }
 
-/* ---- Judging --------------------------------------------------------------------------------- */
-
-enum { MAP = 48 };
-
-typedef struct judged_maps {
-    float p[MAP][MAP], g[MAP][MAP], predicted[MAP][MAP][3], truth[MAP][MAP][3], points[MAP][MAP][3];
-} judged_maps;
-
-static void make_maps(judged_maps* maps) {
-    for (int y = 0; y < MAP; ++y)
-        for (int x = 0; x < MAP; ++x) {
-            const float p = (float)((3 * x * y + x + 2 * y) % 64 + 1) / 64;
-            const float g = (float)((x * y + 3 * x + 5 * y) % 64 + 1) / 64;
-            const float rows[3][3] = {{p, g, 1}, {g, p, 1}, {p, g, p - g}};
-            maps->p[y][x] = p;
-            maps->g[y][x] = g;
-            memcpy(maps->predicted[y][x], rows[0], sizeof rows[0]);
-            memcpy(maps->truth[y][x], rows[1], sizeof rows[1]);
-            memcpy(maps->points[y][x], rows[2], sizeof rows[2]);
-        }
-}
-
-static splat_image map_image(float* pixels, uint32_t channels) {
-    return (splat_image){.pixels = pixels,
-                         .type = SPLAT_PIXEL_F32,
-                         .width = MAP,
-                         .height = MAP,
-                         .channels = channels};
-}
-
-static void case_judge(splat_scene scene) {
-    static judged_maps maps;
-    static float filtered[MAP][MAP];
-    splat_depth_scores d = {.struct_size = sizeof d};
-    splat_normal_scores n = {.struct_size = sizeof n};
-    splat_mask_scores m = {.struct_size = sizeof m};
-    splat_fidelity_scores f = {.struct_size = sizeof f};
-    splat_point_scores s = {.struct_size = sizeof s};
-    make_maps(&maps);
-    const splat_image p = map_image(maps.p[0], 1), g = map_image(maps.g[0], 1);
-    const splat_image predicted = map_image(maps.predicted[0][0], 3);
-    const splat_image truth = map_image(maps.truth[0][0], 3);
-    splat_image edges = map_image(filtered[0], 1);
-    check(splat_prior_compare_depth(&p, &g, NULL, 0, &d));
-    check(splat_prior_compare_normals(&predicted, &truth, NULL, 0, &n));
-    check(splat_prior_compare_masks(&p, &g, 0, &m));
-    check(splat_prior_compare_images(&p, &g, 0, &f));
-    check(splat_prior_filter(&g, SPLAT_MAP_FILTER_CANNY, &edges));
-    check(splat_scene_compare_points(scene, 0, maps.points[0][0], 3 * MAP * MAP, 0.25, &s));
-    const double depth[] = {d.abs_rel,   d.rmse,      d.si_rmse, d.within[0],
-                            d.within[1], d.within[2], d.scale,   d.shift};
-    const double normal[] = {n.mean, n.median, n.rmse, n.within[0], n.within[1], n.within[2]};
-    const double mask[] = {m.mae, m.iou, m.precision, m.recall, m.f_beta};
-    const double points[] = {s.accuracy,  s.completeness, s.chamfer, s.chamfer_squared,
-                             s.precision, s.recall,       s.f_score};
-    printf(
-        "{\"case\":\"judge\",\"depth\":\"%016llx\",\"normal\":\"%016llx\","
-        "\"mask\":\"%016llx\",\"fidelity\":\"%016llx\",\"edges\":\"%016llx\","
-        "\"points\":\"%016llx\"}\n",
-        (unsigned long long)hash(depth, sizeof depth),
-        (unsigned long long)hash(normal, sizeof normal),
-        (unsigned long long)hash(mask, sizeof mask), (unsigned long long)hash(&f.vif, sizeof f.vif),
-        (unsigned long long)hash(filtered, sizeof filtered),
-        (unsigned long long)hash(points, sizeof points));
-}
+/* ---- Errors, threads, lifetimes --------------------------------------------------------------- */
 
 static void case_errors(splat_scene scene) {
     splat_device_info device = {.struct_size = sizeof device};
@@ -471,6 +385,8 @@ int main(int argc, char** argv) {
     printf("{\"case\":\"predict\",\"gaussians\":%llu,\"ply\":\"%016llx\",\"found\":%d}\n",
            (unsigned long long)facts.gaussians, (unsigned long long)facts.ply, (int)facts.found);
     case_judge(scene);
+    case_maps();
+    case_data(argv[1]);
     case_errors(scene);
     case_cancel(device, predictor, argv[1], config);
     check(splat_predictor_destroy(predictor));

@@ -110,6 +110,23 @@ def case_judge(scene: splat.Scene) -> None:
                         points.chamfer_squared, points.precision, points.recall, points.f_score))
 
 
+def case_maps() -> None:
+    mask, found = splat.picture_mask(picture())
+    y, x = np.mgrid[:48, :48]
+    depth = ((3 * x * y + x + 2 * y) % 64 + 1).astype(np.float32) / 64
+    tell("maps", found=int(found), mask=fnv(mask),
+         normal=fnv(splat.normals_from_depth(depth, 48, distances=(1, 2))))
+
+
+def case_data(folder: Path) -> None:
+    store = folder / "store_python"
+    with splat.Dataset(folder) as dataset:
+        for shard in ((1, 2), (0, 2)):
+            splat.export_dataset(dataset, store, layout="store", shard=shard)
+    with splat.Dataset(store) as dataset:
+        tell("data", objects=len(dataset), rgb=fnv(dataset.read(1)["images"]))
+
+
 def case_errors(scene: splat.Scene) -> None:
     try:
         splat.describe(9999)
@@ -211,6 +228,8 @@ def main(folder: Path) -> None:
     tell("predict", gaussians=prediction.report["gaussians"], ply=ply(prediction.scene),
          found=int(prediction.pictures[0].found))
     case_judge(scene)
+    case_maps()
+    case_data(folder)
     case_errors(scene)
     case_cancel(device, predictor, folder)
     case_busy()

@@ -1,8 +1,9 @@
 //! The eleven cases of bindings/smoke/README.md in Rust. One argument: the folder of the data.
 
 use splat::{
-    prior_scores, sys, Camera, Code, Device, Gaussians, Gradients, ImageView, ImageViewMut,
-    MapFilter, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
+    normals_from_depth, picture_mask, prior_scores, sys, Camera, Code, Dataset, DatasetDesc,
+    DatasetViews, Device, ExportDesc, Gaussians, Gradients, ImageView, ImageViewMut, MapFilter,
+    NormalsDesc, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
     RasterizerFlags, Result, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training,
     TrainingDesc, TrainingEventKind, TrainingFlags,
 };
@@ -234,6 +235,68 @@ fn judge(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+fn maps(pixels: &[u8]) -> Result<()> {
+    let mut mask = vec![0_u8; 80 * 64];
+    let picture = ImageView::new(pixels, [80, 64], 4)?;
+    let found = picture_mask(picture, ImageViewMut::new(&mut mask, [80, 64], 1)?)?;
+    let p: Vec<f32> = (0..48 * 48)
+        .map(|i| {
+            let (x, y) = (i % 48, i / 48);
+            ((3 * x * y + x + 2 * y) % 64 + 1) as f32 / 64.0
+        })
+        .collect();
+    let mut normals = vec![0_f32; 48 * 48 * 3];
+    let desc = NormalsDesc {
+        focal: [48.0; 2],
+        distances: [1.0, 2.0],
+        ..Default::default()
+    };
+    normals_from_depth(
+        ImageView::new(&p, [48, 48], 1)?,
+        &desc,
+        ImageViewMut::new(&mut normals, [48, 48], 3)?,
+    )?;
+    println!(
+        r#"{{"case":"maps","found":{},"mask":"{}","normal":"{}"}}"#,
+        found.0,
+        fnv(mask),
+        floats(&normals)
+    );
+    Ok(())
+}
+
+fn data(folder: &str) -> Result<()> {
+    let store = format!("{folder}/store_rust");
+    let open = |path| {
+        Dataset::open(&DatasetDesc {
+            path,
+            ..Default::default()
+        })
+    };
+    let dataset = open(folder)?;
+    for shard in [1, 0] {
+        let part = ExportDesc {
+            path: &store,
+            layout: Some("store"),
+            shards: 2,
+            shard,
+            ..Default::default()
+        };
+        dataset.export(&part, None)?;
+    }
+    let mut images = vec![0_f32; 4 * 3 * 16 * 16];
+    let mut views = DatasetViews {
+        images: Some(&mut images),
+        ..Default::default()
+    };
+    open(&store)?.read(1, &[0, 1, 2, 3], &mut views)?;
+    println!(
+        r#"{{"case":"data","objects":2,"rgb":"{}"}}"#,
+        floats(&images)
+    );
+    Ok(())
+}
+
 fn errors() {
     let error = Device::describe(9999).expect_err("there is a device 9999");
     let (code, message) = (error.code(), quoted(error.message()));
@@ -382,6 +445,8 @@ fn run(folder: &str) -> Result<()> {
     let predictor = Predictor::create(&device, &Default::default())?;
     predict(&predictor, &pictures)?;
     judge(&scene()?)?;
+    maps(&pixels)?;
+    data(folder)?;
     errors();
     cancel(&device, &predictor, &pictures, folder)?;
     busy(&pictures)?;

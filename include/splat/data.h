@@ -135,6 +135,10 @@ typedef struct splat_dataset_import_desc {
     const char* out;   /* folder of the store; NULL: where splat_dataset_open looks, with REPLACE */
     const char* split; /* "train", "val", "test"; NULL: train */
     const char* duckdb; /* path of DuckDB's library; NULL: see above */
+    /* parts of the work, done by calls in any processes that share the folder, and which of them this
+     * call does, below `shards`; the last call to end completes the store. 0: 1 */
+    uint32_t shards;
+    uint32_t shard;
 } splat_dataset_import_desc;
 
 /* Copy a split of tables to a store, <out>/<split>/: .npy files with a checksum for each row, in any
@@ -144,8 +148,9 @@ typedef struct splat_dataset_import_desc {
  * callback  may be NULL
  * user      passed to it
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
- *   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it, or
+ *                                     with the same import begun in another number of shards
+ *   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
  *   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
  *   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
  *                                     groups that do not fit in that memory
@@ -162,13 +167,16 @@ typedef struct splat_dataset_export_desc {
     const void* next;
     const char* path;
     /* "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data,
-     * srn_<category>/<category>_<split>/; "store": <split>/, as an import gives; NULL: tables */
+     * srn_<category>/<category>_<split>/; "images": <split>/<object>/ with transforms.json and
+     * the images in rgb/; "store": <split>/, as an import gives; NULL: tables */
     const char* layout;
     const char* split;       /* to write; NULL: that of the data set */
     const char* category;    /* in names of folders and configurations; NULL: cars */
     const char* duckdb;      /* as in splat_dataset_import_desc */
     const uint32_t* objects; /* which to write; NULL: all */
     uint64_t object_count;
+    uint32_t shards; /* of a store, as in splat_dataset_import_desc */
+    uint32_t shard;
 } splat_dataset_export_desc;
 
 /* Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its

@@ -188,13 +188,24 @@ SPLAT_API splat_result splat_evaluator_summary(splat_evaluator evaluator,
 SPLAT_API splat_result splat_evaluator_report(splat_evaluator evaluator, char* buffer,
                                               size_t capacity, size_t* needed);
 
-/* Write what `vkrun eval` writes: results.json, per_object.csv (a line per object) and scores.txt
- * ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it), each whole or not at
- * all.
+/* Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
+ * ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
+ * each object's scores, for splat_evaluator_load), each whole or not at all.
  * folder    made where it is missing
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
  *   (the folder or a file cannot be written). */
 SPLAT_API splat_result splat_evaluator_save(splat_evaluator evaluator, const char* folder);
+
+/* Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
+ * scored here: to merge what several processes scored, or to go on. They replace those of the same
+ * objects.
+ * folder    of objects.json
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, another method, data set or
+ *                                     split, or of an object that is not there; nothing is taken
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
+ *                                     read, is damaged */
+SPLAT_API splat_result splat_evaluator_load(splat_evaluator evaluator, const char* folder);
 
 /* Destroy an evaluator. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_evaluator_destroy(splat_evaluator evaluator);

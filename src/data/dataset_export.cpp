@@ -24,6 +24,9 @@ Status check_name(const char* what, const std::string& name) {
 Status check_export(const Dataset& dataset, const ExportDesc& desc) {
     if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
     SPLAT_TRY(check_name("category", desc.category));
+    if (desc.part.count > 1 && desc.layout != Layout::kStore)
+        return error(Code::kInvalidArgument,
+                     "%u shards, expected 1: only stores are written in more", desc.part.count);
     if (desc.split != "train" && desc.split != "val" && desc.split != "test")
         return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
                      desc.split.c_str());
@@ -141,14 +144,20 @@ Status export_store(ExportRows& rows, const ExportDesc& desc) {
                                  static_cast<std::uint32_t>(cameras.frames.size())});
         index.frames.insert(index.frames.end(), cameras.frames.begin(), cameras.frames.end());
     }
-    SPLAT_ASSIGN(const auto store,
-                 tables::StoreWriter::open(desc.path + "/" + desc.split, std::move(index), false));
+    SPLAT_ASSIGN(const auto store, tables::StoreWriter::open(desc.path + "/" + desc.split,
+                                                             std::move(index), false, desc.part));
     if (store->complete()) return {};
     std::uint64_t row = 0;
     const std::uint64_t done = store->done("objects");
-    for (std::size_t i = 0; i < rows.objects().size(); ++i) {
+    const std::uint64_t first = desc.part.begin(rows.objects().size());
+    const std::uint64_t end = desc.part.end(rows.objects().size());
+    for (std::size_t i = 0; i < end; ++i) {
         const std::uint32_t object = rows.objects()[i];
         const std::uint32_t views = rows.dataset().index().views_of[object];
+        if (i < first) {
+            row += views;
+            continue;
+        }
         bool held = i < done;
         for (std::uint32_t view = 0; view < views && held; ++view)
             for (const Table map : rows.maps()) held = held && store->holds(map, row + view);
@@ -184,6 +193,7 @@ Status export_dataset(Dataset& dataset, const ExportDesc& desc, const tables::Pr
         log(LogLevel::kWarning, "the distances of origins of CO3D are not exported");
     ExportRows rows(dataset, own, progress);
     if (own.layout == Layout::kStore) return export_store(rows, own);
+    if (own.layout == Layout::kImages) return export_images(rows, own);
     return own.layout == Layout::kSrn ? export_srn(rows, own) : export_tables(rows, own);
 }
 

@@ -8,8 +8,9 @@ namespace splat::data {
 /// How a data set is written:
 ///   kTables   <table>/<split>/*.parquet in the published schema, with README.md
 ///   kSrn      srn_<category>/<category>_<split>/<object>/ with intrinsics.txt, pose/, rgb/, depth/, normal/, mask/
+///   kImages   <split>/<object>/ with transforms.json, rgb/, depth/, normal/, mask/
 ///   kStore    <split>/, a store (src/tables/store.h)
-enum class Layout { kTables, kSrn, kStore };
+enum class Layout { kTables, kSrn, kImages, kStore };
 
 struct ExportDesc {
     std::string path;
@@ -18,6 +19,7 @@ struct ExportDesc {
     std::string category = "cars";       ///< in names of folders and configurations
     std::vector<std::uint32_t> objects;  ///< numbers in the data set; empty: all
     std::string library;                 ///< of DuckDB, see tables::duckdb_library()
+    tables::Part part = {};              ///< of a store: the objects that are written
 };
 
 /// Write objects with their cameras, images and all maps that the data set has, as uint8 at its resolution. What

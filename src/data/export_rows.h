@@ -50,6 +50,7 @@ MapKind map_of(tables::Table table);
 
 Status export_tables(ExportRows& rows, const ExportDesc& desc);
 Status export_srn(ExportRows& rows, const ExportDesc& desc);
+Status export_images(ExportRows& rows, const ExportDesc& desc);
 Status export_store(ExportRows& rows, const ExportDesc& desc);
 
 }  // namespace splat::data

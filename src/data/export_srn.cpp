@@ -3,6 +3,7 @@
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "io/file.h"
+#include "io/transforms_json.h"
 
 namespace splat::data {
 namespace {
@@ -20,8 +21,8 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
     return io::write_new_file(path.string(), file);
 }
 
-/// Write an object to a folder that does not exist.
-Status write_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
+/// Write an object in SRN's layout to a folder that does not exist.
+Status write_srn_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
     SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
     SPLAT_TRY(make_folders(folder / "pose"));
     for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
@@ -38,8 +39,35 @@ Status write_files(ExportRows& rows, std::uint32_t object, const fs::path& folde
                               io::as_bytes(cameras.text.intrinsics));
 }
 
+/// Write an object with transforms.json.
+Status write_image_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
+    SPLAT_ASSIGN(const std::vector<StoredView> views, rows.dataset().reader().cameras(object));
+    const auto numbered =
+        rows.cameras(object);  // an error: several focal lengths, which do no harm here
+    const std::uint32_t side = rows.dataset().resolution();
+    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
+    std::vector<scene::Camera> cameras;
+    for (std::uint32_t view = 0; view < views.size(); ++view) {
+        const std::string name =
+            format("%06lld", numbered.ok() ? static_cast<long long>(numbered.value().frames[view])
+                                           : static_cast<long long>(view));
+        for (const Table map : rows.maps())
+            SPLAT_TRY(write_image(rows, object, view, map,
+                                  folder / tables::kind_of(map).map / (name + ".png")));
+        SPLAT_ASSIGN(const scene::Mat4 pose, inverse_pose(views[view].camera_to_world));
+        cameras.push_back({"rgb/" + name + ".png", side, side, views[view].focal_x * side,
+                           views[view].focal_y * side, side / 2.0, side / 2.0, pose});
+        SPLAT_TRY(rows.advance(rows.maps().size() + 1));
+    }
+    SPLAT_ASSIGN(const io::Buffer file, io::write_transforms_json(cameras));
+    return io::write_new_file((folder / "transforms.json").string(), file);
+}
+
+using WriteFiles = Status (*)(ExportRows& rows, std::uint32_t object, const fs::path& folder);
+
 /// The folder of an object appears whole or not at all.
-Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
+Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& folder,
+                     WriteFiles write_files) {
     const std::string& name = rows.name(object);
     if (name.empty() || name[0] == '.' || name.find('/') != std::string::npos)
         return error(Code::kFormat, "object '%s' cannot be the name of a folder", name.c_str());
@@ -57,18 +85,28 @@ Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& fol
     return status;
 }
 
-}  // namespace
-
-Status export_srn(ExportRows& rows, const ExportDesc& desc) {
-    const fs::path folder =
-        fs::path(desc.path) / ("srn_" + desc.category) / (desc.category + "_" + desc.split);
+Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& folder,
+                      WriteFiles write_files) {
     SPLAT_ASSIGN(
         const tables::ExportJournal journal,
         tables::ExportJournal::open(desc.path, desc.split, rows.source(), {folder.string()}));
     SPLAT_TRY(make_folders(folder));
     for (const std::uint32_t object : rows.objects())
-        SPLAT_TRY(export_object(rows, object, folder));
+        SPLAT_TRY(export_object(rows, object, folder, write_files));
     return {};
+}
+
+}  // namespace
+
+Status export_srn(ExportRows& rows, const ExportDesc& desc) {
+    return export_folders(
+        rows, desc,
+        fs::path(desc.path) / ("srn_" + desc.category) / (desc.category + "_" + desc.split),
+        write_srn_files);
+}
+
+Status export_images(ExportRows& rows, const ExportDesc& desc) {
+    return export_folders(rows, desc, fs::path(desc.path) / desc.split, write_image_files);
 }
 
 }  // namespace splat::data

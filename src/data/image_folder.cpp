@@ -5,10 +5,12 @@
 #include <filesystem>
 
 #include "core/json_tree.h"
+#include "core/log.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "io/transforms_json.h"
 
@@ -48,6 +50,13 @@ bool has_cameras(const fs::path& folder) {
     return has_transforms(folder) || has_colmap(folder);
 }
 
+/// Some folder in it has cameras.
+bool has_objects(const fs::path& folder) {
+    for (const std::string& name : folders_in(folder))
+        if (has_cameras(folder / name)) return true;
+    return false;
+}
+
 /// The file that a camera names: as given, in images/, or with the extension added.
 Result<std::string> image_path(const fs::path& folder, const std::string& name) {
     for (const char* below : {"", "images"})
@@ -72,12 +81,27 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     return load_bytes(path, {.header_only = true});
 }
 
+/// Pixels; 0: not known, or there is no such image.
+double exif_focal(const fs::path& folder, const std::string& name) {
+    const auto path = image_path(folder, name);
+    if (!path.ok()) return 0;
+    io::ImageOptions header;
+    header.header_only = true;
+    const auto image = io::load_image(path.value(), header);
+    return image.ok() ? image.value().focal : 0;
+}
+
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
     const auto first = first_image(folder, io::as_text(bytes));
     if (!first.ok()) return in_file(first.status(), file.string());
-    auto cameras = io::read_transforms_json(bytes, first.value().width, first.value().height);
+    io::CameraOptions options;
+    options.focal = [&folder](const std::string& name) { return exif_focal(folder, name); };
+    auto cameras =
+        io::read_transforms_json(bytes, first.value().width, first.value().height, options);
     if (!cameras.ok()) return in_file(cameras.status(), file.string());
+    for (const std::string& warning : cameras.value().warnings)
+        log(LogLevel::kWarning, format("'%s': %s", file.c_str(), warning.c_str()));
     return cameras;
 }
 
@@ -112,6 +136,11 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& c
     return photo;
 }
 
+/// The folder that holds the objects: one of the split's name, if that does.
+fs::path root_of_split(const fs::path& folder, const std::string& split) {
+    return !has_cameras(folder) && has_objects(folder / split) ? folder / split : folder;
+}
+
 class ImageFolderReader : public DatasetReader {
   public:
     Status open(const ReaderDesc& desc) {
@@ -119,7 +148,7 @@ class ImageFolderReader : public DatasetReader {
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
         index_.maps = kAllMaps;
-        const fs::path root = desc.path;
+        const fs::path root = root_of_split(desc.path, desc.split);
         if (has_cameras(root)) {
             SPLAT_TRY(add(root, root.filename().string(), desc));
         } else {
@@ -202,9 +231,9 @@ class ImageFolderReader : public DatasetReader {
 }  // namespace
 
 bool is_image_folder(const std::string& path) {
-    if (has_cameras(path)) return true;
-    for (const std::string& name : folders_in(path))
-        if (has_cameras(fs::path(path) / name)) return true;
+    if (has_cameras(path) || has_objects(path)) return true;
+    for (const char* split : {"train", "val", "test"})
+        if (has_objects(fs::path(path) / split)) return true;
     return false;
 }
 

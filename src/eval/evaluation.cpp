@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "eval/json_number.h"
+#include "eval/saved_objects.h"
 #include "io/file.h"
 
 namespace splat::eval {
@@ -133,6 +134,7 @@ Status save(const Evaluation& evaluation, const std::string& folder) {
     };
     SPLAT_TRY(write("per_object.csv", table_text(evaluation)));
     SPLAT_TRY(write("scores.txt", scores_text(evaluation)));
+    SPLAT_TRY(write(kObjectsFile, objects_text(evaluation) + "\n"));
     return write("results.json", results_text(evaluation) + "\n");
 }
 

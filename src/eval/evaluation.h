@@ -8,11 +8,11 @@ namespace splat::eval {
 
 /// The scores of a method on a data set, and what was scored.
 struct Evaluation {
-    std::string weights;             ///< path; empty: weights in memory
-    std::string method;              ///< empty: the network of the weights
-    std::string format, split;       ///< of the data set
-    std::uint32_t data_objects = 0;  ///< that it has
-    std::string device;              ///< empty: none
+    std::string weights;                            ///< path; empty: weights in memory
+    std::string method;                             ///< empty: the network of the weights
+    std::string format, split;                      ///< of the data set
+    std::uint32_t data_objects = 0;                 ///< that it has
+    std::string device;                             ///< empty: none
     std::map<std::uint32_t, ObjectScores> objects;  ///< scored so far, by their number
 };
 
@@ -39,8 +39,8 @@ std::string table_text(const Evaluation& evaluation);
 /// "index_name psnr ssim lpips" of novel views, as Splatter Image writes its scores.txt.
 std::string scores_text(const Evaluation& evaluation);
 
-/// Make a folder where it is missing, and write results.json, per_object.csv and scores.txt, each whole or not
-/// at all. Errors: kIo; those of io::write_file.
+/// Make a folder where it is missing, and write results.json, per_object.csv, scores.txt and objects.json, each
+/// whole or not at all. Errors: kIo; those of io::write_file.
 Status save(const Evaluation& evaluation, const std::string& folder);
 
 }  // namespace splat::eval

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "data/dataset.h"
+#include "eval/saved_objects.h"
 
 namespace splat::eval {
 
@@ -36,6 +37,20 @@ Result<EvaluatedViews> Evaluator::views(std::uint32_t object) const {
 Result<predict::Views> Evaluator::read(std::uint32_t object) const {
     SPLAT_ASSIGN(const EvaluatedViews which, views(object));
     return data_->read(object, which.all(), static_cast<std::uint32_t>(which.conditioning.size()));
+}
+
+Status Evaluator::load(const std::string& folder) {
+    std::map<std::string, std::uint32_t> numbers;
+    for (std::uint32_t i = 0; i < objects_; ++i) numbers.emplace(data_->name(i), i);
+    SPLAT_ASSIGN(auto loaded,
+                 load_objects(folder, evaluation(),
+                              [&](const std::string& name) -> std::optional<std::uint32_t> {
+                                  const auto found = numbers.find(name);
+                                  if (found == numbers.end()) return std::nullopt;
+                                  return found->second;
+                              }));
+    for (const auto& [object, scores] : loaded) keep(object, scores);
+    return {};
 }
 
 Result<ObjectScores> Evaluator::score(std::uint32_t object) {

@@ -53,6 +53,9 @@ class Evaluator {
     /// of images; those of read() and of the device.
     Result<ObjectScores> score_images(std::uint32_t object, std::span<const float> images);
 
+    /// Take over the objects of a saved evaluation, by their names. Errors: those of load_objects().
+    Status load(const std::string& folder);
+
     /// What score() drew of its latest object, [n,3,R,R]; empty before.
     [[nodiscard]] const std::vector<float>& drawn() const { return drawn_; }
     [[nodiscard]] std::uint32_t drawn_object() const { return drawn_object_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct CameraOptions {
     /// error, because images would not match.
     bool ignore_distortion = false;
     std::uint64_t max_cameras = 1ULL << 20;  ///< more are refused
+    /// Focal length in pixels of the image that a camera names, for a transforms.json that gives none; 0: not known.
+    std::function<double(const std::string& image)> focal = {};
 };
 
 /// Turns a distortion parameter that is not zero into a warning or an error, by the options.

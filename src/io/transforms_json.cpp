@@ -67,11 +67,25 @@ Result<double> focal(const Frame& frame, const char* fl, const char* angle, std:
     return otherwise;
 }
 
+/// That of the image, where the file gives none.
+double other_focal(const Camera& camera, const CameraOptions& options, CameraSet& set) {
+    const double pixels = options.focal ? options.focal(camera.name) : 0;
+    if (pixels > 0 && set.warnings.empty())
+        set.warnings.push_back(
+            format("no focal length is given: that of the Exif data is taken, "
+                   "%.1f pixels for '%s'",
+                   pixels, camera.name.c_str()));
+    return pixels;
+}
+
 Status read_intrinsics(const Frame& frame, std::uint32_t width, std::uint32_t height,
-                       Camera& camera) {
+                       const CameraOptions& options, Camera& camera, CameraSet& set) {
     SPLAT_ASSIGN(camera.width, side(frame, "w", width));
     SPLAT_ASSIGN(camera.height, side(frame, "h", height));
-    SPLAT_ASSIGN(camera.fx, focal(frame, "fl_x", "camera_angle_x", camera.width, 0));
+    SPLAT_ASSIGN(const std::optional<double> length, frame.find("fl_x"));
+    SPLAT_ASSIGN(const std::optional<double> angle, frame.find("camera_angle_x"));
+    const double otherwise = length || angle ? 0 : other_focal(camera, options, set);
+    SPLAT_ASSIGN(camera.fx, focal(frame, "fl_x", "camera_angle_x", camera.width, otherwise));
     SPLAT_ASSIGN(camera.fy, focal(frame, "fl_y", "camera_angle_y", camera.height, camera.fx));
     SPLAT_ASSIGN(const std::optional<double> cx, frame.find("cx"));
     SPLAT_ASSIGN(const std::optional<double> cy, frame.find("cy"));
@@ -134,7 +148,7 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
             if (path->text() == nullptr) return frame.bad("'file_path' is not text");
             camera.name = *path->text();
         }
-        SPLAT_TRY(read_intrinsics(frame, width, height, camera));
+        SPLAT_TRY(read_intrinsics(frame, width, height, options, camera, set));
         SPLAT_TRY(read_pose(frame, camera));
         SPLAT_TRY(read_distortion(frame, camera.name, options, set));
         if (const Status valid = scene::check_camera(camera); !valid.ok())

@@ -77,9 +77,10 @@ class Import {
         for (const TableReader& table : tables_)
             if (kind_of(table.table()).map != nullptr) index.maps.push_back(table.table());
         SPLAT_ASSIGN(index.resolution, resolution());
-        SPLAT_ASSIGN(store_, StoreWriter::open(desc_.store, std::move(index), desc_.replace));
+        SPLAT_ASSIGN(store_,
+                     StoreWriter::open(desc_.store, std::move(index), desc_.replace, desc_.part));
         if (store_->complete()) return {};
-        total_ = keys_.rows() * (tables_.size() - 1);
+        total_ = keys_.rows() * (tables_.size() - 1) / desc_.part.count;
         for (const TableReader& table : tables_)
             if (table.table() != Table::kIntrinsics) SPLAT_TRY(copy(table));
         return store_->finish();
@@ -99,7 +100,7 @@ class Import {
                     return ends_the_scan;
                 });
                 if (first)
-                    ended = table.values(file, *first, [&](const TableRow& row) {
+                    ended = table.values(file, *first, table.rows(file), [&](const TableRow& row) {
                         side = side_of_row(table, file, row);
                         return ends_the_scan;
                     });
@@ -137,8 +138,10 @@ class Import {
     /// checksums.
     Status copy_file(const TableReader& table, std::size_t file) {
         const std::string part = format("%s %zu", kind_of(table.table()).name, file);
-        const std::uint64_t before = store_->done(part);
-        SPLAT_ASSIGN(const std::uint64_t first, first_missing(table, file, before));
+        const std::uint64_t begin = desc_.part.begin(table.rows(file));
+        const std::uint64_t end = desc_.part.end(table.rows(file));
+        const std::uint64_t before = std::max(begin, store_->done(part));
+        SPLAT_ASSIGN(const std::uint64_t first, first_missing(table, file, begin, before));
         const bool image = table.table() != Table::kPoses;
         const std::uint64_t bytes =
             image ? store_->index().image_bytes(table.table()) : kMaxPoseBytes;
@@ -155,18 +158,18 @@ class Import {
             pending = 0;
             return store_->mark(part, next);
         };
-        SPLAT_TRY(table.values(file, first, take));
+        SPLAT_TRY(table.values(file, first, end, take));
         if (progress_) SPLAT_TRY(progress_(done_, total_));
         return store_->mark(part, next);
     }
 
-    /// The first of the rows before `before` that the store does not hold, else `before`.
+    /// The first of the rows from `begin` to `before` that the store does not hold, else `before`.
     Result<std::uint64_t> first_missing(const TableReader& table, std::size_t file,
-                                        std::uint64_t before) {
+                                        std::uint64_t begin, std::uint64_t before) {
         std::optional<std::uint64_t> missing;
-        if (before == 0) return before;
+        if (before == begin) return before;
         SPLAT_TRY(table.keys(file, [&](const TableRow& row) -> Status {
-            if (row.number >= before || missing) return {};
+            if (row.number < begin || row.number >= before || missing) return {};
             SPLAT_ASSIGN(const std::uint64_t place, keys_.place_of(row));
             if (store_->holds(table.table(), place))
                 ++done_;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/status.h"
+#include "tables/store.h"
 
 namespace splat::tables {
 
@@ -16,6 +17,7 @@ struct ImportDesc {
     std::string store;     ///< folder of the store of this split
     std::string library;   ///< as duckdb_library() takes it
     bool replace = false;  ///< another store in the folder is removed
+    Part part = {};        ///< the rows of each file that are copied
 };
 
 /// Copy the tables of a split to a store, each row once, joined by uuid and frame. What a killed process left is

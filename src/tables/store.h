@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/status.h"
+#include "tables/file_lock.h"
 #include "tables/record_file.h"
 #include "tables/table_kind.h"
 
@@ -19,7 +21,7 @@ namespace splat::tables {
 ///   pose.npy            text [rows] of SRN's pose files
 ///   rgb.npy, depth.npy, normal.npy, mask.npy     uint8 [rows,channels,S,S] ([rows,S,S] of one channel)
 ///   *_crc.npy           uint32 [rows], CRC-32 of each row
-///   import.json, lock   while it is written
+///   import.json, lock   while it is written; in parts import_<index>_of_<count>.json, and locks alike
 struct StoreObject {
     std::string name, intrinsics;
     std::uint32_t views = 0;
@@ -63,15 +65,29 @@ class Store {
     std::map<Table, std::unique_ptr<RecordReader>> images_;
 };
 
-/// Writes a store, in any order of rows. What a killed process left is continued.
+/// The part of a work that one of several processes does.
+struct Part {
+    std::uint32_t index = 0, count = 1;
+
+    /// The first of `total` items of this part; that of the next part is its end.
+    [[nodiscard]] std::uint64_t begin(std::uint64_t total) const {
+        return total / count * index + std::min<std::uint64_t>(total % count, index);
+    }
+    [[nodiscard]] std::uint64_t end(std::uint64_t total) const {
+        return Part{index + 1, count}.begin(total);
+    }
+};
+
+/// Writes a store, in any order of rows. What a killed process left is continued. Several processes may write
+/// different parts; rows of others are as they left them.
 class StoreWriter {
   public:
     /// Take the folder: one that does not exist, is empty, or holds the same import, begun or complete.
-    /// `replace`: another store in it is removed. Errors: kInvalidState if another process writes it;
-    /// kInvalidArgument for a folder with anything else; as io::system_error().
+    /// `replace`: another store in it is removed. Errors: kInvalidState if another process writes it, or this part;
+    /// kInvalidArgument for a folder with anything else, or begun in another number of parts; as
+    /// io::system_error().
     static Result<std::unique_ptr<StoreWriter>> open(const std::string& folder, StoreIndex index,
-                                                     bool replace);
-    ~StoreWriter();
+                                                     bool replace, Part part = {});
     StoreWriter(const StoreWriter&) = delete;
     StoreWriter& operator=(const StoreWriter&) = delete;
 
@@ -87,21 +103,24 @@ class StoreWriter {
     [[nodiscard]] std::uint64_t done(const std::string& part) const;
     Status mark(const std::string& part, std::uint64_t count);
 
-    /// Write store.json once the disk has the rows. Errors: as io::system_error().
+    /// Write store.json once the disk has the rows of all parts; the last part to end does. Errors: as
+    /// io::system_error().
     Status finish();
 
   private:
-    StoreWriter(std::string folder, StoreIndex index)
-        : folder_(std::move(folder)), index_(std::move(index)) {}
+    StoreWriter(std::string folder, StoreIndex index, Part part)
+        : folder_(std::move(folder)), index_(std::move(index)), part_(part) {}
     Status lock();
+    Result<FileLock> lock_start() const;
+    bool is_last() const;
     Status check(bool replace);
     Status read_journal();
     Status open_records();
 
     std::string folder_;
     StoreIndex index_;
-    int lock_ = -1;                 ///< descriptor of the lock file
-    std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
+    Part part_;
+    FileLock lock_, part_lock_;
     bool complete_ = false;
     std::map<std::string, std::uint64_t> done_;
     std::map<Table, std::unique_ptr<RecordWriter>> records_;

@@ -1,12 +1,6 @@
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
+#include <optional>
 
-#include "core/fork.h"
 #include "core/json_tree.h"
 #include "core/json_writer.h"
 #include "core/log.h"
@@ -18,58 +12,100 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kJournal = "import.json";
+constexpr const char* kJournal = "import";
 constexpr const char* kStoreFile = "store.json";
 constexpr const char* kLockFile = "lock";
+constexpr const char* kStartLock = "lock_start";
+constexpr const char* kAll = "all";  ///< in a journal: its part is done
 
 bool is_there(const fs::path& path) {
     std::error_code none;
     return fs::exists(path, none);
 }
 
-/// The folder holds nothing, or only the lock.
-bool is_empty_folder(const fs::path& folder) {
+/// "import.json", "import_0_of_2.json".
+std::string part_name(const char* stem, const Part& part, const char* extension) {
+    return part.count == 1 ? std::string(stem) + extension
+                           : format("%s_%u_of_%u%s", stem, part.index, part.count, extension);
+}
+
+/// The name of a journal is one of so many parts.
+bool is_of_parts(const std::string& name, std::uint32_t count) {
+    return count == 1 ? name == std::string(kJournal) + ".json"
+                      : name.ends_with(format("_of_%u.json", count));
+}
+
+/// Names of the files in a folder that start so.
+std::vector<std::string> names_like(const fs::path& folder, const std::string& start) {
+    std::vector<std::string> names;
     std::error_code none;
     for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
-         entry.increment(none))
-        if (entry->path().filename() != kLockFile) return false;
-    return true;
+         entry.increment(none)) {
+        std::string name = entry->path().filename().string();
+        if (name.starts_with(start)) names.push_back(std::move(name));
+    }
+    return names;
+}
+
+/// The folder holds nothing, or only locks.
+bool is_empty_folder(const fs::path& folder) {
+    return names_like(folder, "").size() == names_like(folder, kLockFile).size();
+}
+
+/// What a journal of this source says is done; nothing for another one, or a damaged one.
+std::optional<std::map<std::string, std::uint64_t>> journal_of(const fs::path& path,
+                                                               const std::string& source) {
+    const auto file = io::read_file(path.string(), kMaxJsonBytes);
+    if (!file.ok()) return std::nullopt;
+    const auto tree = parse_json_tree(io::as_text(file.value()), kJournal);
+    const JsonTree* const own = tree.ok() ? tree.value().find("source") : nullptr;
+    const JsonTree* const parts = tree.ok() ? tree.value().find("done") : nullptr;
+    const auto* const object =
+        parts == nullptr ? nullptr : std::get_if<JsonTree::Object>(&parts->value);
+    if (own == nullptr || own->text() == nullptr || *own->text() != source || object == nullptr)
+        return std::nullopt;
+    std::map<std::string, std::uint64_t> done;
+    for (const auto& [name, count] : *object)
+        done[name] = static_cast<std::uint64_t>(count.number().value_or(0));
+    return done;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder, StoreIndex index,
-                                                       bool replace) {
+                                                       bool replace, Part part) {
     if (index.frames.empty() || index.frames.size() > kMaxRows)
         return error(Code::kUnsupported, "%zu rows in a split, expected 1 to %llu",
                      index.frames.size(), static_cast<unsigned long long>(kMaxRows));
-    std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index)));
+    std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
     std::error_code failed;
     fs::create_directories(folder, failed);
     if (failed) return io::system_error(failed.value(), "create the folder", folder);
     SPLAT_TRY(writer->lock());
+    SPLAT_ASSIGN(const FileLock start, writer->lock_start());
     SPLAT_TRY(writer->check(replace));
     if (!writer->complete_) SPLAT_TRY(writer->open_records());
     return writer;
 }
 
-StoreWriter::~StoreWriter() {
-    if (lock_ < 0) return;
-    // A forked child has the descriptor, too: without this the lock would last as long as the child.
-    if (generation_ == fork_generation()) ::flock(lock_, LOCK_UN);
-    ::close(lock_);
+Status StoreWriter::lock() {
+    const bool alone = part_.count == 1;
+    const std::string what = "'" + folder_ + "'";
+    SPLAT_ASSIGN(lock_,
+                 FileLock::take(folder_ + "/" + kLockFile,
+                                alone ? FileLock::Kind::kAlone : FileLock::Kind::kShared, what));
+    if (alone) return {};
+    SPLAT_ASSIGN(
+        part_lock_,
+        FileLock::take(folder_ + "/" + part_name(kLockFile, part_, ""), FileLock::Kind::kAlone,
+                       format("shard %u of %u of ", part_.index, part_.count) + what));
+    return {};
 }
 
-Status StoreWriter::lock() {
-    const std::string path = folder_ + "/" + kLockFile;
-    lock_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock_ < 0) return io::system_error(errno, "create", path);
-    generation_ = fork_generation();
-    if (::flock(lock_, LOCK_EX | LOCK_NB) == 0) return {};
-    if (errno != EWOULDBLOCK) return io::system_error(errno, "lock", path);
-    return error(Code::kInvalidState,
-                 "'%s' is in use: another process imports into it; wait for its end",
-                 folder_.c_str());
+/// Parts begin and end one after the other.
+Result<FileLock> StoreWriter::lock_start() const {
+    if (part_.count == 1) return FileLock();
+    return FileLock::take(folder_ + "/" + kStartLock, FileLock::Kind::kWait, folder_);
 }
 
 Status StoreWriter::check(bool replace) {
@@ -87,7 +123,7 @@ Status StoreWriter::check(bool replace) {
         std::error_code failed;
         fs::remove(folder / kStoreFile, failed);
         if (failed) return io::system_error(failed.value(), "remove", folder / kStoreFile);
-    } else if (!is_there(folder / kJournal) && !is_empty_folder(folder)) {
+    } else if (names_like(folder, kJournal).empty() && !is_empty_folder(folder)) {
         return error(Code::kInvalidArgument, "'%s' is there and is no store: choose another folder",
                      folder_.c_str());
     }
@@ -96,27 +132,28 @@ Status StoreWriter::check(bool replace) {
 
 /// What is begun from other tables begins anew: its rows lack their checksums or are written again.
 Status StoreWriter::read_journal() {
-    const std::string path = folder_ + "/" + kJournal;
-    const auto file = io::read_file(path, kMaxJsonBytes);
-    if (file.ok()) {
-        const auto tree = parse_json_tree(io::as_text(file.value()), kJournal);
-        const JsonTree* const source = tree.ok() ? tree.value().find("source") : nullptr;
-        const JsonTree* const parts = tree.ok() ? tree.value().find("done") : nullptr;
-        const auto* const object =
-            parts == nullptr ? nullptr : std::get_if<JsonTree::Object>(&parts->value);
-        if (source != nullptr && source->text() != nullptr && *source->text() == index_.source &&
-            object != nullptr) {
-            for (const auto& [name, count] : *object)
-                done_[name] = static_cast<std::uint64_t>(count.number().value_or(0));
-            return {};
-        }
+    const fs::path folder = folder_;
+    const std::string own = part_name(kJournal, part_, ".json");
+    bool begun = false;
+    for (const std::string& name : names_like(folder, kJournal)) {
+        if (!name.ends_with(".json")) continue;
+        auto done = journal_of(folder / name, index_.source);
+        if (!done) continue;
+        if (!is_of_parts(name, part_.count))
+            return error(Code::kInvalidArgument,
+                         "'%s' holds '%s': the same import, begun in another number of shards; go "
+                         "on with that number, or remove the folder",
+                         folder_.c_str(), name.c_str());
+        begun = true;
+        if (name == own) done_ = std::move(*done);
     }
+    if (begun) return done_.empty() ? mark("", 0) : Status();
     // Space of other shapes is given back before any is taken.
+    std::error_code none;
     for (const char* name : {"frame", "pose", "rgb", "depth", "normal", "mask"})
-        for (const char* end : {".npy", "_crc.npy"}) {
-            std::error_code none;
-            fs::remove(fs::path(folder_) / (std::string(name) + end), none);
-        }
+        for (const char* end : {".npy", "_crc.npy"})
+            fs::remove(folder / (std::string(name) + end), none);
+    for (const std::string& name : names_like(folder, kJournal)) fs::remove(folder / name, none);
     return mark("", 0);
 }
 
@@ -155,19 +192,35 @@ Status StoreWriter::mark(const std::string& part, std::uint64_t count) {
     json.begin_object().member("source", index_.source).key("done").begin_object();
     for (const auto& [name, number] : done_) json.member(name, number);
     json.end().end();
-    return io::write_file(folder_ + "/" + kJournal, io::as_bytes(json.text()));
+    return io::write_file(folder_ + "/" + part_name(kJournal, part_, ".json"),
+                          io::as_bytes(json.text()));
+}
+
+/// All other parts are done.
+bool StoreWriter::is_last() const {
+    for (std::uint32_t i = 0; i < part_.count; ++i) {
+        if (i == part_.index) continue;
+        const auto done = journal_of(
+            fs::path(folder_) / part_name(kJournal, {i, part_.count}, ".json"), index_.source);
+        if (!done || done->count(kAll) == 0) return false;
+    }
+    return true;
 }
 
 Status StoreWriter::finish() {
+    for (const auto& [table, records] : records_) SPLAT_TRY(records->flush());
+    SPLAT_ASSIGN(const FileLock start, lock_start());
+    if (part_.count > 1) SPLAT_TRY(mark(kAll, 1));
+    if (!is_last()) return {};
     const std::uint64_t rows = index_.frames.size();
     SPLAT_ASSIGN(const auto frames, RecordWriter::open(folder_, "frame", frame_shape(rows)));
     SPLAT_TRY(frames->put(0, std::as_bytes(std::span(index_.frames))));
     SPLAT_TRY(frames->flush());
-    for (const auto& [table, records] : records_) SPLAT_TRY(records->flush());
     SPLAT_ASSIGN(const std::string text, store_text(index_));
     SPLAT_TRY(io::write_file(folder_ + "/" + kStoreFile, io::as_bytes(text)));
     std::error_code none;
-    fs::remove(fs::path(folder_) / kJournal, none);
+    for (const std::string& name : names_like(folder_, kJournal))
+        fs::remove(fs::path(folder_) / name, none);
     complete_ = true;
     return {};
 }

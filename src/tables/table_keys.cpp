@@ -56,14 +56,16 @@ Status TableKeys::read(const std::vector<TableReader>& tables) {
 Status TableKeys::read_objects(const TableReader& intrinsics) {
     std::map<std::string, std::string, std::less<>> texts;
     for (std::size_t file = 0; file < intrinsics.files().size(); ++file)
-        SPLAT_TRY(intrinsics.values(file, 0, [&](const TableRow& row) -> Status {
-            Status status = focal_of(row.value).status();
-            if (status.ok() && row.uuid.empty()) status = error(Code::kFormat, "the uuid is empty");
-            if (status.ok() && !texts.emplace(row.uuid, row.value).second)
-                status =
-                    error(Code::kFormat, "uuid '%s' occurs twice", std::string(row.uuid).c_str());
-            return status.ok() ? status : intrinsics.in_row(file, row.number, status);
-        }));
+        SPLAT_TRY(
+            intrinsics.values(file, 0, intrinsics.rows(file), [&](const TableRow& row) -> Status {
+                Status status = focal_of(row.value).status();
+                if (status.ok() && row.uuid.empty())
+                    status = error(Code::kFormat, "the uuid is empty");
+                if (status.ok() && !texts.emplace(row.uuid, row.value).second)
+                    status = error(Code::kFormat, "uuid '%s' occurs twice",
+                                   std::string(row.uuid).c_str());
+                return status.ok() ? status : intrinsics.in_row(file, row.number, status);
+            }));
     if (texts.empty())
         return error(Code::kNotFound, "table %s, '%s': no rows of this split",
                      kind_of(Table::kIntrinsics).name, intrinsics.files().front().c_str());

@@ -176,9 +176,9 @@ Status TableReader::keys(std::size_t file, const Take& take) const {
                  static_cast<unsigned long long>(count), static_cast<unsigned long long>(rows));
 }
 
-Status TableReader::values(std::size_t file, std::uint64_t first, const Take& take) const {
-    const std::uint64_t rows = columns_[file].rows;
-    std::uint64_t step = std::max<std::uint64_t>(rows, 1);
+Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t last,
+                           const Take& take) const {
+    std::uint64_t step = std::max<std::uint64_t>(last, 1);
     std::uint64_t next = first;
     bool refused = false;
     const auto count_and_take = [&](const TableRow& row) -> Status {
@@ -187,8 +187,8 @@ Status TableReader::values(std::size_t file, std::uint64_t first, const Take& ta
         next = row.number + 1;
         return status;
     };
-    while (next < rows) {
-        const std::uint64_t end = std::min(rows, next + step);
+    while (next < last) {
+        const std::uint64_t end = std::min(last, next + step);
         std::uint64_t count = 0;
         const Status status = scan(file, columns_[file].value, next, end, count_and_take, count);
         if (status.ok())

@@ -39,9 +39,13 @@ class TableReader {
     /// file with fewer rows than it says.
     Status keys(std::size_t file, const Take& take) const;
 
-    /// Rows of a file from number `first` on, with their values. Errors: as keys(); kUnsupported for row groups that
-    /// do not fit in the memory of a session.
-    Status values(std::size_t file, std::uint64_t first, const Take& take) const;
+    /// Of a file, in all its splits.
+    [[nodiscard]] std::uint64_t rows(std::size_t file) const { return columns_[file].rows; }
+
+    /// Rows of a file from number `first` to before `last`, with their values. Errors: as keys(); kUnsupported for row
+    /// groups that do not fit in the memory of a session.
+    Status values(std::size_t file, std::uint64_t first, std::uint64_t last,
+                  const Take& take) const;
 
     /// The error with "table rgbs, column rgb, row 12 of 'file'" before its message.
     [[nodiscard]] Status in_row(std::size_t file, std::uint64_t row, const Status& status) const;

@@ -94,6 +94,22 @@ export SPLAT_MASK_MODEL
 predict "network u2net" "$temp/photos/a.png"
 unset SPLAT_MASK_MODEL
 predict "border" "$temp/photos/a.png"
+# A model that is where 'vkrun priors where' says is used unasked; without ONNX Runtime there is a warning instead.
+SPLAT_PRIORS_DIR=$temp/at_hand
+export SPLAT_PRIORS_DIR
+mkdir "$temp/at_hand"
+predict "border" "$temp/photos/a.png"
+cp "$temp/models/moge-2-vits.onnx" "$temp/at_hand/moge-2-vits-normal.onnx" # no mask of the object
+predict "border" "$temp/photos/a.png"
+cp "$temp/models/u2net.onnx" "$temp/at_hand/"
+predict "network u2net" "$temp/photos/a.png"
+(
+    SPLAT_ONNXRUNTIME_LIBRARY=/nowhere/ort.so
+    export SPLAT_ONNXRUNTIME_LIBRARY
+    predict "border" "$temp/photos/a.png"
+    grep -q "mask model u2net is at hand, but was not used: " "$temp/out" || fail "no warning: $(cat "$temp/out")"
+) || exit 1
+unset SPLAT_PRIORS_DIR
 "$vkrun" predict "$temp/photos/a.png" --whole --mask-preset u2net --out "$temp/scene" >"$temp/out" 2>&1 &&
     fail "--whole and --mask-preset go together"
 grep -q "without --mask and --whole" "$temp/out" || fail "$(cat "$temp/out")"

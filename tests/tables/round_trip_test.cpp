@@ -1,6 +1,9 @@
 // Tables, SRN's folders and stores hold the same, whatever way the data goes.
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
+
 #include "data/dataset_check.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
@@ -142,6 +145,38 @@ TEST(RoundTrip, ParquetTablesOfPhotographs) {
     EXPECT_ERROR(
         convert(folder.path() / "zoomed", "train", Layout::kTables, folder.path() / "other"),
         Code::kUnsupported, "focal lengths 20 and 20, view 1 has 21");
+}
+
+TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path images = folder.path() / "images", back = folder.path() / "back";
+    for (const char* split : {"train", "val", "test"}) {
+        ASSERT_OK(convert(folder.path() / "srn", split, Layout::kImages, images));
+        ASSERT_OK(convert(images, split, Layout::kSrn, back));
+        for (const std::uint64_t hash : hashes_of(images, split)) EXPECT_NE(hash, 0U);
+    }
+    EXPECT_TRUE(tree_of(back, {".png"}) == tree_of(folder.path() / "srn", {".png"}));
+    // Cameras have all their digits, but go through other axes and an inverse.
+    const auto numbers_of = [](const fs::path& file) {
+        std::istringstream text(test::file_text(file));
+        return std::vector<double>(std::istream_iterator<double>(text), {});
+    };
+    for (const char* file :
+         {"cars_train/000000_car/pose/000002.txt", "cars_test/000000_car/pose/000003.txt",
+          "cars_val/000000_car/intrinsics.txt"}) {
+        const std::vector<double> before = numbers_of(folder.path() / "srn/srn_cars" / file),
+                                  after = numbers_of(back / "srn_cars" / file);
+        ASSERT_EQ(before.size(), after.size()) << file;
+        ASSERT_FALSE(before.empty()) << file;
+        for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(before[i], after[i], 1e-6);
+    }
+    fs::remove_all(images / "val");
+    EXPECT_ERROR(convert(images, "val", Layout::kSrn, folder.path() / "other"), Code::kNotFound,
+                 "holds neither transforms.json");
+    put_photographs(folder.path() / "zoomed", 21);
+    EXPECT_OK(convert(folder.path() / "zoomed", "train", Layout::kImages, folder.path() / "z"))
+        << "each image keeps its focal length";
 }
 
 TEST(RoundTrip, ExportRefusesFoldersOfOthers) {

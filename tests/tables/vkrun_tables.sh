@@ -60,8 +60,10 @@ done
 # What it says when it cannot.
 "$vkrun" data import tables other --duckdb /nowhere.so 2>error.log && fail "no library, no error"
 grep -q 'npm pack @duckdb/node-bindings' error.log || fail "no remedy in: $(cat error.log)"
-"$vkrun" data import back other 2>error.log && fail "folders are no tables"
+"$vkrun" data import back other --format tables 2>error.log && fail "folders are no tables"
 grep -q 'lacks tables' error.log || fail "no reason in: $(cat error.log)"
+"$vkrun" data import tables other --size 8 2>error.log && fail "tables of another size"
+grep -q 'tables are imported as they are' error.log || fail "no reason in: $(cat error.log)"
 "$vkrun" data export data tables --size 8 2>error.log && fail "two exports in one folder"
 grep -q 'holds another export' error.log || fail "no reason in: $(cat error.log)"
 "$vkrun" data split data parts --val 0.34 --test 0 --seed 3 --to srn || fail "no split"

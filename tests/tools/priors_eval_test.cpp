@@ -23,16 +23,17 @@ class PriorsEval : public ::testing::Test {
   protected:
     void TearDown() override { fs::remove_all(folder_); }
 
-    /// A 2 x 1 image of these samples of 8 bits, or of floats for .npy.
-    fs::path write(const std::string& name, std::vector<float> samples) {
+    /// An image of these samples of 8 bits, or of floats for .npy.
+    fs::path write(const std::string& name, std::vector<float> samples, std::uint32_t width = 2,
+                   std::uint32_t height = 1) {
         const fs::path path = folder_ / name;
         fs::create_directories(path.parent_path());
         splat_image image{};
         image.pixels = samples.data();
         image.type = SPLAT_PIXEL_F32;
-        image.width = 2;
-        image.height = 1;
-        image.channels = static_cast<std::uint32_t>(samples.size() / 2);
+        image.width = width;
+        image.height = height;
+        image.channels = static_cast<std::uint32_t>(samples.size() / width / height);
         EXPECT_EQ(splat_image_save(path.c_str(), &image), SPLAT_OK) << splat_last_error_message();
         return path;
     }
@@ -97,6 +98,28 @@ TEST_F(PriorsEval, DepthOfImagesHasTheUnitsOfBytesAndNormalsOfNumbersAreVectors)
     EXPECT_TRUE(std::isnan(score_map(bytes, numbers, options)[6])) << "too small for VIF";
     EXPECT_NE(refusal([&] { score_map(depth, bytes, options); }).find("1 channels"),
               std::string::npos);
+}
+
+TEST_F(PriorsEval, PublishedScoresFindTheTruesBackgroundInPredictions) {
+    constexpr std::size_t kSide = 48;
+    const auto save = [&](const std::string& name, const std::function<float(std::size_t)>& object,
+                          float background) {
+        std::vector<float> rgba(4 * kSide * kSide, 1);
+        for (std::size_t i = 0; i < kSide * kSide; ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                rgba[4 * i + c] = i % kSide < kSide / 2 ? object(i + c) : background;
+        return write(name, rgba, kSide, kSide);
+    };
+    const auto ramp = [](std::size_t i) { return static_cast<float>(i * 7 % 256) / 255; };
+    const fs::path truth = save("t/0.png", ramp, 188.0F / 255);
+    const fs::path other = save("p/0.png", ramp, 20.0F / 255);
+    ScoreOptions options;
+    options.kind = "normal";
+    EXPECT_LT(score_map(other, truth, options)[6], 0.99);
+    options.published = true;
+    EXPECT_NEAR(score_map(other, truth, options)[6], 1, 1e-6);
+    const fs::path black = save("t/1.png", ramp, 0);
+    EXPECT_LT(score_map(other, black, options)[6], 0.99) << "a background of another colour";
 }
 
 TEST_F(PriorsEval, GroupsAreOfTheNearestFolder) {

@@ -103,12 +103,19 @@ namespace Splat
         public string DuckDb { get; set; }
         /// <summary>Remove an import of other tables in the folder.</summary>
         public bool Replace { get; set; }
+        /// <summary>
+        /// Parts of the work, which as many processes do; the last to end completes the store.
+        /// 0: 1.
+        /// </summary>
+        public int Shards { get; set; }
+        /// <summary>Which of them this call does, from 0.</summary>
+        public int Shard { get; set; }
     }
 
     /// <summary>What of a data set to write, and how, see Dataset.Export.</summary>
     public sealed class ExportOptions
     {
-        /// <summary>"tables", "srn", "store"; null: tables.</summary>
+        /// <summary>"tables", "srn", "images", "store"; null: tables.</summary>
         public string Layout { get; set; }
         /// <summary>Of what is written; null: that of the data set.</summary>
         public string Split { get; set; }
@@ -118,6 +125,10 @@ namespace Splat
         public string DuckDb { get; set; }
         /// <summary>Numbers of objects; null: all.</summary>
         public IReadOnlyList<int> Objects { get; set; }
+        /// <summary>Of a store, as of TableOptions.</summary>
+        public int Shards { get; set; }
+        /// <summary>Of a store, as of TableOptions.</summary>
+        public int Shard { get; set; }
     }
 
     /// <summary>Objects seen by several cameras, stored in a folder. Thread-safe.</summary>
@@ -299,6 +310,8 @@ namespace Splat
                     @out = arena.Text(options.Out),
                     split = arena.Text(options.Split),
                     duckdb = arena.Text(options.DuckDb),
+                    shards = Check.Unsigned(options.Shards, nameof(options.Shards)),
+                    shard = Check.Unsigned(options.Shard, nameof(options.Shard)),
                 };
                 splat_dataset_import_desc* given = &desc;
                 Run(progress, callback => Native.splat_dataset_import(given, callback, null));
@@ -329,6 +342,8 @@ namespace Splat
                     duckdb = arena.Text(options.DuckDb),
                     objects = (uint*)arena.Pin(numbers),
                     object_count = (ulong)(numbers?.Length ?? 0),
+                    shards = Check.Unsigned(options.Shards, nameof(options.Shards)),
+                    shard = Check.Unsigned(options.Shard, nameof(options.Shard)),
                 };
                 splat_dataset_export_desc* given = &desc;
                 Run(progress, callback =>

@@ -213,11 +213,21 @@ namespace Splat
                 Native.splat_evaluator_report(Handle, buffer, capacity, needed));
         }
 
-        /// <summary>Write results.json, per_object.csv and scores.txt into a folder.</summary>
+        /// <summary>
+        /// Write results.json, per_object.csv, scores.txt and objects.json into a folder.
+        /// </summary>
         public void Save(string folder)
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_evaluator_save(
+                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+        }
+
+        /// <summary>Take over the scores in a folder of Save, by the objects' names.</summary>
+        public void Load(string folder)
+        {
+            using (var arena = new Arena())
+                Check.Ok(Native.splat_evaluator_load(
                     Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
         }
     }

@@ -438,8 +438,9 @@ namespace Splat.Interop
         /// callback  may be NULL
         /// user      passed to it
         /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
-        ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it, or
+        ///                                     with the same import begun in another number of shards
+        ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
         ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
         ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
         ///                                     groups that do not fit in that memory
@@ -2263,15 +2264,31 @@ namespace Splat.Interop
             UIntPtr* needed);
 
         /// <summary>
-        /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object) and scores.txt
-        /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it), each whole or not at
-        /// all.
+        /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
+        /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
+        /// each object's scores, for splat_evaluator_load), each whole or not at all.
         /// folder    made where it is missing
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
         ///   (the folder or a file cannot be written).
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_evaluator_save(
+            SafeEvaluatorHandle evaluator,
+            byte* folder);
+
+        /// <summary>
+        /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
+        /// scored here: to merge what several processes scored, or to go on. They replace those of the same
+        /// objects.
+        /// folder    of objects.json
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, another method, data set or
+        ///                                     split, or of an object that is not there; nothing is taken
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
+        ///                                     read, is damaged
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_evaluator_load(
             SafeEvaluatorHandle evaluator,
             byte* folder);
 
@@ -2877,6 +2894,9 @@ namespace Splat.Interop
         public byte* split;
         /// <summary>path of DuckDB's library; NULL: see above</summary>
         public byte* duckdb;
+        /// <summary>parts of the work, done by calls in any processes that share the folder, and which of them this call does, below `shards`; the last call to end completes the store. 0: 1</summary>
+        public uint shards;
+        public uint shard;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -2887,7 +2907,7 @@ namespace Splat.Interop
         public uint flags;
         public void* next;
         public byte* path;
-        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
+        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "images": &lt;split&gt;/&lt;object&gt;/ with transforms.json and the images in rgb/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
         public byte* layout;
         /// <summary>to write; NULL: that of the data set</summary>
         public byte* split;
@@ -2898,6 +2918,9 @@ namespace Splat.Interop
         /// <summary>which to write; NULL: all</summary>
         public uint* objects;
         public ulong object_count;
+        /// <summary>of a store, as in splat_dataset_import_desc</summary>
+        public uint shards;
+        public uint shard;
     }
 
     /// <summary>
@@ -4345,11 +4368,13 @@ namespace Splat.Interop
                 "image_count:72:8 depth_count:80:8 normal_count:88:8 mask_count:96:8 " +
                 "view_to_world_count:104:8 quaternion_count:112:8 focal_count:120:8 " +
                 "origin_distance_count:128:8"),
-            new NativeLayout(typeof(splat_dataset_import_desc), 48, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8"),
-            new NativeLayout(typeof(splat_dataset_export_desc), 72, false,
+            new NativeLayout(typeof(splat_dataset_import_desc), 56, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8 " +
+                "shards:48:4 shard:52:4"),
+            new NativeLayout(typeof(splat_dataset_export_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 split:32:8 " +
-                "category:40:8 duckdb:48:8 objects:56:8 object_count:64:8"),
+                "category:40:8 duckdb:48:8 objects:56:8 object_count:64:8 shards:72:4 " +
+                "shard:76:4"),
             new NativeLayout(typeof(splat_synthetic_desc), 64, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 " +
                 "resolution:40:4 train_views:44:4 test_views:48:4 train_objects:52:4 " +

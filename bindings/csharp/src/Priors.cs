@@ -105,6 +105,53 @@ namespace Splat
         }
 
         /// <summary>
+        /// The object of a picture without a network: by its alpha, else by the colour of its border. A
+        /// mask of bytes, 255 on the object.
+        /// </summary>
+        public static Image PictureMask(Image picture, out Found found)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image from = Native(picture, nameof(picture), arena);
+                var mask = new Image(picture.Width, picture.Height, 1, Pixel.U8);
+                splat_image to = mask.ToNative(arena);
+                Found how;
+                Check.Ok(Interop.Native.splat_picture_mask(&from, &to, &how));
+                found = how;
+                return mask;
+            }
+        }
+
+        /// <summary>
+        /// Normals of the surface that a depth map shows, (n + 1) / 2 in the camera's axes, as a
+        /// picture of Pixel.F32.
+        /// </summary>
+        /// <param name="depth">of one channel</param>
+        /// <param name="focal">pixels; the principal point is in the middle</param>
+        /// <param name="nearest">distance of the number 1; both 0: the map holds distances</param>
+        /// <param name="farthest">distance of the number 0</param>
+        public static Image NormalsFromDepth(Image depth, double focal, double nearest = 0,
+                                             double farthest = 0)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image from = Native(depth, nameof(depth), arena);
+                var desc = new splat_normals_desc
+                {
+                    struct_size = (uint)sizeof(splat_normals_desc),
+                    focal_x = focal,
+                    focal_y = focal,
+                    nearest = nearest,
+                    farthest = farthest,
+                };
+                var normal = new Image(depth.Width, depth.Height, 3, Pixel.F32);
+                splat_image to = normal.ToNative(arena);
+                Check.Ok(Interop.Native.splat_normals_from_depth(&from, &desc, &to));
+                return normal;
+            }
+        }
+
+        /// <summary>
         /// Points on the surface of an OBJ file, uniform by area: x, y, z of each.
         /// </summary>
         public static float[] MeshPoints(string path, int count, long seed = 0)

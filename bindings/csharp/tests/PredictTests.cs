@@ -111,6 +111,10 @@ namespace Splat.Tests
                     Expect.Equal(2, evaluator.Summary.Objects);
                     Expect.Contains("\"novel\"", evaluator.ReportJson());
                     evaluator.Save(Shared.PathOf("eval"));
+                    evaluator.Load(Shared.PathOf("eval"));
+                    Expect.Equal(2, evaluator.Summary.Objects);
+                    Expect.Refused(ResultCode.ErrorNotFound, "objects.json", () =>
+                        evaluator.Load(Shared.PathOf("nowhere")));
                     Expect.True(File.Exists(Shared.PathOf("eval/results.json")), "files");
                     Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => evaluator.Score(2));
                     evaluator.Dispose();

@@ -104,6 +104,10 @@ class Scores(Case):
         evaluator.save(self.folder / "scores")
         self.assertTrue((self.folder / "scores" / "per_object.csv").is_file())
         self.refused(splat.InvalidState, "", evaluator.read, 0, drawn=True)
+        other = splat.Evaluator(predictor, data_path=self.folder / "data", split="test")
+        other.load(self.folder / "scores")
+        self.assertEqual(other.report["novel"], evaluator.report["novel"])
+        self.refused(splat.NotFound, "objects.json", other.load, self.folder / "nowhere")
 
     def test_images_are_scored(self) -> None:
         dataset = splat.Dataset(self.folder / "data", split="test", resolution=64)

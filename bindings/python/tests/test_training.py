@@ -73,6 +73,12 @@ class Data(Case):
             self.refused(KeyError, "enough", splat.export_dataset, dataset, self.folder / "b",
                          layout="store", progress=stop)
             splat.export_dataset(dataset, self.folder / "b", layout="store")
+            for part in ((1, 2), (0, 2)):
+                splat.export_dataset(dataset, self.folder / "c", layout="store", shard=part)
+            self.assertEqual((self.folder / "b/train/rgb.npy").read_bytes(),
+                             (self.folder / "c/train/rgb.npy").read_bytes())
+            self.refused(splat.InvalidArgument, "shard is 2", splat.export_dataset, dataset,
+                         self.folder / "d", layout="store", shard=(2, 2))
             expected = dataset.read(1)
         with splat.Dataset(out) as store:
             self.assertEqual((store.report["format"], len(store)), ("store", 1))

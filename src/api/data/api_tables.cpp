@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "data/dataset_export.h"
@@ -21,11 +23,22 @@ std::string text_or(const char* text, const char* fallback) {
     return text != nullptr ? text : fallback;
 }
 
+Result<tables::Part> part_of(std::uint32_t shard, std::uint32_t shards) {
+    constexpr std::uint32_t kMost = 65536;
+    const tables::Part part{shard, std::max(shards, 1U)};
+    if (part.count <= kMost && part.index < part.count) return part;
+    return error(
+        Code::kInvalidArgument,
+        "desc.shard is %u and desc.shards %u, expected at most %u shards and one below them", shard,
+        shards, kMost);
+}
+
 Result<data::Layout> layout_of(const std::string& name) {
     if (name == "tables") return data::Layout::kTables;
     if (name == "srn") return data::Layout::kSrn;
+    if (name == "images") return data::Layout::kImages;
     if (name == "store") return data::Layout::kStore;
-    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn or store",
+    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn, images or store",
                  name.c_str());
 }
 
@@ -46,6 +59,7 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
         value.store = desc->out == nullptr ? data::store_beside(value.path, value.split)
                                            : desc->out + ("/" + value.split);
         value.library = text_or(desc->duckdb, "");
+        SPLAT_ASSIGN(value.part, part_of(desc->shard, desc->shards));
         value.replace = desc->out == nullptr || (desc->flags & SPLAT_IMPORT_REPLACE) != 0;
         return tables::import_tables(value, progress_of(callback, user));
     });
@@ -68,6 +82,7 @@ splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_exp
         value.split = text_or(desc->split, "");
         value.category = text_or(desc->category, "cars");
         value.library = text_or(desc->duckdb, "");
+        SPLAT_ASSIGN(value.part, part_of(desc->shard, desc->shards));
         if (desc->objects != nullptr)
             value.objects.assign(desc->objects, desc->objects + desc->object_count);
         return data::export_dataset(*found->dataset, value, progress_of(callback, user));

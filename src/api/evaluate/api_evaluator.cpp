@@ -255,6 +255,14 @@ splat_result splat_evaluator_report(splat_evaluator evaluator, char* buffer, siz
     });
 }
 
+splat_result splat_evaluator_load(splat_evaluator evaluator, const char* folder) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));
+        SPLAT_TRY(api::require(folder, "folder"));
+        return found->evaluator->load(folder);
+    });
+}
+
 splat_result splat_evaluator_save(splat_evaluator evaluator, const char* folder) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto found, api::Evaluators::find(evaluator, "evaluator"));

@@ -238,6 +238,55 @@ TEST_F(ApiEvaluator, SavesWhatCompareReads) {
     std::filesystem::remove_all(folder);
 }
 
+TEST_F(ApiEvaluator, MergesWhatOthersScored) {
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("splat-merge-" + std::to_string(::getpid()));
+    const std::string first = folder / "0", second = folder / "1", whole = folder / "whole";
+    const Evaluator all = evaluator(predictor_), one = evaluator(predictor_),
+                    other = evaluator(predictor_);
+    for (std::uint32_t i = 0; i < 2; ++i) ASSERT_DONE(splat_evaluator_score(all, i, nullptr));
+    ASSERT_DONE(splat_evaluator_save(all, whole.c_str()));
+    ASSERT_DONE(splat_evaluator_score(one, 0, nullptr));
+    ASSERT_DONE(splat_evaluator_save(one, first.c_str()));
+    ASSERT_DONE(splat_evaluator_score(other, 1, nullptr));
+    ASSERT_DONE(splat_evaluator_load(other, first.c_str()));
+    // All but the times.
+    json expected = evaluation_json(all), merged = evaluation_json(other);
+    for (const char* rate : {"predictions_per_second", "images_per_second"}) {
+        EXPECT_GT(merged.at(rate).get<double>(), 0);
+        expected.erase(rate);
+        merged.erase(rate);
+    }
+    EXPECT_EQ(merged, expected);
+    ASSERT_DONE(splat_evaluator_save(other, second.c_str()));
+    const auto text_of = [](const std::string& path) {
+        std::ifstream file(path);
+        return std::string(std::istreambuf_iterator<char>(file), {});
+    };
+    EXPECT_EQ(text_of(second + "/scores.txt"), text_of(whole + "/scores.txt"));
+
+    // What is refused leaves the scores as they were.
+    std::string text = text_of(first + "/objects.json");
+    const auto refused = [&](const std::string& from, const std::string& to, splat_result code,
+                             const char* part) {
+        std::string changed = text;
+        changed.replace(changed.find(from), from.size(), to);
+        std::ofstream(first + "/objects.json") << changed;
+        const json before = evaluation_json(other);
+        EXPECT_REFUSED(splat_evaluator_load(other, first.c_str()), code, part);
+        EXPECT_EQ(evaluation_json(other), before);
+    };
+    refused("\"weights\": \"", "\"weights\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
+            "scores of weights 'x");
+    refused("\"object\": \"", "\"object\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
+            "is not among those to score");
+    refused("\"views_novel\": ", "\"views_novel\": -", SPLAT_ERROR_FORMAT,
+            "no number 'views_novel'");
+    refused("\"drawn\": ", "\"dawn\": ", SPLAT_ERROR_FORMAT, "no number 'drawn'");
+    refused("}", "", SPLAT_ERROR_FORMAT, "objects.json");
+    std::filesystem::remove_all(folder);
+}
+
 TEST(ApiComparison, TellsEveryNumberOfAMetric) {
     const Comparison comparison = make_comparison();
     auto info = sized<splat_comparison_info>();

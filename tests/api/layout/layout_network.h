@@ -245,7 +245,7 @@ inline const Layout kDatasetDesc = {  // clang-format off
 inline const Layout kDatasetImport = {  // clang-format off
     "splat_dataset_import_desc",
     sizeof(splat_dataset_import_desc),
-    48,
+    56,
     {
     SPLAT_FIELD(splat_dataset_import_desc, struct_size, 0, 4),
     SPLAT_FIELD(splat_dataset_import_desc, flags, 4, 4),
@@ -253,13 +253,15 @@ inline const Layout kDatasetImport = {  // clang-format off
     SPLAT_FIELD(splat_dataset_import_desc, path, 16, 8),
     SPLAT_FIELD(splat_dataset_import_desc, out, 24, 8),
     SPLAT_FIELD(splat_dataset_import_desc, split, 32, 8),
-    SPLAT_FIELD(splat_dataset_import_desc, duckdb, 40, 8),}
+    SPLAT_FIELD(splat_dataset_import_desc, duckdb, 40, 8),
+    SPLAT_FIELD(splat_dataset_import_desc, shards, 48, 4),
+    SPLAT_FIELD(splat_dataset_import_desc, shard, 52, 4),}
 };  // clang-format on
 
 inline const Layout kDatasetExport = {  // clang-format off
     "splat_dataset_export_desc",
     sizeof(splat_dataset_export_desc),
-    72,
+    80,
     {
     SPLAT_FIELD(splat_dataset_export_desc, struct_size, 0, 4),
     SPLAT_FIELD(splat_dataset_export_desc, flags, 4, 4),
@@ -270,7 +272,9 @@ inline const Layout kDatasetExport = {  // clang-format off
     SPLAT_FIELD(splat_dataset_export_desc, category, 40, 8),
     SPLAT_FIELD(splat_dataset_export_desc, duckdb, 48, 8),
     SPLAT_FIELD(splat_dataset_export_desc, objects, 56, 8),
-    SPLAT_FIELD(splat_dataset_export_desc, object_count, 64, 8),}
+    SPLAT_FIELD(splat_dataset_export_desc, object_count, 64, 8),
+    SPLAT_FIELD(splat_dataset_export_desc, shards, 72, 4),
+    SPLAT_FIELD(splat_dataset_export_desc, shard, 76, 4),}
 };  // clang-format on
 
 inline const Layout kDatasetViews = {  // clang-format off

@@ -104,6 +104,7 @@ MisuseTable::MisuseTable() {
     picture_rows();
     predictor_rows();
     evaluator_rows();
+    evaluator_load_rows();
     evaluator_score_rows();
     comparison_rows();
     prediction_rows();

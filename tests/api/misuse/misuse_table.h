@@ -134,6 +134,7 @@ class MisuseTable {
     void picture_rows();
     void predictor_rows();
     void evaluator_rows();
+    void evaluator_load_rows();
     void evaluator_score_rows();
     void comparison_rows();
     void prediction_rows();

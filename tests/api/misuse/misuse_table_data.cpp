@@ -106,6 +106,9 @@ void MisuseTable::table_rows() {
     bad_import("no path", kArgument, [](auto& d) { d.path = nullptr; });
     bad_import("a missing path", kNotFound, [](auto&) {});
     bad_import("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
+    bad_import("a shard without shards", kArgument, [](auto& d) { d.shard = 1; });
+    bad_import("a shard beyond them", kArgument, [](auto& d) { d.shard = d.shards = 4; });
+    bad_import("too many shards", kArgument, [](auto& d) { d.shards = 65537; });
     for (const char* parameter : {"callback", "user"})
         add("splat_dataset_import", parameter, "not given", kNotFound,
             [import, good] { return import(&good); });
@@ -134,6 +137,8 @@ void MisuseTable::table_rows() {
     bad_export("an unknown layout", kArgument, [](auto& d) { d.layout = "x"; });
     bad_export("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
     bad_export("a category that is no name", kArgument, [](auto& d) { d.category = "a/b"; });
+    bad_export("a shard beyond them", kArgument, [](auto& d) { d.shard = d.shards = 4; });
+    bad_export("shards of folders", kArgument, [](auto& d) { d.shards = 2; });
     bad_export("no list of objects", kArgument, [](auto& d) { d.object_count = 1; });
     bad_export("an empty list of objects", kArgument, [](auto& d) { d.objects = objects; });
     bad_export("an object beyond the count", kArgument, [](auto& d) {

@@ -85,6 +85,16 @@ void MisuseTable::evaluator_rows() {
                              SPLAT_OK);
 }
 
+void MisuseTable::evaluator_load_rows() {
+    handles<splat_evaluator>(
+        "splat_evaluator_load", "evaluator",
+        [](splat_evaluator e) { return splat_evaluator_load(e, "/nowhere"); }, kHandle);
+    add("splat_evaluator_load", "folder", "NULL", kArgument,
+        [this] { return splat_evaluator_load(evaluator_, nullptr); });
+    add("splat_evaluator_load", "folder", "without scores", kNotFound,
+        [this] { return splat_evaluator_load(evaluator_, "/nowhere"); });
+}
+
 void MisuseTable::evaluator_score_rows() {
     handles<splat_evaluator>(
         "splat_evaluator_score", "evaluator",

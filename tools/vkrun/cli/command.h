@@ -36,6 +36,7 @@ void add_data_split(CLI::App& data, int& exit_code);
 /// Below `priors`.
 void add_priors_eval(CLI::App& priors, int& exit_code);
 void add_priors_make(CLI::App& priors, int& exit_code);
+void add_priors_points(CLI::App& priors, int& exit_code);
 void add_priors_where(CLI::App& priors, int& exit_code);
 
 /// Below `weights`: the commands that need a network.

@@ -20,6 +20,7 @@ constexpr const char* kStyle =
     "table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .8em;border-bottom:1px solid "
     "#eee;"
     "text-align:left;font-variant-numeric:tabular-nums}th{color:#555;font-weight:600}"
+    "td.number,th.number{text-align:right}"
     "figure{display:inline-block;margin:.5em 1em .5em 0;vertical-align:top}"
     "figcaption{font-size:.85em;color:#555}img{max-width:100%;image-rendering:pixelated;"
     "border:1px solid #ddd}svg text{font:12px system-ui,sans-serif;fill:#444}";
@@ -112,10 +113,15 @@ void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& row
 void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
     body_ += "<table>\n";
     for (std::size_t row = 0; row < rows.size(); ++row) {
+        const std::string tag = row == 0 ? "th" : "td";
         body_ += "<tr>";
-        for (const std::string& cell : rows[row])
-            body_ +=
-                (row == 0 ? "<th>" : "<td>") + xml_escaped(cell) + (row == 0 ? "</th>" : "</td>");
+        for (std::size_t column = 0; column < rows[row].size(); ++column) {
+            const bool flush_right = column < rows[0].size() && rows[0][column].starts_with('>');
+            const std::string& cell = rows[row][column];
+            body_ += "<" + tag + (flush_right ? " class=\"number\">" : ">") +
+                     xml_escaped(row == 0 && flush_right ? cell.substr(1) : cell) + "</" + tag +
+                     ">";
+        }
         body_ += "</tr>\n";
     }
     body_ += "</table>\n";

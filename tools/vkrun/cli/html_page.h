@@ -16,7 +16,7 @@ class HtmlPage {
     void paragraph(const std::string& text);
     void facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
-    /// The first row is the heading.
+    /// The first row is the heading; a column whose heading starts with '>' is flush right.
     void table(const std::vector<std::vector<std::string>>& rows);
 
     /// Embed a PNG or GIF file, shown `width` pixels of the page wide (0: its own size); nothing if it

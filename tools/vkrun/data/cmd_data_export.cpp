@@ -14,6 +14,7 @@ constexpr const char* kDataExportFooter =
 cameras, and others. LAYOUT is
   tables  Parquet files in the schema of the published SRN cars with priors, with a README.md for Hugging Face
   srn     srn_CLASS/CLASS_{train,val,test}/ with intrinsics.txt, pose/, rgb/ and the maps that there are
+  images  {train,val,test}/OBJECT/ with transforms.json, the images in rgb/, and the maps that there are
   store   .npy files as 'vkrun data import' writes them
 Text of cameras, images and maps go from one to the other unchanged. OUT/export_{train,val,test}.json say what OUT
 holds, with a checksum of each table. A repeated command goes on where a stopped one ended.

@@ -7,6 +7,7 @@
 
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/progress.h"
+#include "vkrun/cli/shard.h"
 #include "vkrun/cli/stopwatch.h"
 
 namespace vkrun {
@@ -49,13 +50,17 @@ void add_split_option(CLI::App& command, TransferOptions& options) {
 }
 
 void add_export_options(CLI::App& command, TransferOptions& options) {
-    command.add_option("--to", options.layout, "What to write: tables, srn or store")
+    command.add_option("--to", options.layout, "What to write: tables, srn, images or store")
         ->type_name("LAYOUT")
         ->capture_default_str()
-        ->check(CLI::IsMember({"tables", "srn", "store"}).description(""));
+        ->check(CLI::IsMember({"tables", "srn", "images", "store"}).description(""));
     command.add_option("--class", options.category, "Name of the category in names of folders")
         ->type_name("NAME")
         ->capture_default_str();
+    add_source_options(command, options);
+}
+
+void add_source_options(CLI::App& command, TransferOptions& options) {
     command.add_option("--format", options.format, "Format of the data set; default: detected")
         ->type_name("NAME");
     add_count_option(command, "--size", options.size, "Side of the images, pixels; 0: as stored", 0,
@@ -98,6 +103,9 @@ Json write_split(const TransferOptions& options, splat_dataset dataset, const st
     desc.duckdb = text_or_null(options.duckdb);
     desc.objects = objects.empty() ? nullptr : objects.data();
     desc.object_count = objects.size();
+    const Shard shard = parse_shard(options.shard);
+    desc.shards = shard.count;
+    desc.shard = shard.index;
     with_progress(split, [&](splat_progress_callback callback, void* user) {
         return splat_dataset_export(dataset, &desc, callback, user);
     });
@@ -133,11 +141,16 @@ void for_each_split(
         print_json({{"path", options.out}, {"splits", done}, {"seconds", watch.seconds()}});
         return;
     }
-    for (const Json& split : done)
-        std::printf("%s, %s: %llu objects, %llu views\n", options.out.c_str(),
-                    split.at("split").get<std::string>().c_str(),
-                    split.at("objects").get<unsigned long long>(),
-                    split.at("views").get<unsigned long long>());
+    for (const Json& split : done) {
+        const auto name = split.at("split").get<std::string>();
+        if (split.contains("complete") && !split.at("complete").get<bool>())
+            std::printf("%s, %s: shard %s is done; others are not\n", options.out.c_str(),
+                        name.c_str(), options.shard.c_str());
+        else
+            std::printf("%s, %s: %llu objects, %llu views\n", options.out.c_str(), name.c_str(),
+                        split.at("objects").get<unsigned long long>(),
+                        split.at("views").get<unsigned long long>());
+    }
     if (!absent.empty()) std::printf("no objects for %s\n", absent.c_str());
 }
 

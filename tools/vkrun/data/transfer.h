@@ -21,6 +21,7 @@ struct TransferOptions {
     std::string category = "cars";
     std::string split = "all";
     std::string duckdb;
+    std::string shard;  ///< of a store
     std::uint32_t size = 0;
     bool black = false;
     bool json = false;
@@ -30,8 +31,10 @@ struct TransferOptions {
 void add_transfer_options(CLI::App& command, TransferOptions& options);
 /// --split of the source, or all.
 void add_split_option(CLI::App& command, TransferOptions& options);
-/// --to, --class, --format, --size, --black.
+/// --to, --class, and those of the source.
 void add_export_options(CLI::App& command, TransferOptions& options);
+/// --format, --size, --black.
+void add_source_options(CLI::App& command, TransferOptions& options);
 
 /// Call the library under a progress bar. Throws a Failure.
 void with_progress(const std::string& what,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "vkrun/cli/command.h"
@@ -14,6 +15,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/progress.h"
+#include "vkrun/cli/shard.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/config/merged_config.h"
@@ -41,6 +43,10 @@ Image writes it) and, with --images N, contact sheets of the first N objects: ta
 training images for every object; "billboard" shows the first conditioning view as a flat picture, at the depth
 (data.znear to data.zfar, 16 steps) that fits the novel views of that object best.
 
+--shard 0/4 to 3/4, on machines that share OUT, score a part of the objects each, into OUT/shard_I_of_4. The last to
+end merges them by the objects' names into the files that one machine would have written. docs/shards.md shows
+them with GNU parallel and as a Slurm array. OUT is a new folder for other weights or data.
+
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 the network's output
 is not finite: such objects have no scores (null, nan), and there is no mean; results.json counts what is not
 finite, and the images in which nothing is drawn.
@@ -55,6 +61,7 @@ Examples:
 struct EvalOptions {
     std::string weights, config, adapters, data, split = "test", out, baseline;
     std::vector<std::string> changes, lpips;
+    std::string shard;
     std::uint32_t objects = 0, views = 0, images = 0;
     std::string device = "best";
     bool json = false;
@@ -173,9 +180,31 @@ void print_table(const EvalOptions& options, std::uint32_t count, const Json& js
                     json.at("images_per_second").get<double>());
 }
 
+/// Save what a shard scored, and take over what the others did. False: some are not there yet.
+bool merge_shards(const EvalOptions& options, const Shard& shard, splat_evaluator evaluator) {
+    const auto folder_of = [&](std::uint32_t index) {
+        return options.out + format("/shard_%u_of_%u", index, shard.count);
+    };
+    check(splat_evaluator_save(evaluator, folder_of(shard.index).c_str()));
+    std::string missing;
+    for (std::uint32_t i = 0; i < shard.count; ++i)
+        if (!std::filesystem::exists(folder_of(i) + "/objects.json"))
+            missing += format(missing.empty() ? "%u" : ", %u", i);
+    if (!missing.empty()) {
+        std::fprintf(stderr, "note: shard %u of %u is scored; not yet: %s\n", shard.index,
+                     shard.count, missing.c_str());
+        return false;
+    }
+    for (std::uint32_t i = 0; i < shard.count; ++i)
+        if (i != shard.index)
+            check(splat_evaluator_load(evaluator, folder_of(i).c_str()), kBadData);
+    return true;
+}
+
 int evaluate(const EvalOptions& options) {
     if (!options.adapters.empty() && !options.baseline.empty())
         throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
+    const Shard shard = parse_shard(options.shard);
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
     const Dataset dataset = open_data(config, options.data, options.split);
@@ -192,18 +221,19 @@ int evaluate(const EvalOptions& options) {
     make_folder(options.out);
     Progress progress("evaluating", info.objects);
     std::vector<std::string> faults;
-    for (std::uint32_t i = 0; i < info.objects; ++i) {
+    for (std::uint32_t i = shard.index; i < info.objects; i += shard.count) {
         progress.show(i);
         const std::string fault = score_object(options, evaluator.get(), baseline.get(), i);
         if (!fault.empty()) faults.push_back(fault);
     }
     progress.show(info.objects);
-    check(splat_evaluator_save(evaluator.get(), options.out.c_str()));
+    const bool merged = shard.count == 1 || merge_shards(options, shard, evaluator.get());
+    if (merged) check(splat_evaluator_save(evaluator.get(), options.out.c_str()));
     const Json json = library_json(splat_evaluator_report, evaluator.get());
     if (options.json)
         print_json(json);
     else
-        print_table(options, info.objects, json);
+        print_table(options, json.at("objects"), json);
     if (faults.empty()) return kSuccess;
     throw Failure(kNotFinite,
                   format("%s; %zu of %u objects are like this, and there is no mean score. The "
@@ -261,6 +291,7 @@ void add_eval(CLI::App& app, int& exit_code) {
                      "Score a baseline instead of the network: mean or billboard")
         ->type_name("NAME")
         ->check(CLI::IsMember({"mean", "billboard"}).description(""));
+    add_shard_option(*command, options->shard, "the objects");
     add_device_option(*command, options->device);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = evaluate(*options); });

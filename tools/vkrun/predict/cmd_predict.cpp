@@ -16,9 +16,12 @@ namespace {
 
 constexpr const char* kPredictFooter =
     R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, by a
-network (--mask-preset, --mask-model or SPLAT_MASK_MODEL; see 'vkrun priors where'), or by its difference from
-the colour of the border, and centred in a white square. Instead of a picture, --data and
---object take an object of a data set, and the prediction is compared with its images.
+network (--mask-preset, --mask-model or SPLAT_MASK_MODEL, else one of 'vkrun priors where' whose file is there),
+or by its difference from the colour of the border, and centred in a white square. A picture in which none of these
+finds an object is taken whole, with a warning. Instead of a picture, --data and --object take an object of a data
+set, and the prediction is compared with its images.
+
+Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
 which holds all pictures and facts. Gaussians with an opacity below 1/255, which no image shows, and those with
@@ -46,11 +49,12 @@ int predict(const PredictionOptions& options, bool json) {
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
     const bool cut = options.whole || options.foreground != 0 || !options.mask.empty() ||
                      !options.depth.empty() || !options.normal.empty() ||
-                     !options.embedding.empty() || !options.tokens.empty();
+                     !options.embedding.empty() || !options.tokens.empty() || options.focal != 0 ||
+                     options.origin_distance != 0;
     if (!options.data.empty() && cut)
         throw Failure(kUsageError,
-                      "--mask, --depth, --normal, --embedding, --tokens, --whole and --foreground "
-                      "go with a picture, not with --data");
+                      "--mask, --depth, --normal, --embedding, --tokens, --whole, --foreground, "
+                      "--focal and --origin-distance go with a picture, not with --data");
     if (options.whole && options.foreground != 0)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     const bool by_network = !options.mask_model.empty() || !options.mask_preset.empty();
@@ -60,6 +64,9 @@ int predict(const PredictionOptions& options, bool json) {
             "--mask-preset and --mask-model go with a picture, without --mask and --whole");
     check_number("--elevation", options.elevation, -89, 89);
     check_number("--views", options.views, 1, 10000);
+    if (options.focal != 0) check_number("--focal", options.focal, 1, 1e6);
+    if (options.origin_distance != 0)
+        check_number("--origin-distance", options.origin_distance, 1e-6, 1e6);
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
     const Json result = run_prediction(options);
     if (json) {
@@ -146,6 +153,12 @@ void add_predict(CLI::App& app, int& exit_code) {
     command->add_option("--foreground", o.foreground, "Share of the square that the object fills")
         ->type_name("X")
         ->default_str("0.65");
+    command->add_option("--focal", o.focal, "Focal length, pixels; default: by Exif data")
+        ->type_name("X");
+    command
+        ->add_option("--origin-distance", o.origin_distance,
+                     "Distance of the object's origin, for networks that take it")
+        ->type_name("X");
     command->add_option("--views", o.views, "Number of novel views")
         ->type_name("N")
         ->capture_default_str();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -19,7 +18,7 @@
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
 #include "vkrun/predict/drawing.h"
-#include "vkrun/priors/map_maker.h"
+#include "vkrun/predict/network_mask.h"
 
 namespace vkrun {
 namespace {
@@ -95,6 +94,8 @@ splat_picture picture_of(const PredictionOptions& options) {
     picture.normal.path = path(options.normal);
     picture.mask.path = path(options.mask);
     picture.foreground = options.foreground;
+    picture.focal = options.focal;
+    picture.origin_distance = options.origin_distance;
     if (options.whole) picture.flags |= SPLAT_PICTURE_WHOLE;
     return picture;
 }
@@ -146,44 +147,17 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
     return {values, values + length};
 }
 
-/// The mask that a network makes of the picture; none if it has an alpha, or no network is named.
-struct NetworkMask {
-    std::vector<std::uint8_t> bytes;
-    splat_image image{};
-    std::string preset;
-};
-
-NetworkMask network_mask(const PredictionOptions& options) {
-    NetworkMask mask;
-    if (!options.mask.empty() || options.whole) return mask;
-    std::string model = options.mask_model;
-    const char* const named = std::getenv("SPLAT_MASK_MODEL");
-    if (model.empty() && named != nullptr) model = named;
-    if (model.empty() && options.mask_preset.empty()) return mask;
-    const LoadedPicture picture = load_picture(options.image);
-    if (picture.image.channels == 2 || picture.image.channels == 4) return mask;
-    const PriorModel loaded = load_prior_model(model, options.mask_preset, "", 0, false);
-    auto info = sized<splat_prior_model_info>();
-    check(splat_prior_model_get_info(loaded.get(), &info));
-    mask.preset = info.preset;
-    mask.bytes.resize(std::size_t{picture.image.width} * picture.image.height);
-    mask.image = bytes_image(mask.bytes.data(), picture.image.width, picture.image.height, 1);
-    splat_prior_maps maps{};
-    maps.mask = mask.image;
-    check_data(splat_prior_model_run(loaded.get(), &picture.image, &maps, 1));
-    return mask;
-}
-
 Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
     const splat_predictor_info& info = loaded.info;
     if (info.views != 1)
         throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
                                        " views of an object, expected 1: predict from --data");
-    if (info.origin_distance != 0)
-        throw Failure(
-            kUsageError,
-            "the network takes the distance of the object's origin "
-            "(data.origin_distances), which a picture does not give: predict from --data");
+    if (info.origin_distance != 0 && options.origin_distance == 0)
+        throw Failure(kUsageError,
+                      "the network takes the distance of the object's origin "
+                      "(data.origin_distances): give --origin-distance, or predict from --data");
+    if (info.origin_distance == 0 && options.origin_distance != 0)
+        throw Failure(kUsageError, "--origin-distance: the network takes none");
     const bool depth = info.depth != 0, normal = info.normal != 0;
     if (depth != !options.depth.empty() || normal != !options.normal.empty())
         throw Failure(kUsageError, std::string("the network takes ") + (depth ? "" : "no ") +
@@ -205,8 +179,14 @@ Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
                                        &facts.prediction));
     Json found = library_json(splat_prediction_report, &facts.prediction).at("pictures").at(0);
     for (const Json& warning : found.at("warnings")) task.warnings.push_back(warning);
-    for (const char* key : {"width", "height", "mask", "square"}) task.photo[key] = found.at(key);
+    for (const char* key : {"width", "height", "mask", "square", "focal", "fov"})
+        task.photo[key] = found.at(key);
     if (!mask.preset.empty()) task.photo["mask"] = "network " + mask.preset;
+    if (!mask.warning.empty()) task.warnings.push_back(mask.warning);
+    if (found.at("mask") == "nothing" && !options.whole && mask.warning.empty())
+        task.warnings.emplace_back(
+            "no mask model is at hand that cuts objects out: 'vkrun priors where' lists some; or "
+            "give --mask");
     take_facts(info, std::move(facts), task);
     return task;
 }
@@ -408,6 +388,11 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
         {"Device", result.at("device")}};
     if (result.contains("photo"))
         facts.emplace_back("Object found by", result.at("photo").at("mask"));
+    if (result.contains("photo") && number(result.at("photo"), "focal") > 0)
+        facts.emplace_back(
+            "Focal length",
+            format("%.1f pixels of the picture, %.1f degrees across the square",
+                   number(result.at("photo"), "focal"), number(result.at("photo"), "fov")));
     if (result.contains("psnr"))
         facts.emplace_back("Against the truth",
                            format("PSNR %.2f dB, SSIM %.3f on %.0f novel views; PSNR of the input "

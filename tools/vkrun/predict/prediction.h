@@ -8,13 +8,15 @@ namespace vkrun {
 
 struct PredictionOptions {
     std::string image, mask, depth, normal;
-    std::string embedding, tokens;  ///< files of one array
+    std::string embedding, tokens;        ///< files of one array
     std::string mask_model, mask_preset;  ///< of a network that makes the mask; may be empty
     std::string data, split = "test";
     std::uint32_t object = 0;
     std::string weights, config, adapters;
     bool whole = false;
     float foreground = 0;
+    double focal = 0;            ///< pixels; 0: by the picture's Exif data
+    double origin_distance = 0;  ///< 0: none
     std::uint32_t views = 24;
     double elevation = 20;
     std::string true_depth;

@@ -1,4 +1,4 @@
-// vkrun priors: depth maps, normals and masks of pictures.
+// vkrun priors: depth maps, normals, masks and edges of pictures, and shapes.
 
 #include <CLI/CLI.hpp>
 
@@ -15,6 +15,7 @@ void add_priors(CLI::App& app, int& exit_code) {
     add_priors_make(*priors, exit_code);
     add_priors_where(*priors, exit_code);
     add_priors_eval(*priors, exit_code);
+    add_priors_points(*priors, exit_code);
 }
 
 }  // namespace vkrun

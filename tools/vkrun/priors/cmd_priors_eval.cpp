@@ -23,8 +23,8 @@ alpha of TRUTH's pictures. Normals are (n + 1) / 2 in images and vectors in .npy
 Each score gets its mean, its median and its worst map; two or more PRED are also compared map by map. OUT gets
 per_map.csv, results.json, box.svg, scatter.svg, and report.html with all of it and the worst maps.
 
---published scores as Splatter Image with priors did: every pixel of a depth map counts, and VIF takes values of 0
-to 1 and averages in a constant alpha.
+--published scores as Splatter Image with priors did: every pixel of a depth map counts; VIF takes values of 0 to 1,
+averages in a constant alpha, and finds the truth's background, (188, 188, 188), in predictions, too.
 
 Exit status: 0 every map was scored, 1 a file cannot be written, 2 wrong usage, 4 maps without a pair, damaged or of
 another size; the others are scored.

@@ -1,4 +1,4 @@
-// vkrun priors depth, normal, mask: maps of pictures by a network.
+// vkrun priors depth, normal, mask, edges: maps of pictures, by a network or without.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -27,9 +27,13 @@ png16 has the same numbers in 16 bits, npy float32: depth and normals as the mod
 'normal --from-depth' makes normals of depth maps by the camera: .npy maps hold distances, others relative depth, from
 1 / FAR (0) to 1 / NEAR (255).
 
+'--preset edges' makes edges of the pictures' gray values, or with --from-depth of depth maps, without a model: each
+operator (canny, sobel, scharr, prewitt) is a channel of the map, which a network takes in the place of depth (one
+channel), normals (three) or a mask (one). 'vkrun priors edges' writes each operator as a map of its own name.
+
 Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR gets
 priors-MAP.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on four
-machines make a part each.
+machines make a part each (docs/shards.md).
 
 Exit status: 0 done, 1 a file cannot be written, 2 wrong usage, 4 a picture or the model cannot be read, or ONNX
 Runtime is missing (the maps of other pictures are made), 5 out of memory, 7 the model's output is not finite.
@@ -38,10 +42,18 @@ Examples:
   vkrun priors mask photos --out maps --preset u2net
   vkrun priors depth data/srn_cars --out data/srn_cars --preset midas-dpt-large --shard 0/4
   vkrun priors normal data/srn_cars --out data/srn_cars --from-depth --distances 0.8 1.8
+  vkrun priors normal data/srn_cars --out edges --preset edges --operator canny --operator sobel --operator scharr
   vkrun priors depth photo.jpg --out maps --preset moge-2-vits --model moge.onnx --all
 )";
 
-int run_priors(const MapOptions& options, bool json) {
+int run_priors(MapOptions options, bool json) {
+    options.edges.use = options.map == "edges" || options.preset == "edges";
+    if (options.edges.use && options.edges.operators.empty())
+        options.edges.operators = default_operators(options.map);
+    if (options.depth.use && !options.edges.use && options.map != "normal")
+        throw Failure(kUsageError, "--from-depth goes with --preset edges, or makes normals");
+    if (options.edges.use && (!options.depth.distances.empty() || options.depth.fov_degrees != 0))
+        throw Failure(kUsageError, "--distances and --fov have no effect on edges");
     const MapReport report = make_maps(options);
     if (json)
         print_json({{"out", options.out},
@@ -60,6 +72,16 @@ int run_priors(const MapOptions& options, bool json) {
     return report.failed == 0 ? kSuccess : kBadData;
 }
 
+void add_model_options(CLI::App& command, MapOptions& o) {
+    command
+        .add_option("--preset", o.preset, "Kind of model: a name, or JSON of your own; edges: none")
+        ->type_name("NAME");
+    command.add_option("--model", o.model, "File of the model (ONNX); default: that of the preset")
+        ->type_name("FILE");
+    command.add_option("--runtime", o.runtime, "Library of ONNX Runtime")->type_name("FILE");
+    command.add_flag("--all", o.all, "Write every map that the model makes in the same pass");
+}
+
 void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_code) {
     CLI::App* command = add_command(priors, map, sentence, kPriorsMakeFooter);
     const auto options = std::make_shared<MapOptions>();
@@ -70,18 +92,22 @@ void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_
         ->required()
         ->type_name("");
     command->add_option("--out", o.out, "Folder for the maps")->required()->type_name("DIR");
-    command->add_option("--preset", o.preset, "Kind of model: a name, or JSON of your own")
-        ->type_name("NAME");
-    command->add_option("--model", o.model, "File of the model (ONNX); default: that of the preset")
-        ->type_name("FILE");
-    command->add_option("--runtime", o.runtime, "Library of ONNX Runtime")->type_name("FILE");
+    if (o.map != "edges") add_model_options(*command, o);
+    command
+        ->add_option("--operator", o.edges.operators,
+                     "Of edges: canny, sobel, scharr or prewitt; once for each channel")
+        ->type_name("NAME")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(edge_operators()).description(""));
+    command->add_flag("--from-depth", o.depth.use,
+                      "Normals or edges of the depth maps in DIR, or of the data set");
     command->add_option("--format", o.format, "png, png16 or npy")
         ->type_name("NAME")
         ->capture_default_str()
         ->check(CLI::IsMember({"png", "png16", "npy"}).description(""));
     if (o.map == "normal") {
-        command->add_flag("--from-depth", o.depth.use,
-                          "Of the depth maps in DIR, or of the data set, instead of a model");
         command
             ->add_option("--distances", o.depth.distances,
                          "Nearest and farthest distance of relative depth maps (1 and 0)")
@@ -92,10 +118,8 @@ void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_
                          "Degrees across the width; default: by intrinsics.txt of the data set")
             ->type_name("DEG");
     }
-    command->add_flag("--all", o.all, "Write every map that the model makes in the same pass");
     add_count_option(*command, "--batch", o.batch, "Pictures in memory at a time", 1, 1024);
-    command->add_option("--shard", o.shard, "Make part I of N of the pictures, from 0")
-        ->type_name("I/N");
+    add_shard_option(*command, o.shard, "the pictures");
     add_threads_option(*command, o.threads);
     add_overwrite_flag(*command, o.overwrite, "Maps in DIR");
     add_json_flag(*command, *json);
@@ -108,6 +132,7 @@ void add_priors_make(CLI::App& priors, int& exit_code) {
     add_map(priors, "depth", "Make depth maps of pictures.", exit_code);
     add_map(priors, "normal", "Make normal maps of pictures.", exit_code);
     add_map(priors, "mask", "Make masks of the objects of pictures.", exit_code);
+    add_map(priors, "edges", "Make edges of pictures or depth maps.", exit_code);
 }
 
 }  // namespace vkrun

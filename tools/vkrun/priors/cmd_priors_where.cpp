@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "vkrun/cli/command.h"
-#include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
 namespace {
@@ -25,20 +25,6 @@ Examples:
   vkrun priors where u2net
   vkrun priors where midas-small --json
 )";
-
-/// {"path", "preset"}
-Json preset_json(const std::string& name) {
-    return Json::parse(library_text(
-        [&name](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_prior_preset(name.c_str(), buffer, capacity, needed);
-        },
-        kBadData));
-}
-
-std::vector<std::string> preset_names() {
-    return library_json(splat_prior_preset, static_cast<const char*>(nullptr))
-        .get<std::vector<std::string>>();
-}
 
 std::string maps_of(const Json& preset) {
     std::string maps;

@@ -1,5 +1,6 @@
 #include "vkrun/priors/depth_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -35,14 +36,7 @@ double focal_of(const MapJob& job, const DepthOptions& options, double width) {
     return numbers.front() / numbers.back() * width;
 }
 
-}  // namespace
-
-LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
-    const fs::path path = depth_path(job);
-    const bool distances = path.extension() == ".npy" && options.distances.empty();
-    if (!distances && options.distances.empty())
-        throw Failure(kUsageError, "'" + path.string() +
-                                       "' is relative depth: give --distances NEAREST FARTHEST");
+LoadedDepth load_file(const fs::path& path) {
     LoadedDepth loaded;
     loaded.image.type = SPLAT_PIXEL_F32;
     check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
@@ -53,6 +47,29 @@ LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
     loaded.values.resize(std::size_t{loaded.image.width} * loaded.image.height);
     loaded.image.pixels = loaded.values.data();
     check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
+    return loaded;
+}
+
+}  // namespace
+
+LoadedDepth load_depth_plane(const MapJob& job) {
+    const fs::path path = depth_path(job);
+    LoadedDepth loaded = load_file(path);
+    if (path.extension() != ".npy") return loaded;
+    const auto [least, most] = std::minmax_element(loaded.values.begin(), loaded.values.end());
+    const float low = *least;
+    const float range = *most - low;
+    for (float& value : loaded.values) value = range > 0 ? (value - low) / range : 0;
+    return loaded;
+}
+
+LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
+    const fs::path path = depth_path(job);
+    const bool distances = path.extension() == ".npy" && options.distances.empty();
+    if (!distances && options.distances.empty())
+        throw Failure(kUsageError, "'" + path.string() +
+                                       "' is relative depth: give --distances NEAREST FARTHEST");
+    LoadedDepth loaded = load_file(path);
     loaded.desc = sized<splat_normals_desc>();
     loaded.desc.focal_x = loaded.desc.focal_y = focal_of(job, options, loaded.image.width);
     if (!distances) {

@@ -25,7 +25,11 @@ struct LoadedDepth {
     splat_normals_desc desc{};
 };
 
-/// The depth map of a picture, where maps go or beside its folder rgb/, and its camera. Throws a Failure of bad data.
+/// The depth map of a picture, where maps go or beside its folder rgb/; a .npy from its least, 0, to
+/// its greatest number, 1. Throws a Failure of bad data.
+LoadedDepth load_depth_plane(const MapJob& job);
+
+/// The same depth map with its own numbers, and its camera. Throws a Failure of bad data.
 LoadedDepth load_depth(const MapJob& job, const DepthOptions& options);
 
 }  // namespace vkrun

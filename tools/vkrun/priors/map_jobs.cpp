@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
+#include <chrono>
 #include <map>
 #include <set>
 
@@ -61,18 +61,6 @@ void add_data_set(const fs::path& folder, const fs::path& to, int depth,
 
 }  // namespace
 
-Shard parse_shard(const std::string& text) {
-    Shard shard;
-    const char* const end = text.data() + text.size();
-    const auto first = std::from_chars(text.data(), end, shard.index);
-    if (first.ec == std::errc() && first.ptr != end && *first.ptr == '/') {
-        const auto second = std::from_chars(first.ptr + 1, end, shard.count);
-        if (second.ec == std::errc() && second.ptr == end && shard.index < shard.count)
-            return shard;
-    }
-    throw Failure(kUsageError, "--shard is '" + text + "', expected I/N with I from 0 to N - 1");
-}
-
 std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shard& shard) {
     std::vector<MapJob> all;
     std::error_code none;
@@ -93,23 +81,30 @@ std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shar
     return part;
 }
 
-void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map) {
+void remove_stale_files(const fs::path& folder, const Shard& shard) {
+    // A process of another machine may have the file.
+    const auto newest =
+        fs::file_time_type::clock::now() - std::chrono::hours(shard.count > 1 ? 1 : 0);
+    if (!fs::is_directory(folder)) return;
+    for (const fs::path& entry : entries_of(folder)) {
+        const std::string name = entry.filename().string();
+        if (entry.extension() != ".tmp") continue;
+        const std::size_t dash = name.rfind('-');
+        const std::size_t dot = dash == std::string::npos ? dash : name.rfind('.', dash);
+        if (dot == std::string::npos) continue;
+        const int process = std::atoi(name.c_str() + dot + 1);
+        std::error_code ignored;
+        if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH &&
+            fs::last_write_time(entry, ignored) < newest)
+            fs::remove(entry, ignored);
+    }
+}
+
+void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map,
+                       const Shard& shard) {
     std::set<fs::path> folders;
     for (const MapJob& job : jobs) folders.insert(job.folder / map);
-    for (const fs::path& folder : folders) {
-        if (!fs::is_directory(folder)) continue;
-        for (const fs::path& entry : entries_of(folder)) {
-            const std::string name = entry.filename().string();
-            if (entry.extension() != ".tmp") continue;
-            const std::size_t dash = name.rfind('-');
-            const std::size_t dot = dash == std::string::npos ? dash : name.rfind('.', dash);
-            if (dot == std::string::npos) continue;
-            const int process = std::atoi(name.c_str() + dot + 1);
-            std::error_code ignored;
-            if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)
-                fs::remove(entry, ignored);
-        }
-    }
+    for (const fs::path& folder : folders) remove_stale_files(folder, shard);
 }
 
 }  // namespace vkrun

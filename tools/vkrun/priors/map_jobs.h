@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "vkrun/cli/shard.h"
+
 namespace vkrun {
 
 /// A picture and where its maps go: OUT/<folder>/<map>/<stem><extension>.
@@ -18,19 +20,17 @@ struct MapJob {
     }
 };
 
-/// Part `index` of `count` of the pictures, "I/N" with I from 0 to N - 1. Throws a usage Failure.
-struct Shard {
-    std::size_t index = 0, count = 1;
-};
-Shard parse_shard(const std::string& text);
-
 /// The pictures of IN in order: a picture; a folder of pictures; or a data set, a folder with folders rgb/ at any
 /// depth, whose maps go beside them in a copy of its layout (`in` itself: into the data set). Throws a Failure
 /// without any, and for two pictures of one stem.
 std::vector<MapJob> map_jobs(const std::filesystem::path& in, const std::filesystem::path& out,
                              const Shard& shard);
 
-/// Removes files that killed processes left in the folders of a map: "<name>.<process>-<number>.tmp".
-void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map);
+/// Removes files that killed processes left in a folder: "<name>.<process>-<number>.tmp"; beside other shards,
+/// which may run on other machines, those of an hour ago.
+void remove_stale_files(const std::filesystem::path& folder, const Shard& shard);
+
+/// The same in the folders of a map.
+void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map, const Shard& shard);
 
 }  // namespace vkrun

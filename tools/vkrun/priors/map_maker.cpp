@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A map of splat_prior_maps.
+/// A map of splat_prior_maps, or the edges of one operator.
 struct MapKind {
-    const char* name;
+    const char* name;  ///< of its folder
     std::uint32_t flag;
     std::uint32_t channels;
     splat_image splat_prior_maps::*image;
@@ -56,6 +56,10 @@ void check_record(const MapRun& run, const MapKind& kind) {
     Json wanted = {
         {"map", kind.name}, {"preset", run.report.preset}, {"format", run.options.format}};
     std::error_code none;
+    if (run.options.edges.use) {
+        wanted["operators"] = run.options.edges.operators;
+        wanted["of"] = run.options.depth.use ? "depth" : "picture";
+    }
     if (const fs::path model = run.report.model; !model.empty())
         wanted["model"] = {{"file", model.filename().string()},
                            {"bytes", fs::file_size(model, none)}};
@@ -153,12 +157,49 @@ void make_normals(MapRun& run, const MapJob& job) {
     }
 }
 
+/// Write channels `first` to `first` + those of the kind, of edges [height,width,channels].
+void write_edges(const MapRun& run, const MapJob& job, const MapKind& kind, std::size_t first,
+                 const std::vector<float>& edges, const splat_image& plane) {
+    const std::size_t channels = run.options.edges.operators.size();
+    MapPixels pixels;
+    const splat_image image = map_target(run, kind, plane, pixels);
+    const std::size_t area = std::size_t{plane.width} * plane.height;
+    for (std::size_t i = 0; i < area; ++i)
+        for (std::size_t c = 0; c < kind.channels; ++c) {
+            const float value = edges[i * channels + first + c];
+            const std::size_t at = i * kind.channels + c;
+            if (pixels.floats.empty())
+                pixels.bytes[at] = static_cast<std::uint8_t>(value * 255);
+            else
+                pixels.floats[at] = value;
+        }
+    write_map(run, job, kind, image);
+}
+
+void make_edges(MapRun& run, const MapJob& job) {
+    try {
+        const LoadedDepth plane = run.options.depth.use
+                                      ? load_depth_plane(job)
+                                      : gray_of(load_picture(job.picture.string()).image);
+        const std::vector<float> edges = edges_of(plane.image, run.options.edges.operators);
+        std::size_t first = 0;
+        for (const MapKind& kind : run.kinds) {
+            write_edges(run, job, kind, first, edges, plane.image);
+            first += kind.channels;
+        }
+        ++run.report.made;
+    } catch (const Failure& failure) {
+        if (failure.code() != kBadData) throw;
+        complain(run, job, failure.what());
+    }
+}
+
 void make_batch(MapRun& run, const std::vector<MapJob>& batch) {
     std::vector<MapJob> jobs;
     std::vector<LoadedPicture> pictures;
     for (const MapJob& job : batch) {
-        if (run.options.depth.use) {
-            make_normals(run, job);
+        if (run.options.edges.use || run.options.depth.use) {
+            run.options.edges.use ? make_edges(run, job) : make_normals(run, job);
             continue;
         }
         try {
@@ -174,9 +215,35 @@ void make_batch(MapRun& run, const std::vector<MapJob>& batch) {
         make_by_model(run, jobs, pictures);
 }
 
+/// The operators as channels of the map that is asked for, or each in a folder of its own.
+void choose_edges(MapRun& run) {
+    const MapOptions& options = run.options;
+    const std::vector<std::string>& operators = options.edges.operators;
+    if (!options.model.empty() || options.all)
+        throw Failure(kUsageError, "--preset edges goes without --model and --all");
+    run.report.preset = "edges";
+    if (options.map == "edges") {
+        for (const std::string& name : operators)
+            run.kinds.push_back({name.c_str(), 0, 1, nullptr});
+    } else {
+        const auto kind = std::find_if(std::begin(kMapKinds), std::end(kMapKinds),
+                                       [&](const MapKind& one) { return options.map == one.name; });
+        if (operators.size() != kind->channels)
+            throw Failure(kUsageError, "--operator names " + std::to_string(operators.size()) +
+                                           " operators, expected " +
+                                           std::to_string(kind->channels) + " for a map of " +
+                                           options.map);
+        run.kinds.push_back(*kind);
+    }
+    for (const MapKind& kind : run.kinds) run.report.maps.emplace_back(kind.name);
+}
+
 /// The model and its maps, or a mask without a model.
 void choose_maps(MapRun& run) {
     const MapOptions& options = run.options;
+    if (options.edges.use) return choose_edges(run);
+    if (!options.edges.operators.empty())
+        throw Failure(kUsageError, "--operator goes with --preset edges");
     std::uint32_t maps = SPLAT_DATA_MASK;
     const bool model = !options.model.empty() || !options.preset.empty();
     if (options.depth.use) {
@@ -241,13 +308,14 @@ PriorModel load_prior_model(const std::string& model, const std::string& preset,
 MapReport make_maps(const MapOptions& options) {
     const Stopwatch watch;
     MapRun run{options, {}, {}, options.format == "npy" ? ".npy" : ".png", {}};
-    const Shard shard = options.shard.empty() ? Shard{} : parse_shard(options.shard);
+    const Shard shard = parse_shard(options.shard);
     std::vector<MapJob> jobs = map_jobs(options.in, options.out, shard);
     choose_maps(run);
     make_folder(options.out);
+    remove_stale_files(options.out, shard);
     for (const MapKind& kind : run.kinds) {
         check_record(run, kind);
-        remove_stale_maps(jobs, kind.name);
+        remove_stale_maps(jobs, kind.name, shard);
     }
     if (!options.overwrite) {
         const std::size_t all = jobs.size();

@@ -7,20 +7,22 @@
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/priors/depth_source.h"
+#include "vkrun/priors/edge_maps.h"
 #include "vkrun/priors/map_jobs.h"
 
 namespace vkrun {
 
 struct MapOptions {
-    std::string map;  ///< "depth", "normal", "mask"
+    std::string map;  ///< "depth", "normal", "mask", "edges"
     std::string in, out;
     std::string model, preset, runtime;
     std::string format = "png";  ///< "png", "png16", "npy"
     std::string shard;
     std::uint32_t batch = 4;
     std::uint32_t threads = 0;
-    DepthOptions depth;  ///< normals without a model
-    bool all = false;    ///< every map that the model makes
+    DepthOptions depth;  ///< normals without a model, edges of depth maps
+    EdgeOptions edges;
+    bool all = false;  ///< every map that the model makes
     bool overwrite = false;
 };
 

@@ -75,13 +75,6 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
     return table.text();
 }
 
-/// Without the marks of columns that are flush right.
-std::vector<std::vector<std::string>> page_rows(std::vector<std::vector<std::string>> rows) {
-    for (std::string& heading : rows[0])
-        if (heading.front() == '>') heading.erase(0, 1);
-    return rows;
-}
-
 Json number_json(double value) {
     return std::isnan(value) ? Json(nullptr) : Json(value);
 }
@@ -210,8 +203,8 @@ std::string boxes_of(const PriorsEvaluation& evaluation) {
         BoxPanel panel{better_text(metrics[k]), {}};
         for (const std::string& group : groups_with_all(evaluation))
             for (std::size_t m = 0; m < evaluation.methods.size(); ++m)
-                panel.rows.emplace_back(evaluation.methods[m] + (group.empty() ? "" : ", " + group),
-                                        values_of(evaluation.maps, group, m, k));
+                panel.rows.push_back({evaluation.methods[m] + (group.empty() ? "" : ", " + group),
+                                      values_of(evaluation.maps, group, m, k), m});
         panels.push_back(std::move(panel));
     }
     return box_svg(panels);
@@ -251,14 +244,18 @@ std::string evaluation_page(const PriorsEvaluation& evaluation) {
     }
     for (const std::string& group : groups_with_all(evaluation)) {
         page.heading("Scores, " + group_label(group));
-        page.table(page_rows(score_rows(evaluation, group)));
+        page.table(score_rows(evaluation, group));
         if (evaluation.methods.size() < 2) continue;
         page.heading("Wins, " + group_label(group));
-        page.table(page_rows(win_rows(evaluation, group)));
+        page.table(win_rows(evaluation, group));
     }
     page.heading("Distributions");
-    page.plot(boxes_of(evaluation), "median, quartiles, farthest within 1.5 of their distance");
-    page.plot(scatter_of(evaluation), "a dot for each map");
+    page.plot(boxes_of(evaluation),
+              "red: median; box: quartiles; line: to the farthest maps within 1.5 lengths of the "
+              "box; dots: maps beyond");
+    page.plot(scatter_of(evaluation), evaluation.methods.size() > 1
+                                          ? "a dot for each map; red: where both are equal"
+                                          : "a dot for each map");
     add_worst(page, evaluation);
     return page.text();
 }

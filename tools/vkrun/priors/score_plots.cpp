@@ -1,6 +1,7 @@
 #include "vkrun/priors/score_plots.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
@@ -9,8 +10,10 @@
 namespace vkrun {
 namespace {
 
-constexpr double kBoxWidth = 720, kLabels = 240, kRow = 22, kTitle = 24, kAxis = 20, kEdge = 20;
+constexpr double kBoxWidth = 960, kLabels = 240, kRow = 22, kTitle = 24, kAxis = 20, kEdge = 20;
 constexpr double kScatterSide = 300, kScatterMargin = 50;
+constexpr const char* kBoxColors[] = {"#c8d8e8", "#f4d5b5", "#cde5c5", "#e0cfe8"};
+constexpr std::size_t kFewDots = 200;  ///< are drawn larger
 
 std::string svg_of(double width, double height, const std::string& content) {
     return format(
@@ -33,9 +36,9 @@ std::string line_svg(double x1, double y1, double x2, double y2, const char* col
                   x2, y2, color);
 }
 
-std::string dot_svg(double x, double y) {
-    return format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2\" fill=\"#4878a8\" opacity=\"0.6\"/>\n", x,
-                  y);
+std::string dot_svg(double x, double y, std::size_t dots) {
+    return format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%g\" fill=\"#4878a8\" opacity=\"0.6\"/>\n",
+                  x, y, dots < kFewDots ? 3.5 : 2.0);
 }
 
 /// From values to pixels.
@@ -53,7 +56,7 @@ class Scale {
     double low_, high_, first_, last_;
 };
 
-std::string box_of(std::vector<double> values, const Scale& x, double y) {
+std::string box_of(std::vector<double> values, std::size_t color, const Scale& x, double y) {
     std::sort(values.begin(), values.end());
     const double first = quantile(values, 0.25), middle = quantile(values, 0.5),
                  third = quantile(values, 0.75);
@@ -65,12 +68,13 @@ std::string box_of(std::vector<double> values, const Scale& x, double y) {
     const double high = *std::find_if(values.rbegin(), values.rend(), inside);
     std::string svg = line_svg(x(low), y, x(high), y, "#444");
     svg += format(
-        "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"12\" fill=\"#c8d8e8\" "
+        "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"12\" fill=\"%s\" "
         "stroke=\"#444\"/>\n",
-        x(first), y - 6, std::max(0.5, x(third) - x(first)));
+        x(first), y - 6, std::max(0.5, x(third) - x(first)),
+        kBoxColors[color % std::size(kBoxColors)]);
     svg += line_svg(x(middle), y - 6, x(middle), y + 6, "#c03020");
     for (const double value : values)
-        if (!inside(value)) svg += dot_svg(x(value), y);
+        if (!inside(value)) svg += dot_svg(x(value), y, values.size());
     return svg;
 }
 
@@ -80,7 +84,7 @@ double panel_height(const BoxPanel& panel) {
 
 std::string panel_of(const BoxPanel& panel, double top) {
     std::vector<double> all;
-    for (const auto& [name, values] : panel.rows)
+    for (const auto& [label, values, color] : panel.rows)
         all.insert(all.end(), values.begin(), values.end());
     std::string svg = svg_text(kEdge, top + 16, "start", panel.title);
     if (all.empty()) return svg;
@@ -91,9 +95,9 @@ std::string panel_of(const BoxPanel& panel, double top) {
     svg += svg_text(kLabels, bottom + 13, "start", format("%.4g", x.low()));
     svg += svg_text(kBoxWidth - kEdge, bottom + 13, "end", format("%.4g", x.high()));
     double y = top + kTitle + kRow / 2;
-    for (const auto& [name, values] : panel.rows) {
-        svg += svg_text(kLabels - 10, y + 4, "end", label_text(name));
-        if (!values.empty()) svg += box_of(values, x, y);
+    for (const auto& [label, values, color] : panel.rows) {
+        svg += svg_text(kLabels - 10, y + 4, "end", label_text(label));
+        if (!values.empty()) svg += box_of(values, color, x, y);
         y += kRow;
     }
     return svg;
@@ -120,7 +124,7 @@ std::string panel_of(const ScatterPanel& panel, double left) {
     const auto [y0, y1] = std::minmax_element(ys.begin(), ys.end());
     const Scale x(*x0, *x1, left + kScatterMargin, right), y(*y0, *y1, bottom, kEdge);
     if (panel.equal) svg += line_svg(x(x.low()), y(y.low()), x(x.high()), y(y.high()), "#c03020");
-    for (const auto& [px, py] : panel.points) svg += dot_svg(x(px), y(py));
+    for (const auto& [px, py] : panel.points) svg += dot_svg(x(px), y(py), panel.points.size());
     svg += svg_text(left + kScatterMargin, bottom + 14, "start", format("%.4g", x.low()));
     svg += svg_text(right, bottom + 14, "end", format("%.4g", x.high()));
     svg += svg_text(left + kScatterMargin - 5, bottom, "end", format("%.4g", y.low()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,9 +9,14 @@ namespace vkrun {
 
 /// A panel of boxes, one row each: median, quartiles, whiskers to the farthest value within 1.5 of their
 /// distance (Tukey), and all values beyond as dots.
+struct BoxRow {
+    std::string label;
+    std::vector<double> values;
+    std::size_t color = 0;  ///< rows of one number look alike
+};
 struct BoxPanel {
     std::string title;
-    std::vector<std::pair<std::string, std::vector<double>>> rows;
+    std::vector<BoxRow> rows;
 };
 
 /// An SVG file of the panels below each other.

@@ -29,8 +29,8 @@ from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
 from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
-                     depth_points, filter_map, mesh_points, prior_preset, prior_preset_text,
-                     prior_presets)
+                     depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
+                     prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
 from .scene import Scene, scene_formats
 from .tensor import Tensor
@@ -52,7 +52,8 @@ __all__ = [
     "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
     "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",
     "cut_picture", "default_device", "depth_points", "describe", "devices", "export_dataset",
-    "filter_map", "import_tables", "mesh_points", "operators", "prepare_co3d", "prior_preset",
+    "filter_map", "import_tables", "mesh_points", "normals_from_depth", "operators", "picture_mask",
+    "prepare_co3d", "prior_preset",
     "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
     "scene_formats", "set_log", "write_synthetic",
 ]

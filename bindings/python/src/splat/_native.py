@@ -811,6 +811,8 @@ class splat_dataset_import_desc(Structure):
     out: Any
     split: Any
     duckdb: Any
+    shards: int
+    shard: int
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
@@ -819,6 +821,8 @@ class splat_dataset_import_desc(Structure):
         ("out", c_char_p),
         ("split", c_char_p),
         ("duckdb", c_char_p),
+        ("shards", c_uint32),
+        ("shard", c_uint32),
     ]
 
 
@@ -835,6 +839,8 @@ class splat_dataset_export_desc(Structure):
     duckdb: Any
     objects: Any
     object_count: int
+    shards: int
+    shard: int
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
@@ -846,6 +852,8 @@ class splat_dataset_export_desc(Structure):
         ("duckdb", c_char_p),
         ("objects", c_void_p),
         ("object_count", c_uint64),
+        ("shards", c_uint32),
+        ("shard", c_uint32),
     ]
 
 
@@ -2553,14 +2561,14 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("view_to_world_count", 104, 8), ("quaternion_count", 112, 8), ("focal_count", 120, 8),
         ("origin_distance_count", 128, 8),
     )),
-    "splat_dataset_import_desc": (splat_dataset_import_desc, False, 48, (
+    "splat_dataset_import_desc": (splat_dataset_import_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("out", 24, 8),
-        ("split", 32, 8), ("duckdb", 40, 8),
+        ("split", 32, 8), ("duckdb", 40, 8), ("shards", 48, 4), ("shard", 52, 4),
     )),
-    "splat_dataset_export_desc": (splat_dataset_export_desc, False, 72, (
+    "splat_dataset_export_desc": (splat_dataset_export_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
         ("layout", 24, 8), ("split", 32, 8), ("category", 40, 8), ("duckdb", 48, 8),
-        ("objects", 56, 8), ("object_count", 64, 8),
+        ("objects", 56, 8), ("object_count", 64, 8), ("shards", 72, 4), ("shard", 76, 4),
     )),
     "splat_synthetic_desc": (splat_synthetic_desc, False, 64, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8),
@@ -3312,6 +3320,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "The summary as JSON, the content of results.json."),
     ("splat_evaluator_save", c_int32, (c_void_p, c_char_p),
      "Write what `vkrun eval` writes."),
+    ("splat_evaluator_load", c_int32, (c_void_p, c_char_p),
+     "Take over scores that splat_evaluator_save wrote, by the names of objects, as ...."),
     ("splat_evaluator_destroy", c_int32, (c_void_p,),
      "Destroy an evaluator."),
     ("splat_compare_scores", c_int32, (POINTER(splat_compare_desc), POINTER(c_void_p)),

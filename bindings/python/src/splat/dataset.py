@@ -227,12 +227,13 @@ def _run(call: Callable[[Any], Any], progress: Optional[Progress]) -> None:
 
 def import_tables(path: PathLike, out: Optional[PathLike] = None, *, split: str = "train",
                   replace: bool = False, duckdb: Optional[PathLike] = None,
-                  progress: Optional[Progress] = None) -> None:
+                  shard: Tuple[int, int] = (0, 1), progress: Optional[Progress] = None) -> None:
     """Copy a split of tables in Parquet files to a store, which `Dataset` reads fast.
 
     out       folder of the store, `<out>/<split>/`; None: where `Dataset(path)` looks
     replace   remove an import of other tables in the folder
     duckdb    DuckDB's library; None: SPLAT_DUCKDB_LIBRARY, or found
+    shard     (i, n): part i of n, which n processes do; the last to end completes the store
     progress  called with the rows done and all rows; what it raises ends the import, which goes on
               when it is called again
     Raises NotFound (tables, DuckDB), FormatError with table, column and row, IoError.
@@ -242,24 +243,27 @@ def import_tables(path: PathLike, out: Optional[PathLike] = None, *, split: str 
     desc.path, desc.split = path_of(path), encoded(split, "split")
     desc.out = None if out is None else path_of(out)
     desc.duckdb = None if duckdb is None else path_of(duckdb)
+    desc.shard, desc.shards = (whole(each, "a shard") for each in shard)
     _run(lambda report: lib.splat_dataset_import(byref(desc), report, None), progress)
 
 
 def export_dataset(dataset: Dataset, path: PathLike, *, layout: str = "tables",
                    split: Optional[str] = None, category: str = "cars",
                    objects: Optional[Sequence[int]] = None, duckdb: Optional[PathLike] = None,
-                   progress: Optional[Progress] = None) -> None:
+                   shard: Tuple[int, int] = (0, 1), progress: Optional[Progress] = None) -> None:
     """Write a data set with its cameras, images and maps, as 8 bits at its resolution.
 
-    layout    "tables" (Parquet files), "srn" (folders) or "store"
+    layout    "tables" (Parquet files), "srn" or "images" (folders), or "store"
     split     to write; None: that of the data set
     objects   their numbers; None: all
+    shard     of a store, as of `import_tables`
     Raises InvalidArgument (another export in the folder), Unsupported, NotFound (DuckDB), IoError.
     """
     desc = _native.splat_dataset_export_desc(struct_size=sizeof(_native.splat_dataset_export_desc))
     desc.path, desc.layout = path_of(path), encoded(layout, "layout")
     desc.split, desc.category = encoded(split, "split"), encoded(category, "category")
     desc.duckdb = None if duckdb is None else path_of(duckdb)
+    desc.shard, desc.shards = (whole(each, "a shard") for each in shard)
     if objects is not None:
         numbers = (c_uint32 * max(len(objects), 1))(*(whole(each, "an object") for each in objects))
         desc.objects, desc.object_count = addressof(numbers), len(objects)

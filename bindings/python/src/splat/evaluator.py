@@ -168,5 +168,12 @@ class Evaluator(Handle):
         return found
 
     def save(self, folder: PathLike) -> None:
-        """Write results.json, per_object.csv and scores.txt to a folder, made if missing."""
+        """Write results.json, per_object.csv, scores.txt and objects.json to a folder, made if missing."""
         self._call(lib.splat_evaluator_save, self.handle, path_of(folder, "folder"))
+
+    def load(self, folder: PathLike) -> None:
+        """Take over the scores in a folder of `save`, by the objects' names.
+
+        Raises InvalidArgument (other weights, data or objects), NotFound, FormatError.
+        """
+        self._call(lib.splat_evaluator_load, self.handle, path_of(folder, "folder"))

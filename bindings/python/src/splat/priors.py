@@ -3,7 +3,7 @@
 Maps are pixels [height,width] or [height,width,3], or an `Image`: uint8 (0 to 255 stand for 0 to
 1), float16 or float32. Numbers that are not finite are refused, unless a mask leaves them out.
 """
-from ctypes import byref, c_uint64, sizeof
+from ctypes import byref, c_int32, c_uint64, sizeof
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -104,6 +104,35 @@ def filter_map(data: ArrayLike, filter: Union[int, str]) -> Floats:
     check(lib.splat_prior_filter(byref(image), choice(_native.MapFilter, filter, "filter"),
                                  byref(image_struct(filtered))))
     return filtered
+
+
+def picture_mask(picture: ArrayLike) -> Tuple[NDArray[np.uint8], _native.Found]:
+    """The object of a picture [height,width,channels] without a network: by its alpha, else by the colour of its
+    border. A mask [height,width] of 0 and 255, and how it was found."""
+    array = pixel_array(picture, "picture")
+    mask = np.empty(array.shape[:2], np.uint8)
+    found = c_int32()
+    check(lib.splat_picture_mask(byref(image_struct(array)), byref(image_struct(mask)), byref(found)))
+    return mask, _native.Found(found.value)
+
+
+def normals_from_depth(depth: ArrayLike, focal: float, *, center: Tuple[float, float] = (0, 0),
+                       distances: Tuple[float, float] = (0, 0)) -> Floats:
+    """Normals [height,width,3] as (n + 1) / 2 in the camera's axes, of the surface that a depth map shows.
+
+    focal      pixels
+    center     principal point; both 0: the middle
+    distances  nearest and farthest of a map of relative depth; both 0: the map holds distances
+    Raises ShapeMismatch, InvalidArgument.
+    """
+    image = _map(depth, "depth")
+    desc = _empty(_native.splat_normals_desc)
+    desc.focal_x = desc.focal_y = focal
+    desc.center_x, desc.center_y = center
+    desc.nearest, desc.farthest = distances
+    normal = np.empty((image.height, image.width, 3), np.float32)
+    check(lib.splat_normals_from_depth(byref(image), byref(desc), byref(image_struct(normal))))
+    return normal
 
 
 def mesh_points(path: PathLike, count: int, seed: int = 0) -> Floats:

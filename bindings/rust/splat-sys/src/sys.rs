@@ -1101,6 +1101,9 @@ pub struct splat_dataset_import_desc {
     pub split: *const c_char,
     /// path of DuckDB's library; NULL: see above
     pub duckdb: *const c_char,
+    /// parts of the work, done by calls in any processes that share the folder, and which of them this call does, below `shards`; the last call to end completes the store. 0: 1
+    pub shards: u32,
+    pub shard: u32,
 }
 
 impl Default for splat_dataset_import_desc {
@@ -1120,7 +1123,7 @@ pub struct splat_dataset_export_desc {
     pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
-    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "store": \<split\>/, as an import gives; NULL: tables
+    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "images": \<split\>/\<object\>/ with transforms.json and the images in rgb/; "store": \<split\>/, as an import gives; NULL: tables
     pub layout: *const c_char,
     /// to write; NULL: that of the data set
     pub split: *const c_char,
@@ -1131,6 +1134,9 @@ pub struct splat_dataset_export_desc {
     /// which to write; NULL: all
     pub objects: *const u32,
     pub object_count: u64,
+    /// of a store, as in splat_dataset_import_desc
+    pub shards: u32,
+    pub shard: u32,
 }
 
 impl Default for splat_dataset_export_desc {
@@ -3449,8 +3455,9 @@ extern "C" {
     /// callback  may be NULL
     /// user      passed to it
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it
-    ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it, or
+    ///                                     with the same import begun in another number of shards
+    ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
     ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
     ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
     ///                                     groups that do not fit in that memory
@@ -5214,14 +5221,27 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object) and scores.txt
-    /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it), each whole or not at
-    /// all.
+    /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
+    /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
+    /// each object's scores, for splat_evaluator_load), each whole or not at all.
     /// folder    made where it is missing
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
     ///   (the folder or a file cannot be written).
     /// ```
     pub fn splat_evaluator_save(evaluator: splat_evaluator, folder: *const c_char) -> splat_result;
+
+    /// ```text
+    /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
+    /// scored here: to merge what several processes scored, or to go on. They replace those of the same
+    /// objects.
+    /// folder    of objects.json
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, another method, data set or
+    ///                                     split, or of an object that is not there; nothing is taken
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
+    ///                                     read, is damaged
+    /// ```
+    pub fn splat_evaluator_load(evaluator: splat_evaluator, folder: *const c_char) -> splat_result;
 
     /// Destroy an evaluator. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_evaluator_destroy(evaluator: splat_evaluator) -> splat_result;
@@ -5365,7 +5385,7 @@ extern "C" {
     pub fn splat_picture_mask(
         picture: *const splat_image,
         mask: *const splat_image,
-        found: splat_found,
+        found: *mut splat_found,
     ) -> splat_result;
 
     /// ```text
@@ -5775,7 +5795,7 @@ mod tests {
             focal_count: 120, 8;
             origin_distance_count: 128, 8;
         );
-        layout!(splat_dataset_import_desc, 48, 8,
+        layout!(splat_dataset_import_desc, 56, 8,
             struct_size: 0, 4;
             flags: 4, 4;
             next: 8, 8;
@@ -5783,8 +5803,10 @@ mod tests {
             out: 24, 8;
             split: 32, 8;
             duckdb: 40, 8;
+            shards: 48, 4;
+            shard: 52, 4;
         );
-        layout!(splat_dataset_export_desc, 72, 8,
+        layout!(splat_dataset_export_desc, 80, 8,
             struct_size: 0, 4;
             flags: 4, 4;
             next: 8, 8;
@@ -5795,6 +5817,8 @@ mod tests {
             duckdb: 48, 8;
             objects: 56, 8;
             object_count: 64, 8;
+            shards: 72, 4;
+            shard: 76, 4;
         );
         layout!(splat_synthetic_desc, 64, 8,
             struct_size: 0, 4;

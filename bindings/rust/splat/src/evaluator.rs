@@ -180,10 +180,19 @@ impl Evaluator {
         })
     }
 
-    /// Write results.json, per_object.csv and scores.txt to a folder, which is made where missing.
+    /// Write results.json, per_object.csv, scores.txt and objects.json to a folder, which is made where missing.
     pub fn save(&self, folder: &str) -> Result<()> {
         let folder = c_text("folder", folder)?;
         let _lock = self.serial.lock();
         call!(splat_evaluator_save(self.handle, folder.as_ptr()))
+    }
+
+    /// Take over the scores in a folder of [`Evaluator::save`], by the objects' names.
+    ///
+    /// Errors: `InvalidArgument` (other weights, data or objects), `NotFound`, `Format`, `Io`.
+    pub fn load(&self, folder: &str) -> Result<()> {
+        let folder = c_text("folder", folder)?;
+        let _lock = self.serial.lock();
+        call!(splat_evaluator_load(self.handle, folder.as_ptr()))
     }
 }

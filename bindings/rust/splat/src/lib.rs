@@ -59,7 +59,10 @@ pub use op::{op_list, Op, OpDesc};
 pub use optimizer::{Optimizer, OptimizerDesc, OptimizerGroup, OptimizerItem};
 pub use picture::{picture_cut, Picture, PictureCut, PictureSource};
 pub use predictor::{builtin_weights, Prediction, Predictor, PredictorDesc};
-pub use priors::{prior_preset, PriorMaps, PriorModel, PriorModelDesc};
+pub use priors::{
+    normals_from_depth, picture_mask, prior_preset, NormalsDesc, PriorMaps, PriorModel,
+    PriorModelDesc,
+};
 pub use rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
 pub use scene::{formats as scene_formats, Scene, SceneDesc};
 pub use tables::{import_tables, ExportDesc, ImportDesc, Progress};

@@ -4,7 +4,7 @@ use crate::error::{call, Result};
 use crate::image::{ImageView, ImageViewMut};
 use crate::object::object;
 use crate::text::{c_optional, c_path, pointer, text};
-use crate::values::{PriorModelFlags, PriorModelInfo};
+use crate::values::{Found, PriorModelFlags, PriorModelInfo};
 use splat_sys as sys;
 use std::path::Path;
 
@@ -18,6 +18,50 @@ pub fn prior_preset(name: Option<&str>) -> Result<String> {
     text(|buffer, capacity, needed| unsafe {
         sys::splat_prior_preset(pointer(&name), buffer, capacity, needed)
     })
+}
+
+/// Find the object of a picture without a network: by its alpha, else by the colour of its border.
+/// `mask`: 1 channel of the picture's size.
+///
+/// Errors: `ShapeMismatch`, `InvalidArgument`.
+pub fn picture_mask(picture: ImageView<'_>, mask: ImageViewMut<'_>) -> Result<Found> {
+    let mut found = 0;
+    let mask = mask.to_raw();
+    call!(splat_picture_mask(&picture.to_raw(), &mask, &mut found))?;
+    Ok(Found(found))
+}
+
+/// The camera of a depth map, and what its numbers mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NormalsDesc {
+    /// Focal lengths, pixels.
+    pub focal: [f64; 2],
+    /// Principal point, pixels from the left and upper edge; both 0: the middle.
+    pub center: [f64; 2],
+    /// Nearest and farthest distance of relative depth; both 0: the map holds distances.
+    pub distances: [f64; 2],
+}
+
+/// Make normals of the surface that a depth map shows: (n + 1) / 2 in the camera's axes, 0.5 without
+/// a surface. `normal`: 3 channels of the map's size.
+///
+/// Errors: `ShapeMismatch`, `InvalidArgument`.
+pub fn normals_from_depth(
+    depth: ImageView<'_>,
+    desc: &NormalsDesc,
+    normal: ImageViewMut<'_>,
+) -> Result<()> {
+    let raw = sys::splat_normals_desc {
+        focal_x: desc.focal[0],
+        focal_y: desc.focal[1],
+        center_x: desc.center[0],
+        center_y: desc.center[1],
+        nearest: desc.distances[0],
+        farthest: desc.distances[1],
+        ..Default::default()
+    };
+    let normal = normal.to_raw();
+    call!(splat_normals_from_depth(&depth.to_raw(), &raw, &normal))
 }
 
 /// A network and its preset.

@@ -27,6 +27,10 @@ pub struct ImportDesc<'a> {
     pub split: Option<&'a str>,
     /// DuckDB's library; None: SPLAT_DUCKDB_LIBRARY, or found.
     pub duckdb: Option<&'a str>,
+    /// Parts of the work, which as many processes do; the last to end completes the store. 0: 1.
+    pub shards: u32,
+    /// Which of them this call does, from 0.
+    pub shard: u32,
 }
 
 /// What of a data set to write, and how.
@@ -34,7 +38,7 @@ pub struct ImportDesc<'a> {
 pub struct ExportDesc<'a> {
     /// The folder to write to.
     pub path: &'a str,
-    /// "tables", "srn", "store"; None: tables.
+    /// "tables", "srn", "images", "store"; None: tables.
     pub layout: Option<&'a str>,
     /// Of what is written; None: that of the data set.
     pub split: Option<&'a str>,
@@ -44,6 +48,10 @@ pub struct ExportDesc<'a> {
     pub duckdb: Option<&'a str>,
     /// Numbers of objects; None: all.
     pub objects: Option<&'a [u32]>,
+    /// Of a store, as of [`ImportDesc`].
+    pub shards: u32,
+    /// Of a store, as of [`ImportDesc`].
+    pub shard: u32,
 }
 
 /// What the trampoline needs: the callback, and the panic that it stopped.
@@ -98,6 +106,8 @@ pub fn import_tables(desc: &ImportDesc<'_>, progress: Option<Progress<'_>>) -> R
         out: pointer(&out),
         split: pointer(&split),
         duckdb: pointer(&duckdb),
+        shards: desc.shards,
+        shard: desc.shard,
         ..Default::default()
     };
     run(progress, |callback, user| {
@@ -124,6 +134,8 @@ impl Dataset {
             duckdb: pointer(&duckdb),
             objects,
             object_count,
+            shards: desc.shards,
+            shard: desc.shard,
             ..Default::default()
         };
         run(progress, |callback, user| {

@@ -176,6 +176,10 @@ fn a_predictor_is_scored() {
     assert_eq!(evaluator.summary().unwrap().objects, 2);
     evaluator.save(&folder.text("eval")).unwrap();
     assert!(evaluator.report().unwrap().contains("\"schema\": 1"));
+    evaluator.load(&folder.text("eval")).unwrap();
+    assert_eq!(evaluator.summary().unwrap().objects, 2);
+    let missing = evaluator.load(&folder.text("nowhere")).unwrap_err();
+    assert_eq!(missing.code(), Code::NotFound);
     let set = folder.text("eval");
     let same = Comparison::of_scores(
         ScoreSet::Path(&set),

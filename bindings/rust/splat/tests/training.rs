@@ -77,6 +77,17 @@ fn a_data_set_is_exported() {
     })
     .unwrap();
     assert!(store.report().unwrap().contains("\"format\": \"store\""));
+    for shard in [1, 0] {
+        let part = ExportDesc {
+            path: &folder.text("parts"),
+            layout: Some("store"),
+            shards: 2,
+            shard,
+            ..Default::default()
+        };
+        dataset.export(&part, None).unwrap();
+    }
+    assert!(std::path::Path::new(&folder.text("parts/train/store.json")).exists());
     let tables = ImportDesc {
         path: &path,
         ..Default::default()

@@ -1,0 +1,89 @@
+// Photographs whose transforms.json gives no focal length: that of their Exif data.
+#include <gtest/gtest.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include <jpeglib.h>
+
+#include "data/dataset.h"
+#include "io/file.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::put_text;
+using test::SampleFolder;
+
+/// A gray JPEG of 12 x 8 pixels; `millimetres` of 35 mm film in its Exif data, 0: none.
+void put_jpeg(const fs::path& path, std::uint8_t millimetres) {
+    jpeg_compress_struct jpeg{};
+    jpeg_error_mgr errors{};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &bytes, &size);
+    jpeg.image_width = 12;
+    jpeg.image_height = 8;
+    jpeg.input_components = 1;
+    jpeg.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    // "MM", 42, first directory at 8: one entry, Exif's directory at 26; there FocalLengthIn35mmFilm.
+    const std::uint8_t exif[] = {'E', 'x', 'i', 'f',  0,           0, 'M', 'M', 0,    42, 0, 0, 0,
+                                 8,   0,   1,   0x87, 0x69,        0, 4,   0,   0,    0,  1, 0, 0,
+                                 0,   26,  0,   0,    0,           0, 0,   1,   0xA4, 5,  0, 3, 0,
+                                 0,   0,   1,   0,    millimetres, 0, 0,   0,   0,    0,  0};
+    if (millimetres != 0) jpeg_write_marker(&jpeg, JPEG_APP0 + 1, exif, sizeof exif);
+    unsigned char row[12] = {0, 20, 40, 60, 80, 100, 120, 140, 160, 180, 200, 220};
+    for (JSAMPROW at = row; jpeg.next_scanline < jpeg.image_height;)
+        jpeg_write_scanlines(&jpeg, &at, 1);
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), {reinterpret_cast<const std::byte*>(bytes), size}));
+    std::free(bytes);
+}
+
+Result<std::vector<float>> focals_of(const fs::path& folder) {
+    DatasetDesc desc;
+    desc.path = folder.string();
+    desc.split = "train";
+    SPLAT_ASSIGN(const auto dataset, Dataset::open(desc));
+    std::vector<float> focals(4);
+    ViewArrays out;
+    out.focals = focals.data();
+    const std::uint32_t views[] = {0, 1};
+    SPLAT_TRY(dataset->read(0, views, out));
+    return focals;
+}
+
+TEST(ExifFocal, IsThatOfEachPhotographWhereTheFileGivesNone) {
+    constexpr const char* kFrames =
+        R"("w": 12, "h": 8, "frames": [
+    {"file_path": "a.jpg", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+    {"file_path": "b.jpg", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+    const SampleFolder folder;
+    const fs::path file = folder.path() / "scene/transforms.json";
+    put_jpeg(folder.path() / "scene/a.jpg", 36);
+    put_jpeg(folder.path() / "scene/b.jpg", 72);
+    put_text(file, std::string("{") + kFrames);
+    const auto focals = focals_of(folder.path());
+    ASSERT_OK(focals.status());
+    // The diagonals of 12 x 8 pixels and of 36 x 24 mm are 3 mm for a pixel.
+    EXPECT_NEAR(focals.value()[0], 12, 1e-4);
+    EXPECT_NEAR(focals.value()[2], 24, 1e-4);
+    put_text(file, std::string("{\"fl_x\": 10, ") + kFrames);
+    ASSERT_OK(focals_of(folder.path()).status());
+    EXPECT_NEAR(focals_of(folder.path()).value()[0], 10, 1e-4) << "the file's own comes first";
+    put_jpeg(folder.path() / "scene/b.jpg", 0);
+    put_text(file, std::string("{") + kFrames);
+    EXPECT_ERROR(focals_of(folder.path()).status(), Code::kFormat,
+                 "frame 1: neither 'fl_x' nor 'camera_angle_x' is given");
+}
+
+}  // namespace
+}  // namespace splat::data

@@ -1,0 +1,132 @@
+// Imports that several processes do in parts, and the last of which completes the store.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+#include "tables/published_tables.h"
+#include "tables/store.h"
+#include "tables/table_samples.h"
+
+namespace splat::tables {
+namespace {
+
+namespace fs = std::filesystem;
+using test::SampleFolder;
+using test::tree_of;
+
+StoreIndex small_index(const std::string& source) {
+    StoreIndex index;
+    index.split = "train";
+    index.source = source;
+    index.resolution = 1;
+    index.maps = {Table::kRgb};
+    index.objects = {{"a", "4 2 2 0\n0 0 0\n1\n1 1\n", 5}};
+    index.frames = {0, 1, 2, 3, 4};
+    return index;
+}
+
+Status write_part(const fs::path& folder, Part part, const std::string& source = "x") {
+    SPLAT_ASSIGN(const auto store,
+                 StoreWriter::open(folder.string(), small_index(source), true, part));
+    if (store->complete()) return {};
+    for (std::uint64_t row = part.begin(5); row < part.end(5); ++row) {
+        const std::byte pixel[3] = {std::byte{1}, std::byte{2}, static_cast<std::byte>(row)};
+        SPLAT_TRY(store->put(Table::kPoses, row, {}));
+        SPLAT_TRY(store->put(Table::kRgb, row, pixel));
+    }
+    return store->finish();
+}
+
+TEST(Shards, CoverEveryRowOnce) {
+    for (const std::uint64_t rows : {0, 1, 5, 1000}) {
+        std::uint64_t next = 0;
+        for (std::uint32_t i = 0; i < 7; ++i) {
+            EXPECT_EQ((Part{i, 7}.begin(rows)), next);
+            next = Part{i, 7}.end(rows);
+        }
+        EXPECT_EQ(next, rows);
+    }
+}
+
+TEST(Shards, TheLastOneCompletesTheStore) {
+    const SampleFolder folder;
+    ASSERT_OK(write_part(folder.path() / "whole", {}));
+    for (const auto& order : {std::vector<std::uint32_t>{0, 1, 2}, {2, 0, 1}, {1, 1, 2, 0}}) {
+        const fs::path parts = folder.path() / "parts";
+        for (const std::uint32_t i : order) {
+            EXPECT_FALSE(is_store(parts.string())) << "before part " << i;
+            ASSERT_OK(write_part(parts, {i, 3}));
+        }
+        EXPECT_TRUE(is_store(parts.string()));
+        EXPECT_TRUE(tree_of(parts, {".npy", ".json"}) ==
+                    tree_of(folder.path() / "whole", {".npy", ".json"}));
+        EXPECT_OK(write_part(parts, {1, 3})) << "a complete store is left alone";
+        fs::remove_all(parts);
+    }
+}
+
+TEST(Shards, AreWrittenBySeveralProcessesAtOnce) {
+    constexpr std::uint32_t kParts = 5;
+    const SampleFolder folder;
+    ASSERT_OK(write_part(folder.path() / "whole", {}));
+    std::vector<pid_t> children;
+    for (std::uint32_t i = 0; i < kParts; ++i) {
+        children.push_back(::fork());
+        if (children.back() == 0)
+            ::_exit(write_part(folder.path() / "parts", {i, kParts}).ok() ? 0 : 1);
+    }
+    for (const pid_t child : children) {
+        int status = 1;
+        ::waitpid(child, &status, 0);
+        EXPECT_EQ(status, 0);
+    }
+    EXPECT_TRUE(tree_of(folder.path() / "parts", {".npy", ".json"}) ==
+                tree_of(folder.path() / "whole", {".npy", ".json"}));
+}
+
+TEST(Shards, ThatDoNotFitAreRefused) {
+    const SampleFolder folder;
+    const fs::path store = folder.path() / "store";
+    ASSERT_OK(write_part(store, {0, 3}));
+    EXPECT_ERROR(write_part(store, {1, 2}), Code::kInvalidArgument,
+                 "import_0_of_3.json': the same import, begun in another number of shards");
+    EXPECT_ERROR(write_part(store, {}), Code::kInvalidArgument, "another number of shards");
+    {
+        const auto held = StoreWriter::open(store.string(), small_index("x"), false, {1, 3});
+        ASSERT_OK(held.status());
+        EXPECT_ERROR(write_part(store, {1, 3}), Code::kInvalidState, "shard 1 of 3 of ");
+        EXPECT_ERROR(write_part(store, {}), Code::kInvalidState, "is in use");
+        EXPECT_OK(write_part(store, {2, 3})) << "another shard is not in the way";
+    }
+    EXPECT_FALSE(is_store(store.string()));
+    // Parts of other tables begin anew, and do not count what was done of the first.
+    ASSERT_OK(write_part(store, {1, 3}, "y"));
+    ASSERT_OK(write_part(store, {2, 3}, "y"));
+    EXPECT_FALSE(is_store(store.string()));
+    ASSERT_OK(write_part(store, {0, 3}, "y"));
+    EXPECT_TRUE(is_store(store.string()));
+}
+
+TEST(Shards, ParquetTablesAreImportedInParts) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path tables = folder.path() / "tables";
+    ASSERT_OK(test::convert(folder.path() / "srn", "train", data::Layout::kTables, tables));
+    const auto import = [&](const char* to, Part part) {
+        return import_tables(
+            {tables.string(), "train", (folder.path() / to).string(), "", false, part}, nullptr);
+    };
+    ASSERT_OK(import("whole", {}));
+    for (const std::uint32_t i : {3U, 0U, 2U, 1U}) {
+        EXPECT_FALSE(is_store((folder.path() / "parts").string()));
+        ASSERT_OK(import("parts", {i, 4}));
+    }
+    EXPECT_TRUE(tree_of(folder.path() / "parts", {".npy", ".json"}) ==
+                tree_of(folder.path() / "whole", {".npy", ".json"}));
+}
+
+}  // namespace
+}  // namespace splat::tables

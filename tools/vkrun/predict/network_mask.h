@@ -1,0 +1,26 @@
+#pragma once
+
+#include <splat.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vkrun/predict/prediction.h"
+
+namespace vkrun {
+
+/// The mask that a network makes of a picture.
+struct NetworkMask {
+    std::vector<std::uint8_t> bytes;
+    splat_image image{};  ///< of `bytes`; no pixels: none was made
+    std::string preset;   ///< of the network
+    std::string warning;  ///< why the network at hand made none; may be empty
+};
+
+/// Make a mask by the network that the options or SPLAT_MASK_MODEL name, else by one of a preset whose file is
+/// where 'vkrun priors where' says. None without a network, for a picture with alpha, and if the options say how
+/// the object is found. Throws a Failure, except for a network that nobody named.
+NetworkMask network_mask(const PredictionOptions& options);
+
+}  // namespace vkrun

@@ -1,0 +1,235 @@
+// vkrun priors points: how far a scene's Gaussians lie from the points of a mesh or of a depth map.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <numbers>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/scene/scene_file.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kPriorsPointsFooter =
+    R"(TRUTH is a mesh (.obj), of whose surface N points are drawn, uniformly by area, or a depth map: .npy of distances
+along the camera's axis in the scene's units, 0 where there is no surface. Its camera is number V of --camera
+(transforms.json or a COLMAP model), else one at the origin that looks along z, --fov wide, as that of the picture of
+a predicted scene.
+
+--pose brings SCENE from the frame of its picture's camera to that of the mesh: 16 numbers, row by row, of the
+camera's place in that world (OpenCV's axes), as SRN's pose files have them.
+
+accuracy is the mean distance from Gaussians to the nearest true point, completeness that from true points to the
+nearest Gaussian, and chamfer the mean of both; the F-score is the harmonic mean of the shares that are nearer than
+the threshold.
+
+Exit status: 0 done, 2 wrong usage, 4 a file cannot be read or is damaged.
+
+Examples:
+  vkrun priors points out/scene.ply car.obj --pose cars/rgb/pose/000064.txt
+  vkrun priors points out/scene.ply depth.npy --fov 52 --threshold 0.02 --json
+)";
+
+struct PointsOptions {
+    std::string scene, truth, camera, pose;
+    std::uint32_t view = 0, samples = 100000;
+    std::uint64_t seed = 0;
+    double fov = 0, threshold = 0, min_opacity = 1.0 / 255;
+    bool json = false;
+};
+
+bool has_extension(const std::string& path, const std::string& extension) {
+    return path.size() > extension.size() &&
+           std::equal(extension.rbegin(), extension.rend(), path.rbegin(), [](char a, char b) {
+               return a == std::tolower(static_cast<unsigned char>(b));
+           });
+}
+
+std::vector<float> mesh_points(const PointsOptions& options) {
+    std::vector<float> points(std::size_t{3} * options.samples);
+    check(splat_points_from_mesh(options.truth.c_str(), options.seed, points.data(), points.size()),
+          kBadData);
+    return points;
+}
+
+splat_camera camera_of(const PointsOptions& options, const splat_image& depth) {
+    if (!options.camera.empty()) {
+        auto desc = sized<splat_camera_file_desc>();
+        desc.width = depth.width;
+        desc.height = depth.height;
+        std::uint32_t count = 0;
+        check(splat_camera_load(options.camera.c_str(), &desc, nullptr, 0, &count), kBadData);
+        if (options.view >= count)
+            throw Failure(kUsageError,
+                          format("--view is %u, but '%s' has %u cameras, counted from 0",
+                                 options.view, options.camera.c_str(), count));
+        std::vector<splat_camera> cameras(count);
+        check(splat_camera_load(options.camera.c_str(), &desc, cameras.data(), count, nullptr),
+              kBadData);
+        return cameras[options.view];
+    }
+    if (options.fov == 0) throw Failure(kUsageError, "a depth map needs --camera or --fov");
+    splat_camera camera{};
+    check(splat_camera_from_fov(depth.width, depth.height, options.fov * std::numbers::pi / 180,
+                                &camera));
+    return camera;
+}
+
+std::vector<float> depth_points(const PointsOptions& options) {
+    splat_image depth{};
+    depth.type = SPLAT_PIXEL_F32;
+    check(splat_image_load(options.truth.c_str(), &depth, nullptr), kBadData);
+    if (depth.channels != 1)
+        throw Failure(kBadData, format("'%s' has %u channels, expected one of distances",
+                                       options.truth.c_str(), depth.channels));
+    std::vector<float> values(std::size_t{depth.width} * depth.height);
+    depth.pixels = values.data();
+    check(splat_image_load(options.truth.c_str(), &depth, nullptr), kBadData);
+    const splat_camera camera = camera_of(options, depth);
+    std::vector<float> points(3 * values.size());
+    std::uint64_t needed = 0;
+    check(splat_points_from_depth(&depth, &camera, points.data(), points.size(), &needed),
+          kBadData);
+    if (needed == 0) throw Failure(kBadData, "'" + options.truth + "' shows no point");
+    points.resize(needed);
+    return points;
+}
+
+/// w, x, y, z of a rotation, row by row.
+void set_rotation(const double (&r)[9], double (&quaternion)[4]) {
+    const double traces[4] = {r[0] + r[4] + r[8], r[0] - r[4] - r[8], r[4] - r[0] - r[8],
+                              r[8] - r[0] - r[4]};
+    const auto largest = static_cast<int>(std::max_element(traces, traces + 4) - traces);
+    const double wx = r[7] - r[5], wy = r[2] - r[6], wz = r[3] - r[1];
+    const double xy = r[3] + r[1], xz = r[2] + r[6], yz = r[7] + r[5];
+    const double d = 1 + traces[largest];
+    const double all[4][4] = {{d, wx, wy, wz}, {wx, d, xy, xz}, {wy, xy, d, yz}, {wz, xz, yz, d}};
+    std::copy_n(all[largest], 4, quaternion);  // of any length
+}
+
+void move_to_world(const std::string& path, splat_scene scene) {
+    std::ifstream file(path);
+    std::vector<double> pose;
+    for (double number = 0; file >> number;) pose.push_back(number);
+    if (pose.size() != 16)
+        throw Failure(kBadData, format("'%s' holds %zu numbers, expected the 16 of a pose",
+                                       path.c_str(), pose.size()));
+    splat_similarity to_world{};
+    const double rotation[9] = {pose[0], pose[1], pose[2], pose[4], pose[5],
+                                pose[6], pose[8], pose[9], pose[10]};
+    set_rotation(rotation, to_world.rotation);
+    for (int i = 0; i < 3; ++i) to_world.translation[i] = pose[4 * i + 3];
+    to_world.scale = 1;
+    check(splat_scene_transform(scene, &to_world), kBadData);
+}
+
+/// A hundredth of the diagonal of the box around the points.
+double default_threshold(const std::vector<float>& points) {
+    double squared = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        float low = points[axis], high = points[axis];
+        for (std::size_t i = axis; i < points.size(); i += 3) {
+            low = std::min(low, points[i]);
+            high = std::max(high, points[i]);
+        }
+        const double side = static_cast<double>(high) - static_cast<double>(low);
+        squared += side * side;
+    }
+    return std::sqrt(squared) / 100;
+}
+
+void print_scores(const PointsOptions& options, const splat_point_scores& s, std::size_t points,
+                  double threshold) {
+    if (options.json) {
+        print_json({{"scene", options.scene},
+                    {"truth", options.truth},
+                    {"gaussians", s.gaussians},
+                    {"points", points},
+                    {"threshold", threshold},
+                    {"accuracy", s.accuracy},
+                    {"completeness", s.completeness},
+                    {"chamfer", s.chamfer},
+                    {"chamfer_squared", s.chamfer_squared},
+                    {"precision", s.precision},
+                    {"recall", s.recall},
+                    {"f_score", s.f_score}});
+        return;
+    }
+    std::printf("%llu Gaussians of '%s' against %zu points of '%s'\n",
+                static_cast<unsigned long long>(s.gaussians), options.scene.c_str(), points,
+                options.truth.c_str());
+    std::printf("chamfer %.6g (accuracy %.6g, completeness %.6g; sum of squares %.6g)\n", s.chamfer,
+                s.accuracy, s.completeness, s.chamfer_squared);
+    std::printf("F-score %.4f at %.4g (precision %.4f, recall %.4f)\n", s.f_score, threshold,
+                s.precision, s.recall);
+}
+
+int compare_points(const PointsOptions& options) {
+    const bool mesh = has_extension(options.truth, ".obj");
+    if (!mesh && !has_extension(options.truth, ".npy"))
+        throw Failure(kUsageError,
+                      "'" + options.truth + "' is neither a mesh (.obj) nor a depth map (.npy)");
+    if (mesh && (!options.camera.empty() || options.fov != 0))
+        throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh");
+    if (!mesh && options.samples != PointsOptions{}.samples)
+        throw Failure(kUsageError, "--samples is of a mesh, not of depth maps");
+    if (!options.camera.empty() && options.fov != 0)
+        throw Failure(kUsageError, "--camera and --fov exclude each other");
+    if (options.fov != 0) check_number("--fov", options.fov, 0.1, 179);
+    check_number("--min-opacity", options.min_opacity, 0, 1);
+    SceneFile scene = load_scene(options.scene);
+    if (!options.pose.empty()) move_to_world(options.pose, scene.scene.get());
+    const std::vector<float> points = mesh ? mesh_points(options) : depth_points(options);
+    const double threshold = options.threshold != 0 ? options.threshold : default_threshold(points);
+    auto scores = sized<splat_point_scores>();
+    check(splat_scene_compare_points(scene.scene.get(), options.min_opacity, points.data(),
+                                     points.size(), threshold, &scores),
+          kBadData);
+    print_scores(options, scores, points.size() / 3, threshold);
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_priors_points(CLI::App& priors, int& exit_code) {
+    CLI::App* command = add_command(
+        priors, "points", "Compare a scene with a mesh or a depth map: Chamfer distance, F-score.",
+        kPriorsPointsFooter);
+    const auto options = std::make_shared<PointsOptions>();
+    PointsOptions& o = *options;
+    command->add_option("SCENE", o.scene, "Scene file")->required()->type_name("");
+    command->add_option("TRUTH", o.truth, "Mesh (.obj) or depth map (.npy)")
+        ->required()
+        ->type_name("");
+    command->add_option("--pose", o.pose, "Pose of the camera whose frame the scene has")
+        ->type_name("FILE");
+    command->add_option("--camera", o.camera, "Cameras of the depth map")->type_name("FILE");
+    command->add_option("--view", o.view, "Number of its camera in that file, from 0")
+        ->type_name("V")
+        ->capture_default_str();
+    command->add_option("--fov", o.fov, "Degrees across the depth map, without --camera")
+        ->type_name("DEG");
+    add_count_option(*command, "--samples", o.samples, "Points of the mesh", 1, 10000000);
+    command->add_option("--seed", o.seed, "Seed of these points")
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        ->add_option("--threshold", o.threshold,
+                     "Distance of the F-score; default: 1 % of the diagonal of the truth's box")
+        ->type_name("X");
+    command->add_option("--min-opacity", o.min_opacity, "Least opacity of Gaussians that count")
+        ->type_name("X")
+        ->default_str("1/255");
+    add_json_flag(*command, o.json);
+    command->callback([options, &exit_code] { exit_code = compare_points(*options); });
+}
+
+}  // namespace vkrun
