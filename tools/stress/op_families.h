@@ -19,7 +19,7 @@ std::vector<OpStress> op_families(const std::string& op, bool quick);
 
 /// reference_of(), with group_norm's x taken about a float32 number near the mean of its group. The values are
 /// the same, and x minus that number is exact, so that the magnitudes, and with them the bounds, are those of
-/// statistics about a pivot.
+/// statistics about a pivot. An infinite number counts as the largest one.
 bench::CaseReference reference_about_pivots(const bench::OpCase& op_case);
 
 }  // namespace vkrun::stress

@@ -28,25 +28,17 @@ void run_scene(Run& run, const RasterStress& stress) {
     const RasterLoss loss = random_loss(stress.scene);
     const auto expected = raster_expected(stress.scene, loss, run.quick() ? 4 : 8);
     const RasterResults<float> published = published_in_float32(stress.scene, loss);
-    for (const KernelDevice& with : run.devices()) {
-        RasterOnDevice on_device(with.device.get(), stress.scene, loss);
-        RasterResults<float> first;
-        try {
-            first = on_device.results();
-        } catch (const Failure& failure) {
-            const std::string sentence = failure.what();
-            if (sentence.find("SPLAT_ERROR_UNSUPPORTED") == std::string::npos) throw;
-            run.note("raster/" + stress.name + ", " + with.kernels +
-                     " kernels: refused: " + sentence);
-            continue;
-        }
-        const RasterResults<float> again = on_device.results();
-        for (auto& [name, values] : first) {
-            Row row{"raster", stress.name, stress.input, name, with.kernels, kRasterReason};
-            row.peer = judge(published.at(name), expected.at(name)).error;
-            run.add(std::move(row), std::move(values), again.at(name), expected.at(name));
-        }
-    }
+    for (const KernelDevice& with : run.devices())
+        run.unless_refused("raster/" + stress.name + ", " + with.kernels, [&] {
+            RasterOnDevice on_device(with.device.get(), stress.scene, loss);
+            RasterResults<float> first = on_device.results();
+            const RasterResults<float> again = on_device.results();
+            for (auto& [name, values] : first) {
+                Row row{"raster", stress.name, stress.input, name, with.kernels, kRasterReason};
+                row.peer = judge(published.at(name), expected.at(name)).error;
+                run.add(std::move(row), std::move(values), again.at(name), expected.at(name));
+            }
+        });
 }
 
 }  // namespace

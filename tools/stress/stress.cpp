@@ -120,6 +120,16 @@ bool Run::wants(const std::string& name) const {
     return only.empty() || name == only || name.rfind(only + "/", 0) == 0;
 }
 
+void Run::unless_refused(const std::string& what, const std::function<void()>& compute) {
+    try {
+        compute();
+    } catch (const Failure& failure) {
+        const std::string sentence = failure.what();
+        if (sentence.find("SPLAT_ERROR_UNSUPPORTED") == std::string::npos) throw;
+        note(what + " kernels: refused: " + sentence);
+    }
+}
+
 void Run::add(Row row, std::vector<float> got, const std::vector<float>& again,
               const Expected& expected) {
     hashes_[row.group + "/" + row.name + " " + row.result] = hash_of(got);

@@ -97,6 +97,8 @@ class Run {
              const Expected& expected);
     void add(Row row) { rows_.push_back(std::move(row)); }
     [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+    /// `compute` for a case and a set of kernels; a note where the device is too small for it.
+    void unless_refused(const std::string& what, const std::function<void()>& compute);
     /// What was not run, and why.
     void note(const std::string& sentence) { notes_.push_back(sentence); }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
