@@ -1560,7 +1560,8 @@ endfunction()
 
 # Of every case a PASS, or a FAIL that names its command.
 function(StressQuick)
-  execute_process(COMMAND ${VKRUN} stress --quick --svg ${TEMP}/plot.svg OUTPUT_VARIABLE out ERROR_VARIABLE err RESULT_VARIABLE status)
+  execute_process(COMMAND ${VKRUN} stress --quick --svg ${TEMP}/plot.svg
+                  OUTPUT_VARIABLE out ERROR_VARIABLE err RESULT_VARIABLE status)
   if(NOT status STREQUAL "0")
     string(REGEX MATCHALL "[^\n]*FAIL[^\n]*" failed "${out}")
     string(REPLACE ";" "\n" failed "${failed}")

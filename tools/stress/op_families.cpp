@@ -49,7 +49,7 @@ using Add = std::function<void(const std::string&, const std::string&,
 void add_magnitudes(const std::string& op, bool quick, const Add& add) {
     const std::vector<int> exponents =
         quick ? std::vector<int>{-40, -30, 10, 20, 30}
-              : std::vector<int>{-44, -40, -38, -30, -20, -10, -3, 3, 10, 18, 20, 25, 30, 37};
+              : std::vector<int>{-44, -40, -38, -30, -20, -10, -3, 3, 10, 18, 20, 25, 30, 34};
     for (const int exponent : exponents)
         if (in_domain(op, std::pow(10, exponent), 0))
             add("magnitude_" + power(exponent),

@@ -88,7 +88,7 @@ void run_op_with(Run& run, const OpStress& stress, const KernelDevice& with,
             const Expected expected = expected_op(stress.op_case, results[i].reference);
             Row row{"ops", stress.name, stress.input, results[i].name, with.kernels, kReason};
             if (const auto other = others.find(results[i].name); other != others.end())
-                row.peer = judge(chosen(other->second, results[i].reference), expected).error;
+                row.peer = peer_error(chosen(other->second, results[i].reference), expected);
             run.add(std::move(row), std::move(first[i]), got, expected);
         }
     }

@@ -35,7 +35,7 @@ void run_scene(Run& run, const RasterStress& stress) {
             const RasterResults<float> again = on_device.results();
             for (auto& [name, values] : first) {
                 Row row{"raster", stress.name, stress.input, name, with.kernels, kRasterReason};
-                row.peer = judge(published.at(name), expected.at(name)).error;
+                row.peer = peer_error(published.at(name), expected.at(name));
                 run.add(std::move(row), std::move(values), again.at(name), expected.at(name));
             }
         });

@@ -13,7 +13,7 @@ namespace vkrun::stress {
 namespace {
 
 std::string figure(double value) {
-    return std::isnan(value) ? "" : format("%.1e", value);
+    return std::isnan(value) ? "" : std::isinf(value) ? "not finite" : format("%.1e", value);
 }
 
 const char* verdict_of(const Verdict& verdict) {
@@ -104,6 +104,7 @@ Json stress_json(const std::vector<Row>& rows) {
                  {"passed", row.verdict.passed()},
                  {"reproduce", row.reproduce()}};
         if (std::isfinite(row.peer)) one["peer"] = row.peer;
+        if (std::isinf(row.peer)) one["peer"] = "not finite";
         json.push_back(std::move(one));
     }
     return json;
@@ -122,8 +123,8 @@ std::string stress_svg(const std::vector<Row>& rows, const std::string& title) {
         "font-family=\"sans-serif\" font-size=\"12\">\n"
         "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n"
         "<rect x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" fill=\"none\" stroke=\"#999\"/>\n",
-        kLeft + kWidth + 30, kTop + height + 64, kLeft, kTop, kWidth, height);
-    svg += svg_text(kLeft, 24, "start", title);
+        kLeft + kWidth + 60, kTop + height + 64, kLeft, kTop, kWidth, height);
+    svg += svg_text(10, 24, "start", title);
     for (int power = -6; power <= 3; ++power) {
         const double x = at_x(std::pow(10, power));
         svg += format("<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%g\" y2=\"%g\" stroke=\"%s\"/>\n", x, x,
@@ -153,8 +154,8 @@ std::string stress_svg(const std::vector<Row>& rows, const std::string& title) {
                       kTop + kLine * (place_of + 0.5), radius, color);
     };
     for (const Row& row : rows)
-        if (std::isfinite(row.peer) && row.verdict.allowed > 0)
-            dot(row, row.peer / row.verdict.allowed, 2, "#bbb");
+        if (!std::isnan(row.peer) && row.verdict.allowed > 0)
+            dot(row, std::min(row.peer / row.verdict.allowed, kMost), 2, "#bbb");
     for (const bool failing : {false, true})
         for (const Row& row : rows)
             if (row.verdict.passed() != failing)

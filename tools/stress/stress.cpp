@@ -76,6 +76,11 @@ Verdict judge(const std::vector<float>& got, const Expected& expected) {
     return verdict;
 }
 
+double peer_error(const std::vector<float>& got, const Expected& expected) {
+    const Verdict verdict = judge(got, expected);
+    return verdict.non_finite > 0 ? std::numeric_limits<double>::infinity() : verdict.error;
+}
+
 std::size_t count_unequal(const std::vector<float>& a, const std::vector<float>& b) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < a.size(); ++i)

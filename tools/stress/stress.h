@@ -45,6 +45,9 @@ struct Verdict {
 
 Verdict judge(const std::vector<float>& got, const Expected& expected);
 
+/// Row::peer of what float32 gives elsewhere.
+double peer_error(const std::vector<float>& got, const Expected& expected);
+
 /// Elements whose bits differ.
 std::size_t count_unequal(const std::vector<float>& a, const std::vector<float>& b);
 
@@ -56,7 +59,8 @@ struct Row {
     std::string kernels;  ///< "plain", "cpu" or "gpu"
     std::string reason;   ///< of the bound
     Verdict verdict{};
-    /// The same figure of float32 elsewhere (PyTorch, the published formulas); NaN if there is none.
+    /// The same figure of float32 elsewhere (PyTorch, the published formulas): infinite where that is not finite,
+    /// NaN if there is none.
     double peer = std::numeric_limits<double>::quiet_NaN();
 
     [[nodiscard]] std::string reproduce() const;
