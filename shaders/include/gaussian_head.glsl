@@ -38,6 +38,14 @@ vec4 hamilton(vec4 a, vec4 b) {  // w first
     return vec4(a.x * b.x - dot(a.yzw, b.yzw), a.x * b.yzw + b.x * a.yzw + cross(a.yzw, b.yzw));
 }
 
+// |q|, also where squares overflow.
+float norm_of(vec4 q) {
+    const float square = dot(q, q);
+    if (square < 1e37) return sqrt(square);
+    const vec4 small = q * 8.2718061e-25;  // 2^-80
+    return sqrt(dot(small, small)) / 8.2718061e-25;
+}
+
 // Row-vector matrix of the camera, and its quaternion.
 struct Camera {
     vec4 row[4];

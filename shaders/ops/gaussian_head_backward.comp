@@ -20,7 +20,7 @@ QUADS_OUT(11, grad_net_out);
 // Gradient with respect to the rotation's four channels q.
 vec4 rotation_gradient(vec4 camera, vec4 q, vec4 grad) {
     const vec4 by_unit = hamilton(vec4(camera.x, -camera.yzw), grad);
-    const float norm = sqrt(dot(q, q));
+    const float norm = norm_of(q);
     if (norm <= kLeastNorm) return by_unit / kLeastNorm;
     const vec4 unit = q / norm;
     return (by_unit - unit * dot(unit, by_unit)) / norm;

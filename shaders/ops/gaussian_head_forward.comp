@@ -43,7 +43,7 @@ void main() {
     const vec4 q = vec4(raw[kRotation], raw[kRotation + 1], raw[kRotation + 2], raw[kRotation + 3]);
 
     opacities[g] = dims.activate != 0 ? sigmoid(raw[kOpacity]) : raw[kOpacity];
-    ST4(rotations, g, hamilton(camera.rotation, q / max(sqrt(dot(q, q)), kLeastNorm)));
+    ST4(rotations, g, hamilton(camera.rotation, q / max(norm_of(q), kLeastNorm)));
     float turn[3][3];
     sh_turn(camera, turn);
     const uint first = 3 * g * (1 + 3 * kDegree);

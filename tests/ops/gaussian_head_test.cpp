@@ -121,6 +121,16 @@ TEST_P(GaussianHead, RotationsNearZeroStayFinite) {
     expect_head(context(), call, "rotations near zero");
 }
 
+TEST_P(GaussianHead, MatchesFloat64WhereSquaresOfRotationsOverflow) {
+    OpCall call = call_of(head_cases()[1], 310);
+    const std::size_t pixels = 35;
+    for (std::size_t i = 0; i < call.inputs[0].values.size(); ++i) {
+        const std::size_t channel = i / pixels % call.inputs[0].shape[1];
+        if (channel >= 8 && channel < 12) call.inputs[0].values[i] *= i % 2 == 0 ? 1e20F : 1e30F;
+    }
+    expect_head(context(), call, "long rotations");
+}
+
 TEST_P(GaussianHead, ExtremesStayFinite) {
     OpCall call = call_of(head_cases()[1], 320);
     for (float& value : call.inputs[0].values) value *= 30;  // exp(88) is the greatest there is

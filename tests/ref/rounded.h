@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "ref/summed.h"
@@ -35,8 +36,9 @@ inline Rounded operator/(const Rounded& a, const Rounded& b) {
     const double quotient = a.value / b.value;
     return {quotient, (a.magnitude + std::abs(quotient) * b.magnitude) / std::abs(b.value)};
 }
+/// Arguments beyond 300 count as 300: far beyond float32, and the magnitudes stay within float64.
 inline Rounded exp(const Rounded& a) {
-    const double value = std::exp(a.value);
+    const double value = std::exp(std::min(a.value, 300.0));
     return {value, value * (a.magnitude + 3 + 2 * std::abs(a.value))};
 }
 /// 0 where the argument is 0.

@@ -29,7 +29,7 @@ constexpr const char* kMainFooter = R"(Exit status:
   4    data that is missing, damaged or does not fit together
   5    out of memory, on the host or on the device
   6    a comparison found something worse
-  7    a loss or gradients that are not finite
+  7    a loss, gradients or results that are not finite
   130  interrupted
 
 Environment:
@@ -91,6 +91,7 @@ int run_main(int argc, char** argv) {
     add_priors(app, exit_code);
     add_weights(app, exit_code);
     add_bench(app, exit_code);
+    add_stress(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

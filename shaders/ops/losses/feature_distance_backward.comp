@@ -22,10 +22,11 @@ void main() {
         along += dot(2 * weights(c) * difference(c, i, lengths), LD4(a, c * step + i));
     const bool zero = lengths.x == 0;
     const float inverse = 1 / (lengths.x + kEps);
-    const float back = zero ? 0.0 : along * inverse * inverse / lengths.x;
+    const float back = along * inverse * inverse;  // of the unit vector
     const float scale = zero ? 0.0 : LD4(grad_y, i / params.pixels).x * params.scale;
     for (uint c = 0; 4 * c < params.channels; ++c) {
         const vec4 u = 2 * weights(c) * difference(c, i, lengths);
-        ST4(grad_a, c * step + i, scale * (u * inverse - LD4(a, c * step + i) * back));
+        const vec4 unit = zero ? vec4(0) : LD4(a, c * step + i) / lengths.x;
+        ST4(grad_a, c * step + i, scale * (u * inverse - unit * back));
     }
 }

@@ -120,7 +120,7 @@ Result<double> group_norm_error(vk::Context& context) {
     SPLAT_ASSIGN(const vk::Buffer gammas, uploaded(context, gamma));
     SPLAT_ASSIGN(const vk::Buffer betas, uploaded(context, beta));
     SPLAT_ASSIGN(const vk::Buffer y, empty(context, expected.size() * 4));
-    SPLAT_ASSIGN(const vk::Buffer mean, empty(context, 16));
+    SPLAT_ASSIGN(const vk::Buffer mean, empty(context, 32));  // [2,1,4]
     SPLAT_ASSIGN(const vk::Buffer rstd, empty(context, 16));
     vk::Recorder recorder(context);
     SPLAT_TRY(ops::group_norm_forward(recorder, desc, x_buffer.range(), gammas.range(),

@@ -65,6 +65,14 @@ TEST_P(FeatureDistance, MatchesFloat64NearEqualImages) {
                              {"grad_a", reproduce("near"), true}));
 }
 
+TEST_P(FeatureDistance, MatchesFloat64WhereSquaresOverflowOrVanish) {
+    for (const float factor : {1e20F, 1e30F, 1e-25F}) {
+        OpCall call = distance_call({2, 7, 5, 3}, 45);
+        for (float& value : call.inputs[0].values) value *= factor;
+        expect_distance(context(), call, "a times " + std::to_string(factor));
+    }
+}
+
 TEST_P(FeatureDistance, FeaturesOfZerosHaveNoDirection) {
     OpCall call = distance_call({1, 4, 1, 2}, 50);
     call.inputs[0].values = {0, 1, 0, 2, 0, 3, 0, 4};

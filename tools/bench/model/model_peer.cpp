@@ -75,27 +75,27 @@ std::vector<std::string> network_arguments(const Json& config, std::uint32_t obj
     return arguments;
 }
 
-/// torch_model.py in a folder above this program or above the current folder.
-std::string find_peer_script() {
-    namespace fs = std::filesystem;
-    std::error_code ignored;
-    for (const fs::path& start :
-         {fs::read_symlink("/proc/self/exe", ignored), fs::current_path(ignored) / "."})
-        for (fs::path folder = start.parent_path();; folder = folder.parent_path()) {
-            const fs::path script = folder / "tools/bench/torch_model.py";
-            if (fs::exists(script, ignored)) return script.string();
-            if (folder == folder.root_path() || folder.empty()) break;
-        }
-    throw Failure(kFailed,
-                  "tools/bench/torch_model.py is in no folder above this program or the current "
-                  "one; name it with --peer-script FILE");
-}
-
 }  // namespace
 
 const char* const kPeerRemedy =
     "PyTorch and a fast BLAS for it: `apt-get install python3-torch libopenblas0-pthread`; "
     "--python PROGRAM names another interpreter";
+
+std::string find_script(const std::string& name) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    for (const fs::path& start :
+         {fs::read_symlink("/proc/self/exe", ignored), fs::current_path(ignored) / "."})
+        for (fs::path folder = start.parent_path();; folder = folder.parent_path()) {
+            const fs::path script = folder / name;
+            if (fs::exists(script, ignored)) return script.string();
+            if (folder == folder.root_path() || folder.empty()) break;
+        }
+    throw Failure(
+        kFailed,
+        name +
+            " is in no folder above this program or the current one; run vkrun from the sources");
+}
 
 ModelPeer::ModelPeer(const std::vector<std::string>& command, const std::string& remedy) {
     int ends[2];
@@ -160,7 +160,8 @@ double ModelPeer::run(const std::string& pass) {
 std::vector<std::string> peer_command(const PeerOptions& options, const Json& config,
                                       std::uint32_t objects) {
     std::vector<std::string> command = {
-        options.python, options.script.empty() ? find_peer_script() : options.script};
+        options.python,
+        options.script.empty() ? find_script("tools/bench/torch_model.py") : options.script};
     for (const std::string& word : network_arguments(config, objects)) command.push_back(word);
     command.insert(command.end(),
                    {"--threads", "2", "--isa", options.isa, "--layout", options.layout});

@@ -12,7 +12,7 @@ struct PeerOptions {
     std::string isa = "default";  ///< or avx2
     std::string layout = "channels_last";
     std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
-    std::string script;                       ///< empty: find_peer_script()
+    std::string script;                       ///< empty: find_script()
 };
 
 /// A process that prints "ready" with JSON about itself, then runs passes on request. It is
@@ -41,6 +41,9 @@ class ModelPeer {
 
 /// What to do if torch_model.py does not get ready.
 extern const char* const kPeerRemedy;
+
+/// A script of the sources in a folder above this program or above the current folder.
+std::string find_script(const std::string& name);
 
 /// The program and arguments of torch_model.py for a configuration as reports hold it. Throws if the
 /// peer cannot build such a network.

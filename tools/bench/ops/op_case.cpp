@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "bench/ops/conv2d_samples.h"
@@ -36,23 +35,6 @@ class Normal {
     std::uint64_t state_;
 };
 
-/// The operator's attributes with its defaults, from the library's list of operators.
-std::map<std::string, double> attributes_of(const OpCase& op_case) {
-    static const Json ops = library_json(splat_op_list);
-    std::map<std::string, double> attributes;
-    for (const Json& op : ops) {
-        if (op.at("name") != op_case.op) continue;
-        for (const Json& attribute : op.at("attributes")) {
-            const auto name = attribute.at("name").get<std::string>();
-            const Json value = op_case.attributes.contains(name) ? op_case.attributes.at(name)
-                                                                 : attribute.at("default");
-            attributes[name] =
-                value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
-        }
-    }
-    return attributes;
-}
-
 /// The larger one, or NaN if either is NaN.
 double larger(double a, double b) {
     return a > b || std::isnan(a) ? a : b;
@@ -74,6 +56,21 @@ CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::u
     return tensor;
 }
 
+std::map<std::string, double> attributes_of(const std::string& op_name, const Json& given) {
+    static const Json ops = library_json(splat_op_list);
+    std::map<std::string, double> attributes;
+    for (const Json& op : ops) {
+        if (op.at("name") != op_name) continue;
+        for (const Json& attribute : op.at("attributes")) {
+            const auto name = attribute.at("name").get<std::string>();
+            const Json value = given.contains(name) ? given.at(name) : attribute.at("default");
+            attributes[name] =
+                value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
+        }
+    }
+    return attributes;
+}
+
 CaseReference reference_of(const OpCase& op_case) {
     if (op_case.op == "conv2d") return conv2d_samples(op_case);
     const ref::EveryOp* op = ref::find_op(op_case.op);
@@ -83,7 +80,7 @@ CaseReference reference_of(const OpCase& op_case) {
     for (const CaseTensor& input : op_case.inputs)
         in.inputs.push_back(
             {{input.dims.begin(), input.dims.end()}, {input.values.begin(), input.values.end()}});
-    in.attributes = attributes_of(op_case);
+    in.attributes = attributes_of(op_case.op, op_case.attributes);
     std::vector<ref::Values> grads;
     for (const CaseTensor& output : op_case.outputs)
         grads.emplace_back(output.values.begin(), output.values.end());

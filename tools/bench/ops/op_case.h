@@ -3,6 +3,7 @@
 #include <splat.h>
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,9 @@ struct Samples {
     Samples() = default;
     Samples(splat::ref::Summed<double> all) : sums(std::move(all)) {}
 };
+
+/// An operator's attributes with the defaults of the library's list, booleans as 0 and 1.
+std::map<std::string, double> attributes_of(const std::string& op_name, const Json& given);
 
 /// The float64 results of a case.
 struct CaseReference {

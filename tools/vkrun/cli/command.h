@@ -23,6 +23,7 @@ void add_report(CLI::App& app, int& exit_code);
 void add_priors(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
+void add_stress(CLI::App& app, int& exit_code);
 
 /// Below `data`.
 void add_data_synth(CLI::App& data, int& exit_code);

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Operators of libsplat in PyTorch's float32, for `vkrun stress ops --peer`.
+
+    torch_ops.py FOLDER
+
+Prints "ready" with the operators that it has. Then it answers each line "run" with the time in ms: it reads
+FOLDER/case.json (operator, attributes, names and shapes) and case.f32 (inputs, gradients of outputs), and writes
+results.f32: outputs, then gradients of inputs that are not constant.
+"""
+
+import json
+import math
+import pathlib
+import sys
+import time
+
+try:
+    import torch
+    import torch.nn.functional as F
+except ImportError as missing:
+    print(f"torch_ops.py: {missing}", file=sys.stderr)
+    sys.exit(3)
+
+
+def attention(a, q, k, v):
+    heads = a.get("heads", 1)
+    split = lambda x: x.flatten(2).unflatten(1, (heads, -1))
+    q4, k4, v4 = split(q), split(k), split(v)
+    weights = torch.softmax(torch.einsum("nhcq,nhck->nhqk", q4, k4 / math.sqrt(k4.shape[2])), dim=3)
+    return torch.einsum("nhqk,nhck->nhcq", weights, v4).reshape(q.shape)
+
+
+def conv2d(a, x, weight, bias=None, residual=None):
+    y = F.conv2d(x, weight, bias, padding=weight.shape[-1] // 2)
+    return (y if residual is None else y + residual) * a.get("scale", 1)
+
+
+def group_norm(a, x, gamma, beta):
+    y = F.group_norm(x, a["groups"], gamma, beta, a.get("eps", 1e-5))
+    return F.silu(y) if a.get("silu") else y
+
+
+OPS = {
+    "add": lambda a, x, y: (x + y) * a.get("scale", 1),
+    "attention": attention,
+    "conv2d": conv2d,
+    "gelu": lambda a, x: F.gelu(x, approximate="tanh" if a.get("tanh") else "none"),
+    "group_norm": group_norm,
+    "l1": lambda a, x, y: F.l1_loss(x, y).reshape(1),
+    "l2": lambda a, x, y: F.mse_loss(x, y).reshape(1),
+    "linear": lambda a, x, weight, bias=None: F.linear(x, weight, bias),
+    "max_pool2d": lambda a, x: F.max_pool2d(x, 2),
+    "relu": lambda a, x: F.relu(x),
+    "silu": lambda a, x: F.silu(x),
+}
+
+
+def run(folder):
+    case = json.loads((folder / "case.json").read_text())
+    numbers = torch.frombuffer(bytearray((folder / "case.f32").read_bytes()), dtype=torch.float32)
+
+    def tensor(entry):
+        if not entry["dims"]:
+            return None
+        count = math.prod(entry["dims"])
+        return numbers[entry["at"]:entry["at"] + count].clone().reshape(entry["dims"])
+
+    inputs = [tensor(entry) for entry in case["inputs"]]
+    free = [x for x, entry in zip(inputs, case["inputs"]) if x is not None and not entry["constant"]]
+    for x in free:
+        x.requires_grad_()
+    y = OPS[case["op"]](case["attributes"] or {}, *inputs)
+    y.backward(tensor(case["outputs"][0]).reshape(y.shape))
+    with open(folder / "results.f32", "wb") as file:
+        for result in [y.detach()] + [x.grad for x in free]:
+            file.write(result.contiguous().numpy().tobytes())
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    torch.set_num_threads(2)
+    print("ready", json.dumps({"torch": torch.__version__, "ops": sorted(OPS)}), flush=True)
+    for line in sys.stdin:
+        if line.strip() == "quit":
+            break
+        start = time.perf_counter()
+        run(folder)
+        print(f"{(time.perf_counter() - start) * 1e3:.6f}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
