@@ -43,7 +43,7 @@ namespace Splat
             return new splat_scene_file_desc
             {
                 struct_size = (uint)sizeof(splat_scene_file_desc),
-                flags = Lenient ? (uint)SceneFlags.Lenient : 0,
+                flags = Lenient ? SceneFlags.Lenient : 0,
                 format = Format,
                 frame = Frame,
                 sh_degree = ShDegree == 0 ? Native.SPLAT_SH_CONSTANT : ShDegree ?? 0,
