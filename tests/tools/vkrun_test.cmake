@@ -74,7 +74,7 @@ function(HelpNamesEveryCommand)
   endif()
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS"
          "4    data that is missing, damaged" "130  interrupted")
-  foreach(command IN ITEMS devices doctor render inspect convert "bench;ops" "bench;raster" "bench;model"
+  foreach(command IN ITEMS devices doctor render view inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
                            "data;check" "data;co3d" "data;show" "data;import" "data;export" "data;split" compare
@@ -89,8 +89,8 @@ endfunction()
 
 function(UsageErrorsExitWithTwo)
   vkrun(2)
-  expect("${err}" "a command is missing; there are: doctor, devices, predict, render, inspect, convert, data, train, "
-         "config, eval, compare, report, priors, weights, bench\n")
+  expect("${err}" "a command is missing; there are: doctor, devices, predict, render, view, inspect, convert, data, "
+         "train, config, eval, compare, report, priors, weights, bench\n")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)
@@ -750,6 +750,41 @@ function(ScenesAreRendered)
   vkrun(0 render ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/both --near 4 --far 5
         --json)
   expect_json("${out}" 3 views 0 visible)
+endfunction()
+
+# A page that loads nothing; tests/interop/viewer.mjs opens such pages.
+function(ScenesAreViewed)
+  write_scene(${TEMP}/scene.ply)
+  vkrun(0 view ${TEMP}/scene.ply --out ${TEMP}/page.html --size 64x48 --json)
+  expect_json("${out}" 3 gaussians)
+  expect_json("${out}" 0 faint)
+  expect_json("${out}" 3 views)
+  file(READ ${TEMP}/page.html page)
+  expect("${page}" "data-splat=" "class=.splat-data.>[A-Za-z0-9+/=]+<" "class=.splat-stills.*data:image/png;base64,")
+  if(page MATCHES "https?://")
+    message(FATAL_ERROR "the page names another place: ${CMAKE_MATCH_0}")
+  endif()
+  vkrun(2 view ${TEMP}/scene.ply --out ${TEMP}/page.html)
+  expect("${err}" "is there already; --overwrite")
+  vkrun(0 view ${TEMP}/scene.ply --out ${TEMP}/page.html --overwrite --stills 0 --most 2)
+  expect("${err}" "The page holds 2 of 3 Gaussians")
+  write_nerf(${TEMP}/cameras.json)
+  vkrun(0 view ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/cameras.html --json)
+  expect_json("${out}" 1 views)
+  vkrun(2 view ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --elevation 9 --out ${TEMP}/none.html)
+  expect("${err}" "--elevation is for an orbit")
+  vkrun(2 view ${TEMP}/scene.ply --background 2,0,0 --out ${TEMP}/none.html)
+  vkrun(2 view ${TEMP}/scene.ply --most 0 --out ${TEMP}/none.html)
+  vkrun(4 view ${TEMP}/missing.ply --out ${TEMP}/none.html)
+  file(READ ${TEMP}/scene.ply text)
+  string(REGEX REPLACE "end_header.*" "end_header\n" empty "${text}")
+  string(REPLACE "vertex 3" "vertex 0" empty "${empty}")
+  file(WRITE ${TEMP}/empty.ply "${empty}")
+  vkrun(4 view ${TEMP}/empty.ply --distance 3 --stills 0 --out ${TEMP}/none.html)
+  expect("${err}" "no Gaussian that can be seen")
+  if(EXISTS ${TEMP}/none.html)
+    message(FATAL_ERROR "a refused command wrote a page")
+  endif()
 endfunction()
 
 # An empty scene and a single Gaussian have no extent, so an orbit needs --distance.
