@@ -1708,10 +1708,11 @@ namespace Splat.Interop
 
         /// <summary>
         /// Write images of one size as an animation that repeats for ever, by the extension of the path:
-        /// .png (animated PNG) or .gif.
+        /// .png (animated PNG), .gif or .webp.
         /// frames        `count` images, at least one
         /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, &gt;= 20
-        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif.
+        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+        ///   longer side than the format has.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_image_save_animation(
@@ -1722,7 +1723,7 @@ namespace Splat.Interop
 
         /// <summary>
         /// Write the same bytes to memory.
-        /// format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF
+        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
         /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]

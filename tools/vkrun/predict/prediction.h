@@ -8,7 +8,7 @@ namespace vkrun {
 
 struct PredictionOptions {
     std::string image, mask, depth, normal;
-    std::string embedding, tokens;  ///< files of one array
+    std::string embedding, tokens;        ///< files of one array
     std::string mask_model, mask_preset;  ///< of a network that makes the mask; may be empty
     std::string data, split = "test";
     std::uint32_t object = 0;
@@ -22,7 +22,7 @@ struct PredictionOptions {
     std::string device = "best";
 };
 
-/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, faint, not_finite,
+/// Predict, draw, and write everything into options.out. Returns the facts: trained_for, gaussians, faint, not_finite,
 /// predict_ms, draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a
 /// Failure.
 Json run_prediction(const PredictionOptions& options);

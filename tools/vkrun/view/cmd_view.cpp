@@ -164,8 +164,8 @@ void add_view(CLI::App& app, int& exit_code) {
     command->add_option("--out", o.out, "Page to write")->type_name("FILE")->capture_default_str();
     command
         ->add_option("--cameras", o.cameras,
-                     "Views: transforms.json, or the folder of a COLMAP\nmodel, of which the first "
-                     "nine are used")
+                     "Views: transforms.json, or the folder of a COLMAP\nmodel; of more than nine, "
+                     "six evenly spread")
         ->type_name("FILE");
     add_count_option(*command, "--orbit", o.orbit, "Views on a circle around the scene", 1, 9);
     command

@@ -11,7 +11,8 @@
 namespace vkrun {
 namespace {
 
-constexpr std::size_t kMostPoses = 9;  ///< one for each digit
+/// A digit each; of more cameras so many are taken, evenly spread.
+constexpr std::size_t kMostPoses = 9, kSpreadPoses = 6;
 
 Json pose_json(const splat_camera& camera) {
     const double* const m = camera.world_to_camera;
@@ -41,8 +42,9 @@ ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& o
     facts["up"] = options.up;
     facts["turning"] = options.turning;
     facts["poses"] = Json::array();
-    for (std::size_t i = 0; i < std::min(options.cameras.size(), kMostPoses); ++i)
-        facts["poses"].push_back(pose_json(options.cameras[i]));
+    const std::size_t all = options.cameras.size(), poses = all > kMostPoses ? kSpreadPoses : all;
+    for (std::size_t i = 0; i < poses; ++i)
+        facts["poses"].push_back(pose_json(options.cameras[i * all / poses]));
     const splat_camera& first = options.cameras.front();
     std::string stills;
     for (const std::string& file : options.stills) stills += image_tag(file, options.name);

@@ -15,7 +15,7 @@ constexpr std::uint64_t kPageGaussians = 1'500'000;
 /// How a page shows a scene. The first camera is the view it begins with; digits go to the others.
 struct ViewerOptions {
     std::string name, file = "scene.ply";  ///< of the scene, and of the file that can be saved
-    std::vector<splat_camera> cameras;     ///< at least one; at most nine are used
+    std::vector<splat_camera> cameras;     ///< at least one; six of more than nine
     std::vector<std::string> stills;       ///< PNG files, for browsers that cannot draw
     std::string instead;                   ///< for those without stills: a sentence
     float background[3] = {0, 0, 0};
