@@ -19,9 +19,9 @@ packages_build="build-essential cmake ninja-build pkg-config
 # headers for the bindings.
 packages_test="libgtest-dev vulkan-validationlayers clang python3"
 
-# Needed by the tests against PyTorch, splat-transform and GNU parallel, which are not among the quick ones. A node
-# that does not come from Debian has its own npm, which conflicts with Debian's.
-packages_interop="python3-torch libopenblas0-pthread parallel"
+# Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick
+# ones. A node that does not come from Debian has its own npm, which conflicts with Debian's.
+packages_interop="python3-torch libopenblas0-pthread parallel chromium"
 command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
 
 # Needed by the tests of bindings/: Python (also with PyTorch, see above), Rust, C#, and the comparison of ABIs.

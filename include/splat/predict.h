@@ -62,7 +62,9 @@ enum {
 enum {
     SPLAT_PICTURE_NO_OBJECT = 1u << 0, /* nothing was found in a picture that was to be cut out */
     /* the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5 */
-    SPLAT_PICTURE_FIELD_OF_VIEW = 1u << 1
+    SPLAT_PICTURE_FIELD_OF_VIEW = 1u << 1,
+    SPLAT_PICTURE_AT_BORDER =
+        1u << 2 /* the object reaches the picture's border: a part is missing */
 };
 
 /* What became of a picture. Frozen. */

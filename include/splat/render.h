@@ -310,10 +310,11 @@ SPLAT_API splat_result splat_image_load_memory(const void* data, size_t bytes, s
 
 typedef int32_t splat_image_format;
 enum {
-    SPLAT_IMAGE_PNG = 1,  /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
-    SPLAT_IMAGE_NPY = 2,  /* float32 [height,width,channels]; U8 is divided by 255 */
-    SPLAT_IMAGE_GIF = 3,  /* of animations: 252 colours, dithered; no alpha */
-    SPLAT_IMAGE_PNG16 = 4 /* 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */
+    SPLAT_IMAGE_PNG = 1,   /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
+    SPLAT_IMAGE_NPY = 2,   /* float32 [height,width,channels]; U8 is divided by 255 */
+    SPLAT_IMAGE_GIF = 3,   /* of animations: 252 colours, dithered; no alpha */
+    SPLAT_IMAGE_PNG16 = 4, /* 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */
+    SPLAT_IMAGE_WEBP = 5   /* of animations: 8 bits without loss; sides up to 16383 */
 };
 
 /* Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
@@ -333,15 +334,16 @@ SPLAT_API splat_result splat_image_save_memory(const splat_image* image, splat_i
                                                void* buffer, size_t capacity, size_t* needed);
 
 /* Write images of one size as an animation that repeats for ever, by the extension of the path:
- * .png (animated PNG) or .gif.
+ * .png (animated PNG), .gif or .webp.
  * frames        `count` images, at least one
  * milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
- * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif. */
+ * Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+ *   longer side than the format has. */
 SPLAT_API splat_result splat_image_save_animation(const char* path, const splat_image* frames,
                                                   uint32_t count, uint32_t milliseconds);
 
 /* Write the same bytes to memory.
- * format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF
+ * format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
  * Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory. */
 SPLAT_API splat_result splat_image_save_animation_memory(const splat_image* frames, uint32_t count,
                                                          uint32_t milliseconds,

@@ -216,7 +216,11 @@ Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& opti
     made.height = image.height;
     SPLAT_ASSIGN(const std::vector<std::uint8_t> mask,
                  object_mask(picture.mask, image, made.mask_from));
-    const Square square = square_of(options, bounds_of(mask, image.width, image.height), image);
+    const Box box = bounds_of(mask, image.width, image.height);
+    made.at_border =
+        made.mask_from != MaskFrom::kNothing &&
+        (box.left == 0 || box.top == 0 || box.right == image.width || box.bottom == image.height);
+    const Square square = square_of(options, box, image);
     made.x = static_cast<double>(square.left);
     made.y = static_cast<double>(square.top);
     made.side = static_cast<double>(square.side);

@@ -45,6 +45,7 @@ struct Photograph {
     std::vector<float> mask;              ///< [1,R,R], 0 to 1
     std::uint32_t width = 0, height = 0;  ///< of the picture
     MaskFrom mask_from = MaskFrom::kNothing;
+    bool at_border = false;         ///< an object was found, and it reaches the picture's border
     double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the picture
 };
 

@@ -122,6 +122,7 @@ PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given) 
     facts.height = photo.height;
     facts.whole = !given.crop;
     facts.found = photo.mask_from;
+    facts.at_border = photo.at_border;
     facts.x = photo.x;
     facts.y = photo.y;
     facts.side = photo.side;

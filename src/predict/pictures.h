@@ -23,7 +23,8 @@ struct PictureInput {
 /// What became of a picture.
 struct PictureFacts {
     std::uint32_t width = 0, height = 0;
-    bool whole = false;  ///< not cut out
+    bool whole = false;      ///< not cut out
+    bool at_border = false;  ///< the object reaches the picture's border
     data::MaskFrom found = data::MaskFrom::kNothing;
     double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the picture
     double focal = 0;               ///< pixels of the picture; 0: not known

@@ -40,8 +40,11 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      "checkpoints/step_*.state.safetensors",
                                      "checkpoints/step_*.state.safetensors.unreadable",
                                      "eval/per_object.csv",
+                                     "eval/report.html",
                                      "eval/results.json",
                                      "eval/scores.txt",
+                                     "renders/best.json",
+                                     "renders/best.ply",
                                      "renders/step_*.png",
                                      "tb/events.out.tfevents.*"};
 

@@ -80,6 +80,7 @@ int run_main(int argc, char** argv) {
     add_devices(app, exit_code);
     add_predict(app, exit_code);
     add_render(app, exit_code);
+    add_view(app, exit_code);
     add_inspect(app, exit_code);
     add_convert(app, exit_code);
     add_data(app, exit_code);

@@ -487,6 +487,8 @@ namespace Splat
         NoObject = 1,
         /// <summary>the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5</summary>
         FieldOfView = 2,
+        /// <summary>the object reaches the picture's border: a part is missing</summary>
+        AtBorder = 4,
     }
 
     /// <summary>splat_convention of the C API.</summary>
@@ -601,6 +603,8 @@ namespace Splat
         Gif = 3,
         /// <summary>16 bits, to memory only: 65535 v rounded and clamped; NaN is 0</summary>
         Png16 = 4,
+        /// <summary>of animations: 8 bits without loss; sides up to 16383</summary>
+        Webp = 5,
     }
 
     /// <summary>splat_schedule of the C API.</summary>

@@ -141,7 +141,7 @@ namespace Splat
             }
         }
 
-        /// <summary>Write pictures of one size as an animation, .png or .gif.</summary>
+        /// <summary>Write pictures of one size as an animation, .png, .gif or .webp.</summary>
         public static void SaveAnimation(string path, IReadOnlyList<Image> frames,
                                          int milliseconds = 40)
         {

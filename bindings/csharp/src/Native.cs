@@ -1718,10 +1718,11 @@ namespace Splat.Interop
 
         /// <summary>
         /// Write images of one size as an animation that repeats for ever, by the extension of the path:
-        /// .png (animated PNG) or .gif.
+        /// .png (animated PNG), .gif or .webp.
         /// frames        `count` images, at least one
         /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, &gt;= 20
-        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif.
+        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+        ///   longer side than the format has.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_image_save_animation(
@@ -1732,7 +1733,7 @@ namespace Splat.Interop
 
         /// <summary>
         /// Write the same bytes to memory.
-        /// format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF
+        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
         /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]

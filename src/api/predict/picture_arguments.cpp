@@ -141,6 +141,10 @@ std::vector<std::string> picture_warnings(const splat_picture_info& info) {
             "the square has a field of view of %.3g degrees, unlike the network's training: its "
             "perspective will be wrong",
             info.fov_degrees));
+    if ((info.warnings & SPLAT_PICTURE_AT_BORDER) != 0)
+        warnings.emplace_back(
+            "the object reaches the border of the picture, and networks are trained with whole "
+            "objects: what is missing will be missing, or guessed badly");
     return warnings;
 }
 
@@ -190,6 +194,7 @@ splat_picture_info info_of(const predict::PictureFacts& facts, bool field_of_vie
     info.fov_degrees = facts.fov_degrees;
     if (facts.found == data::MaskFrom::kNothing && !facts.whole)
         info.warnings |= SPLAT_PICTURE_NO_OBJECT;
+    if (facts.at_border && !facts.whole) info.warnings |= SPLAT_PICTURE_AT_BORDER;
     if (field_of_view_differs) info.warnings |= SPLAT_PICTURE_FIELD_OF_VIEW;
     return info;
 }

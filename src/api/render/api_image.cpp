@@ -8,6 +8,7 @@
 #include "io/gif.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
+#include "io/photo/webp_animation.h"
 #include "scene/camera_pose.h"
 
 using namespace splat;
@@ -109,6 +110,7 @@ splat_image_format extension_format(const char* path) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     if (text.ends_with(".png")) return SPLAT_IMAGE_PNG;
     if (text.ends_with(".npy")) return SPLAT_IMAGE_NPY;
+    if (text.ends_with(".webp")) return SPLAT_IMAGE_WEBP;
     return text.ends_with(".gif") ? SPLAT_IMAGE_GIF : 0;
 }
 
@@ -130,6 +132,10 @@ Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format fo
     return io::write_png(api::image_of(view));
 }
 
+bool is_animation(splat_image_format format) {
+    return format == SPLAT_IMAGE_PNG || format == SPLAT_IMAGE_GIF || format == SPLAT_IMAGE_WEBP;
+}
+
 Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
                                 std::uint32_t milliseconds, splat_image_format format) {
     SPLAT_TRY(api::require(frames, "frames"));
@@ -141,6 +147,7 @@ Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
         images.push_back(api::image_of(view));
     }
     const io::AnimationOptions options{milliseconds, 0};
+    if (format == SPLAT_IMAGE_WEBP) return io::write_webp_animation(images, options);
     return format == SPLAT_IMAGE_GIF ? io::write_gif(images, options)
                                      : io::write_apng(images, options);
 }
@@ -193,8 +200,7 @@ splat_result splat_image_save_animation(const char* path, const splat_image* fra
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(path, "path"));
         const splat_image_format format = extension_format(path);
-        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_GIF)
-            return no_format(path, ".png or .gif");
+        if (!is_animation(format)) return no_format(path, ".png, .gif or .webp");
         SPLAT_ASSIGN(const io::Buffer file, animation_of(frames, count, milliseconds, format));
         return io::write_file(path, file);
     });
@@ -204,8 +210,8 @@ splat_result splat_image_save_animation_memory(const splat_image* frames, uint32
                                                uint32_t milliseconds, splat_image_format format,
                                                void* buffer, size_t capacity, size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
-        if (format != SPLAT_IMAGE_PNG && format != SPLAT_IMAGE_GIF)
-            return bad_format(format, "SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF");
+        if (!is_animation(format))
+            return bad_format(format, "SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP");
         SPLAT_ASSIGN(const io::Buffer file, animation_of(frames, count, milliseconds, format));
         return give(file);
     });

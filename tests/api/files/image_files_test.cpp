@@ -67,7 +67,8 @@ TEST_F(ApiImage, FilesHoldTheBytesOfMemory) {
     EXPECT_EQ(image_file(path("a.NPY")), image_in_memory(image, SPLAT_IMAGE_NPY));
     const splat_image frames[] = {image, image};
     for (const auto& [name, format] :
-         {std::pair{"m.png", SPLAT_IMAGE_PNG}, std::pair{"m.gif", SPLAT_IMAGE_GIF}}) {
+         {std::pair{"m.png", SPLAT_IMAGE_PNG}, std::pair{"m.gif", SPLAT_IMAGE_GIF},
+          std::pair{"m.webp", SPLAT_IMAGE_WEBP}}) {
         ASSERT_DONE(splat_image_save_animation(path(name).c_str(), frames, 2, 100));
         const ImageBytes file = image_file(path(name));
         ImageBytes memory(file.size());

@@ -162,6 +162,23 @@ TEST(ApiPicture, APictureWithoutAnObjectIsWarnedOf) {
     EXPECT_NEAR(Squares(picture).info.fov_degrees, 101.55, 0.01) << "2 atan(49 / 40)";
 }
 
+TEST(ApiPicture, AnObjectAtTheBorderIsWarnedOf) {
+    std::vector<std::uint8_t> bytes(24 * 32 * 3, 90), mask(24 * 32, 0);
+    splat_picture picture = picture_of(image_of(bytes, 3));
+    picture.mask.pixels = image_of(mask, 1);
+    mask[5 * 32 + 9] = mask[6 * 32 + 9] = 255;
+    EXPECT_EQ(Squares(picture).info.warnings, 0U);
+    for (const std::size_t pixel :
+         {9, 5 * 32, 5 * 32 + 31, 23 * 32 + 9}) {  // top, left, right, bottom
+        mask[pixel] = 255;
+        picture.flags = 0;
+        EXPECT_EQ(Squares(picture).info.warnings, std::uint32_t{SPLAT_PICTURE_AT_BORDER}) << pixel;
+        picture.flags = SPLAT_PICTURE_WHOLE;
+        EXPECT_EQ(Squares(picture).info.warnings, 0U) << "nothing is cut out";
+        mask[pixel] = 0;
+    }
+}
+
 TEST(ApiPicture, MapsAreCutWithThePicture) {
     std::vector<std::uint8_t> bytes = picture_bytes(3), depth(24 * 32, 51);
     splat_picture picture = picture_of(image_of(bytes, 3));

@@ -13,34 +13,30 @@
 namespace vkrun {
 namespace {
 
-constexpr const char* kStyle =
-    "body{font:15px/1.5 system-ui,sans-serif;max-width:72em;margin:2em auto;padding:0 "
-    "1em;color:#222}"
-    "h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ddd}"
-    "table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .8em;border-bottom:1px solid "
-    "#eee;"
-    "text-align:left;font-variant-numeric:tabular-nums}th{color:#555;font-weight:600}"
-    "td.number,th.number{text-align:right}"
-    "figure{display:inline-block;margin:.5em 1em .5em 0;vertical-align:top}"
-    "figcaption{font-size:.85em;color:#555}img{max-width:100%;image-rendering:pixelated;"
-    "border:1px solid #ddd}svg text{font:12px system-ui,sans-serif;fill:#444}";
+constexpr const char* kStyle = R"(
+:root{color-scheme:light dark;--text:#222;--soft:#5a5a5a;--line:#ddd;--page:#fff;--plate:#fff}
+@media(prefers-color-scheme:dark){:root{--text:#ddd;--soft:#a8a8a8;--line:#444;--page:#16181b;--plate:#f4f4f4}}
+body{font:15px/1.5 system-ui,sans-serif;max-width:72em;margin:2em auto;padding:0 1em;color:var(--text);
+  background:var(--page)}
+h1{font-size:1.6em;overflow-wrap:anywhere}
+h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid var(--line);overflow-wrap:anywhere}
+.table{overflow-x:auto;margin:1em 0}
+table{border-collapse:collapse}
+td,th{padding:.2em .8em .2em 0;border-bottom:1px solid var(--line);text-align:left;vertical-align:top;
+  font-variant-numeric:tabular-nums}
+th{color:var(--soft);font-weight:600}
+td.number,th.number{text-align:right}
+.facts td{overflow-wrap:anywhere}
+figure{display:inline-block;margin:.5em 1em .5em 0;vertical-align:top;max-width:100%}
+figcaption{font-size:.85em;color:var(--soft)}
+img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--line)}
+svg{max-width:100%;height:auto}
+.plot svg{background:var(--plate);color:#222}
+.chart text{font:12px system-ui,sans-serif;fill:var(--soft)}
+.chart line{stroke:var(--line)}
+)";
 
 constexpr const char* kColors[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e"};
-
-std::string base64(const std::string& bytes) {
-    constexpr const char* kLetters =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t word = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            word = (word << 8U) |
-                   (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += i + k <= bytes.size() ? kLetters[(word >> (18 - 6 * k)) & 63U] : '=';
-    }
-    return text;
-}
 
 /// A step of 1, 2 or 5 times a power of ten, about a fifth of the range.
 double tick_step(double range) {
@@ -81,7 +77,7 @@ std::string grid(const Axes& axes) {
     const double dx = tick_step(axes.x1 - axes.x0), dy = tick_step(axes.y1 - axes.y0);
     for (double v = std::ceil(axes.y0 / dy) * dy; v <= axes.y1; v += dy)
         text += format(
-            "<line x1='%.1f' x2='%.1f' y1='%.1f' y2='%.1f' stroke='#eee'/>"
+            "<line x1='%.1f' x2='%.1f' y1='%.1f' y2='%.1f'/>"
             "<text x='%.1f' y='%.1f' text-anchor='end'>%.6g</text>",
             Axes::kLeft, Axes::kLeft + Axes::kWidth, axes.y(v), axes.y(v), Axes::kLeft - 6,
             axes.y(v) + 4, std::abs(v) < dy / 1e6 ? 0 : v);
@@ -92,6 +88,33 @@ std::string grid(const Axes& axes) {
 }
 
 }  // namespace
+
+std::string base64(const std::string& bytes) {
+    constexpr const char* kLetters =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t word = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            word = (word << 8U) |
+                   (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
+        for (std::size_t k = 0; k < 4; ++k)
+            text += i + k <= bytes.size() ? kLetters[(word >> (18 - 6 * k)) & 63U] : '=';
+    }
+    return text;
+}
+
+std::string image_tag(const std::string& path, const std::string& text, std::uint32_t width) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    if (bytes.empty()) return "";
+    const char* const type = path.ends_with(".gif")    ? "gif"
+                             : path.ends_with(".webp") ? "webp"
+                                                       : "png";
+    return std::string("<img src=\"data:image/") + type + ";base64," + base64(bytes) + "\"" +
+           (width == 0 ? "" : format(" width=\"%u\"", width)) + " alt=\"" + xml_escaped(text) +
+           "\">";
+}
 
 HtmlPage::HtmlPage(const std::string& title) : title_(title) {}
 
@@ -104,14 +127,14 @@ void HtmlPage::paragraph(const std::string& text) {
 }
 
 void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& rows) {
-    body_ += "<table>\n";
+    body_ += "<div class=\"table facts\"><table>\n";
     for (const auto& [name, value] : rows)
         body_ += "<tr><th>" + xml_escaped(name) + "</th><td>" + xml_escaped(value) + "</td></tr>\n";
-    body_ += "</table>\n";
+    body_ += "</table></div>\n";
 }
 
 void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
-    body_ += "<table>\n";
+    body_ += "<div class=\"table\"><table>\n";
     for (std::size_t row = 0; row < rows.size(); ++row) {
         const std::string tag = row == 0 ? "th" : "td";
         body_ += "<tr>";
@@ -124,22 +147,19 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
         }
         body_ += "</tr>\n";
     }
-    body_ += "</table>\n";
+    body_ += "</table></div>\n";
 }
 
 void HtmlPage::picture(const std::string& path, const std::string& caption, std::uint32_t width) {
-    std::ifstream file = open_to_read(path);
-    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
-    if (bytes.empty()) return;
-    const char* const type = path.ends_with(".gif") ? "gif" : "png";
-    body_ += std::string("<figure><img src=\"data:image/") + type + ";base64," + base64(bytes) +
-             "\"" + (width == 0 ? "" : format(" width=\"%u\"", width)) + " alt=\"" +
-             xml_escaped(caption) + "\"><figcaption>" + xml_escaped(caption) +
-             "</figcaption></figure>\n";
+    const std::string image = image_tag(path, caption, width);
+    if (image.empty()) return;
+    body_ +=
+        "<figure>" + image + "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::plot(const std::string& svg, const std::string& caption) {
-    body_ += "<figure>" + svg + "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
+    body_ += "<figure class=\"plot\">" + svg + "<figcaption>" + xml_escaped(caption) +
+             "</figcaption></figure>\n";
 }
 
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {
@@ -148,7 +168,8 @@ void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curve
         if (!curve.points.empty()) shown.push_back(curve);
     if (shown.empty()) return;
     const Axes axes(shown);
-    std::string svg = "<figure><svg width='640' height='260' viewBox='0 0 640 260'>" + grid(axes);
+    std::string svg =
+        "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260'>" + grid(axes);
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const char* const color = kColors[i % std::size(kColors)];
         svg +=
@@ -162,10 +183,24 @@ void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curve
     body_ += svg + "</svg><figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
 }
 
+void HtmlPage::embed(const std::string& markup, const std::string& style,
+                     const std::string& script) {
+    body_ += markup;
+    style_ = style;
+    script_ = script;
+}
+
 std::string HtmlPage::text() const {
-    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-           xml_escaped(title_) + "</title><style>" + kStyle + "</style></head><body>\n<h1>" +
-           xml_escaped(title_) + "</h1>\n" + body_ + "</body></html>\n";
+    const std::string reload =
+        reload_ == 0 ? "" : format("<meta http-equiv=\"refresh\" content=\"%u\">", reload_);
+    const std::string script =
+        script_.empty() ? "" : "<script>(() => {\"use strict\";\n" + script_ + "})();</script>\n";
+    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
+           "<link rel=\"icon\" href=\"data:,\">" +
+           reload + "<title>" + xml_escaped(title_) + "</title><style>" + kStyle + style_ +
+           "</style></head><body>\n<h1>" + xml_escaped(title_) + "</h1>\n" + body_ + script +
+           "</body></html>\n";
 }
 
 }  // namespace vkrun

@@ -7,7 +7,8 @@
 
 namespace vkrun {
 
-/// A self-contained HTML page: headings, tables, pictures and curves. It loads nothing from elsewhere.
+/// A self-contained HTML page, light or dark as the reader prefers: headings, tables, pictures, curves and
+/// scenes. It loads nothing from elsewhere.
 class HtmlPage {
   public:
     explicit HtmlPage(const std::string& title);
@@ -32,11 +33,24 @@ class HtmlPage {
     };
     void chart(const std::string& caption, const std::vector<Curve>& curves);
 
+    /// Markup that needs a style and a script; the page gets either once.
+    void embed(const std::string& markup, const std::string& style, const std::string& script);
+
+    /// Load the page again every so many seconds.
+    void reload(std::uint32_t seconds) { reload_ = seconds; }
+
     [[nodiscard]] std::string text() const;
 
   private:
     std::string body_;
     std::string title_;
+    std::string style_, script_;  ///< of embed()
+    std::uint32_t reload_ = 0;
 };
+
+/// An <img> with a PNG, GIF or WebP file; empty if it cannot be read.
+std::string image_tag(const std::string& path, const std::string& text, std::uint32_t width = 0);
+
+std::string base64(const std::string& bytes);
 
 }  // namespace vkrun

@@ -21,7 +21,9 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/baseline.h"
+#include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
+#include "vkrun/predict/drawing.h"
 
 namespace vkrun {
 namespace {
@@ -37,7 +39,9 @@ LPIPS needs the weights of its network, which are not part of libsplat: pass --l
 torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them LPIPS is nan.
 
 OUT gets results.json, per_object.csv, scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter
-Image writes it) and, with --images N, contact sheets of the first N objects: target above prediction.
+Image writes it) and report.html, in which the worst, the median and the best object turn; with --images N
+contact sheets of the first N objects, target above prediction, and with --single N each of their views as
+NNNN_NAME/VVV_drawn.png and VVV_true.png.
 
 --baseline scores a simple method in place of the network, for 'vkrun compare': "mean" shows the mean of all
 training images for every object; "billboard" shows the first conditioning view as a flat picture, at the depth
@@ -62,25 +66,27 @@ struct EvalOptions {
     std::string weights, config, adapters, data, split = "test", out, baseline;
     std::vector<std::string> changes, lpips;
     std::string shard;
-    std::uint32_t objects = 0, views = 0, images = 0;
+    std::uint32_t objects = 0, views = 0, images = 0, single = 0;
     std::string device = "best";
     bool json = false;
 };
 
-/// A contact sheet of an object: its targets above what was drawn.
-void save_sheet(const EvalOptions& options, std::uint32_t index, const std::string& name,
-                std::uint32_t side, const std::vector<float>& images,
-                const std::vector<float>& truths) {
-    constexpr std::size_t kColumns = 8;
-    const std::size_t plane = std::size_t{3} * side * side;
-    const std::size_t count = images.size() / plane;
-    const std::size_t columns = std::min(kColumns, count);
-    std::vector<const float*> cells;
-    for (const std::vector<float>* from : {&truths, &images})
-        for (std::size_t i = 0; i < columns; ++i)
-            cells.push_back(from->data() + i * count / columns * plane);
-    contact_sheet(cells, side, static_cast<std::uint32_t>(columns))
-        .save(options.out + format("/%04u_", index) + name + ".png");
+/// Where files of an object go: OUT/0003_name.
+std::string object_path(const EvalOptions& options, std::uint32_t index, const std::string& name) {
+    return options.out + format("/%04u_", index) + name;
+}
+
+/// Each view of an object as it was drawn and as it is, named by its number in the data set.
+void save_views(const std::string& folder, const ObjectViews& views,
+                const std::vector<float>& images) {
+    make_folder(folder);
+    const std::size_t plane = std::size_t{3} * views.side * views.side;
+    for (std::size_t i = 0; i < views.numbers.size(); ++i)
+        for (const auto& [kind, from] : {std::pair{"drawn", &images}, {"true", &views.images}}) {
+            const std::string path = folder + format("/%03u_%s.png", views.numbers[i], kind);
+            const splat_image image = planar_image(from->data() + i * plane, views.side, 3);
+            check(splat_image_save(path.c_str(), &image));
+        }
 }
 
 /// Empty without files.
@@ -135,22 +141,37 @@ Evaluator make_evaluator(const EvalOptions& options, splat_predictor predictor,
     return evaluator;
 }
 
-/// Score one object, and save its sheet. Returns a sentence if it has numbers that are not finite.
-std::string score_object(const EvalOptions& options, splat_evaluator evaluator, Baseline* baseline,
-                         std::uint32_t index) {
-    ObjectViews views = read_views(evaluator, index, baseline != nullptr || index < options.images);
+/// What an evaluation works with. A baseline takes the place of the predictor.
+struct Methods {
+    Device device;
+    Dataset dataset;
+    ScenePredictor predictor;
+    std::unique_ptr<Baseline> baseline;
+    Lpips lpips;
+    Evaluator evaluator;
+};
+
+/// Score one object, save its images, and add its row. Returns a sentence if it has numbers that are not finite.
+std::string score_object(const EvalOptions& options, const Methods& methods, std::uint32_t index,
+                         std::vector<ObjectRow>& rows) {
+    const splat_evaluator evaluator = methods.evaluator.get();
+    const bool saved = index < std::max(options.images, options.single);
+    const ObjectViews views = read_views(evaluator, index, methods.baseline != nullptr || saved);
     auto scores = sized<splat_object_scores>();
     std::vector<float> images;
-    if (baseline != nullptr) {
-        images = baseline->draw(views);
+    if (methods.baseline != nullptr) {
+        images = methods.baseline->draw(views);
         check(
             splat_evaluator_score_images(evaluator, index, images.data(), images.size(), &scores));
     } else {
         check(splat_evaluator_score(evaluator, index, &scores));
-        if (index < options.images) images = drawn_images(evaluator, index, views);
+        if (saved) images = drawn_images(evaluator, index, views);
     }
-    if (index < options.images)
-        save_sheet(options, index, scores.name, views.side, images, views.images);
+    const std::string path = object_path(options, index, scores.name);
+    if (index < options.images) save_eval_sheet(path + ".png", views, images);
+    if (index < options.single) save_views(path, views, images);
+    rows.push_back(
+        {index, scores.name, scores.novel.psnr, scores.novel.ssim, scores.conditioning.psnr});
     if (scores.not_finite == 0) return "";
     return format(
         "object '%s' has no scores: %llu numbers of the network's output, %llu of %llu "
@@ -160,7 +181,35 @@ std::string score_object(const EvalOptions& options, splat_evaluator evaluator, 
         static_cast<unsigned long long>(scores.ledger.gaussians), scores.ledger.images_not_finite);
 }
 
-void print_table(const EvalOptions& options, std::uint32_t count, const Json& json) {
+std::string write_eval_page(const EvalOptions& options, const Methods& methods, const Json& results,
+                            std::vector<ObjectRow> rows) {
+    auto info = sized<splat_predictor_info>();
+    check(splat_predictor_get_info(methods.predictor.get(), &info));
+    const auto show = [&](std::uint32_t object) {
+        ShownObject shown{read_views(methods.evaluator.get(), object, true), {}, {}};
+        const ObjectViews& views = shown.views;
+        if (methods.baseline != nullptr) {
+            shown.images = methods.baseline->draw(views);
+            return shown;
+        }
+        check(splat_predictor_predict_object(
+            methods.predictor.get(), methods.dataset.get(), object, views.numbers.data(),
+            static_cast<std::uint32_t>(views.numbers.size()), shown.scene.out(), nullptr));
+        shown.images =
+            draw_scene(methods.device.get(), shown.scene, views.cameras, info.background);
+        return shown;
+    };
+    const bool network = options.baseline.empty();
+    const std::vector<std::pair<std::string, std::string>> facts = {
+        {network ? "Weights" : "Baseline", network ? options.weights : options.baseline},
+        {"Data", options.data + ", split " + options.split},
+        {"Objects", std::to_string(rows.size())},
+        {"Device", info_of(methods.device.get()).name}};
+    return write_eval_report(options.out, results, facts, std::move(rows), info.background, show);
+}
+
+void print_table(const EvalOptions& options, std::uint32_t count, const Json& json,
+                 const std::string& page) {
     const auto number = [](const Json& value, const char* pattern) {
         return value.is_null() ? "nan" : format(pattern, value.get<double>());
     };
@@ -178,6 +227,7 @@ void print_table(const EvalOptions& options, std::uint32_t count, const Json& js
         std::printf("%.2f predictions and %.1f images a second\n",
                     json.at("predictions_per_second").get<double>(),
                     json.at("images_per_second").get<double>());
+    if (!page.empty()) std::printf("%s\n", page.c_str());
 }
 
 /// Save what a shard scored, and take over what the others did. False: some are not there yet.
@@ -207,33 +257,36 @@ int evaluate(const EvalOptions& options) {
     const Shard shard = parse_shard(options.shard);
     const Json config =
         merged_config(config_beside(options.weights, options.config), options.changes);
-    const Dataset dataset = open_data(config, options.data, options.split);
-    const Device device = open_device(device_desc(options.device));
-    const ScenePredictor predictor = make_predictor(device.get(), options, config);
-    const Lpips lpips =
-        make_lpips(device.get(), options.lpips, config.at("data").at("training_resolution"));
-    const Evaluator evaluator =
-        make_evaluator(options, predictor.get(), dataset.get(), lpips.get());
-    const std::unique_ptr<Baseline> baseline =
-        make_baseline(options.baseline, device.get(), config, options.data);
+    Methods methods;
+    methods.dataset = open_data(config, options.data, options.split);
+    methods.device = open_device(device_desc(options.device));
+    const splat_device device = methods.device.get();
+    methods.predictor = make_predictor(device, options, config);
+    methods.lpips = make_lpips(device, options.lpips, config.at("data").at("training_resolution"));
+    methods.evaluator = make_evaluator(options, methods.predictor.get(), methods.dataset.get(),
+                                       methods.lpips.get());
+    methods.baseline = make_baseline(options.baseline, device, config, options.data);
+    const splat_evaluator evaluator = methods.evaluator.get();
     auto info = sized<splat_evaluator_info>();
-    check(splat_evaluator_get_info(evaluator.get(), &info));
+    check(splat_evaluator_get_info(evaluator, &info));
     make_folder(options.out);
     Progress progress("evaluating", info.objects);
     std::vector<std::string> faults;
+    std::vector<ObjectRow> rows;
     for (std::uint32_t i = shard.index; i < info.objects; i += shard.count) {
         progress.show(i);
-        const std::string fault = score_object(options, evaluator.get(), baseline.get(), i);
+        const std::string fault = score_object(options, methods, i, rows);
         if (!fault.empty()) faults.push_back(fault);
     }
     progress.show(info.objects);
-    const bool merged = shard.count == 1 || merge_shards(options, shard, evaluator.get());
-    if (merged) check(splat_evaluator_save(evaluator.get(), options.out.c_str()));
-    const Json json = library_json(splat_evaluator_report, evaluator.get());
+    const bool merged = shard.count == 1 || merge_shards(options, shard, evaluator);
+    if (merged) check(splat_evaluator_save(evaluator, options.out.c_str()));
+    const Json json = library_json(splat_evaluator_report, evaluator);
+    const std::string page = merged ? write_eval_page(options, methods, json, std::move(rows)) : "";
     if (options.json)
         print_json(json);
     else
-        print_table(options, json.at("objects"), json);
+        print_table(options, json.at("objects"), json, page);
     if (faults.empty()) return kSuccess;
     throw Failure(kNotFinite,
                   format("%s; %zu of %u objects are like this, and there is no mean score. The "
@@ -280,6 +333,10 @@ void add_eval(CLI::App& app, int& exit_code) {
     command
         ->add_option("--images", options->images,
                      "Write contact sheets of the first N objects; default: none")
+        ->type_name("N");
+    command
+        ->add_option("--single", options->single,
+                     "Write each view of the first N objects, drawn and true; default: none")
         ->type_name("N");
     command->add_option("--lpips", options->lpips, "Weights for LPIPS, see below; may be repeated")
         ->type_name("FILE")

@@ -24,10 +24,11 @@ set, and the prediction is compared with its images.
 Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
-which holds all pictures and facts. Gaussians with an opacity below 1/255, which no image shows, and those with
-numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
+which holds all pictures and facts, and in which the scene turns. Gaussians with an opacity below 1/255, which no
+image shows, and those with numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
 
-Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels.
+Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels. A picture is warned of in which no
+object was found, so that all of it counts as the object, or whose object reaches the border.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
 outputs are not finite.
@@ -73,6 +74,7 @@ int predict(const PredictionOptions& options, bool json) {
         print_json(result);
         return kSuccess;
     }
+    std::printf("weights trained for %s\n", result.at("trained_for").get<std::string>().c_str());
     std::printf(
         "%u Gaussians (%u faint and %u not finite ones were left out) in %.0f ms; %u images "
         "in %.0f ms\n",

@@ -19,6 +19,7 @@
 #include "vkrun/eval/object_views.h"
 #include "vkrun/predict/drawing.h"
 #include "vkrun/predict/network_mask.h"
+#include "vkrun/predict/predicted_scene.h"
 
 namespace vkrun {
 namespace {
@@ -379,6 +380,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
                         (result.at("adapters").get<std::string>().empty()
                              ? ""
                              : " with the adapters " + file_name(result.at("adapters")))},
+        {"Trained for", result.at("trained_for")},
         {"Gaussians", format("%.0f; left out: %.0f that cannot be seen, %.0f that are not finite",
                              number(result, "gaussians"), number(result, "faint"),
                              number(result, "not_finite"))},
@@ -409,8 +411,10 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     return facts;
 }
 
-std::string write_report(const std::string& out, const Task& task, const Json& result) {
+std::string write_report(const std::string& out, const Task& task, const splat_predictor_info& info,
+                         const std::vector<splat_camera>& cameras, const Json& result) {
     HtmlPage page("Prediction of " + task.name);
+    add_predicted_scene(page, task.scene.get(), task.name, info, cameras);
     page.picture(out + "/input.png", "input", kPictureWidth);
     page.picture(out + "/orbit.png", "novel views", kPictureWidth);
     page.heading("Facts");
@@ -455,6 +459,8 @@ Json run_prediction(const PredictionOptions& options) {
     Json result = {{"input", task.name},
                    {"weights", file},
                    {"adapters", adapters_beside(file, options.adapters)},
+                   {"trained_for",
+                    trained_for(loaded.info, options.weights.empty(), !options.adapters.empty())},
                    {"gaussians", info.count},
                    {"faint", task.faint},
                    {"images", cameras.size()},
@@ -467,7 +473,7 @@ Json run_prediction(const PredictionOptions& options) {
     if (!task.truths.empty()) add_scores(options.object, task, images, result);
     if (!options.true_depth.empty()) result["depth"] = compare_depth(options, loaded, task);
     write_pictures(options.out, loaded.info, task, images);
-    result["report"] = write_report(options.out, task, result);
+    result["report"] = write_report(options.out, task, loaded.info, cameras, result);
     return result;
 }
 

@@ -24,7 +24,7 @@ struct PredictionOptions {
     std::string device = "best";
 };
 
-/// Predict, draw, and write everything into options.out. Returns the facts: gaussians, faint, not_finite,
+/// Predict, draw, and write everything into options.out. Returns the facts: trained_for, gaussians, faint, not_finite,
 /// predict_ms, draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a
 /// Failure.
 Json run_prediction(const PredictionOptions& options);

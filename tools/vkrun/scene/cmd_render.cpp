@@ -15,6 +15,7 @@
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
+#include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/picture.h"
@@ -23,6 +24,7 @@
 #include "vkrun/cli/text.h"
 #include "vkrun/scene/camera_file.h"
 #include "vkrun/scene/scene_file.h"
+#include "vkrun/view/scene_viewer.h"
 
 namespace vkrun {
 namespace {
@@ -39,6 +41,7 @@ usage, 3 no device, 4 the scene or the cameras cannot be read.
 Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
   vkrun render scene.ply --orbit 36 --animate orbit.gif --out orbit
+  vkrun render scene.ply --orbit 8 --page orbit/index.html --out orbit
   vkrun render scene.ply --cameras transforms.json --convention gsplat --out renders
   vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
 )";
@@ -62,6 +65,7 @@ struct RenderOptions {
     std::vector<std::string> outputs = {"rgb"};
     bool animate = false;
     std::string animation;  ///< file; empty: animation.png in `out`
+    std::string page;       ///< file; empty: none
     bool overwrite = false;
     std::string device = "best";
     bool json = false;
@@ -284,18 +288,22 @@ void check_options(const RenderOptions& options) {
     if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
     if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
     check_planes(options);
+    if (!options.page.empty() && options.format != "png")
+        throw Failure(kUsageError,
+                      "--page shows the images, which a browser reads with --format png");
     check_background(options.background);
     if (options.animate &&
         std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
         throw Failure(kUsageError, "--animate needs rgb among the --outputs");
     const std::string kind = std::filesystem::path(animation_path(options)).extension().string();
-    if (kind != ".png" && kind != ".gif")
+    if (kind != ".png" && kind != ".gif" && kind != ".webp")
         throw Failure(kUsageError, "--animate is '" + options.animation +
-                                       "', expected a file of the extension .png or .gif");
+                                       "', expected a file of the extension .png, .gif or .webp");
 }
 
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     if (options.animate) check_target(animation_path(options), options.overwrite);
+    if (!options.page.empty()) check_target(options.page, options.overwrite);
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options))
             check_target(path_of(options, view.name + kind.suffix), options.overwrite);
@@ -331,6 +339,31 @@ void check_distances(const RenderOptions& options, const splat_scene_info& scene
     }
 }
 
+/// The images of the first views and the scene that turns, in one page.
+void write_render_page(const RenderOptions& options, const SceneFile& file,
+                       const std::vector<View>& views) {
+    constexpr std::size_t kMostShown = 36;
+    HtmlPage page("Views of " + std::filesystem::path(options.scene).filename().string());
+    ViewerOptions viewer;
+    viewer.name = std::filesystem::path(options.scene).filename().string();
+    viewer.file = std::filesystem::path(options.scene).stem().string() + ".ply";
+    for (const View& view : views) viewer.cameras.push_back(view.camera);
+    viewer.instead = "The pictures show it.";
+    std::copy_n(options.background.begin(), 3, viewer.background);
+    if (!options.cameras.empty()) up_of(viewer.cameras, viewer.up);
+    const ViewerFacts facts = add_viewer(page, file.scene.get(), viewer);
+    for (const std::string& note : facts.notes)
+        std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
+    page.heading(views.size() > kMostShown
+                     ? format("The first %zu of %zu views", kMostShown, views.size())
+                     : "Views");
+    for (std::size_t i = 0; i < std::min(kMostShown, views.size()); ++i)
+        for (const OutputKind& kind : kinds_of(options))
+            page.picture(path_of(options, views[i].name + kind.suffix), views[i].name + kind.suffix,
+                         240);
+    replace_file(options.page, page.text());
+}
+
 int run_render(const RenderOptions& options) {
     check_options(options);
     const auto reading = scene_file_desc(options.lenient);
@@ -363,6 +396,7 @@ int run_render(const RenderOptions& options) {
         check(splat_image_save_animation(animation.c_str(), images.data(),
                                          static_cast<std::uint32_t>(images.size()), 50));
     }
+    if (!options.page.empty()) write_render_page(options, file, views);
     const double seconds = watch.seconds();
     if (options.json) {
         Json document = {{"scene", options.scene},
@@ -372,6 +406,7 @@ int run_render(const RenderOptions& options) {
                          {"seconds", seconds},
                          {"views", std::move(list)}};
         if (options.animate) document["animation"] = animation;
+        if (!options.page.empty()) document["page"] = options.page;
         print_json(document);
     } else {
         std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s\n", options.out.c_str(),
@@ -446,11 +481,16 @@ void add_options(CLI::App& command, RenderOptions& options) {
                 options.animate = true;
                 options.animation = path;
             },
-            "Also write an animation of all views: FILE.png or\nFILE.gif; default: "
+            "Also write an animation of all views: FILE.png,\nFILE.gif or FILE.webp; default: "
             "DIR/animation.png")
         ->expected(0, 1)
         ->default_str("")
         ->type_name("[FILE]");
+    command
+        .add_option("--page", options.page,
+                    "Also write a page with the images, in which the scene\nturns as in that of "
+                    "'vkrun view'")
+        ->type_name("FILE");
     command.add_flag("--overwrite", options.overwrite, "Replace images that exist");
     add_device_option(command, options.device);
     add_json_flag(command, options.json);

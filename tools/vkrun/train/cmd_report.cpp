@@ -14,8 +14,9 @@ namespace {
 
 constexpr const char* kReportFooter =
     R"(The page shows each run's facts, its curves of loss and validation PSNR, and its latest renders (input, then
-truth, prediction and error alternately); several runs share one chart. Runs with an evaluation in eval/ are
-compared with the first of them over the same objects. The page loads nothing from elsewhere.
+truth, prediction and error alternately), and turns its validation object (renders/best.ply); several runs share
+one chart. Runs with an evaluation in eval/ are compared with the first of them over the same objects. The page loads
+nothing from elsewhere.
 
 Exit status: 0 done, 1 the page cannot be written, 2 wrong usage, 4 a folder holds no run.
 

@@ -26,13 +26,13 @@ config presets'); without it, the published cars model is trained. 'vkrun config
 'vkrun config show' prints every value.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
-(checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock and, at the end,
-report.html. Ctrl-C, SIGTERM, a closed terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step
-and save everything. --resume continues from the last state, or begins again where none was saved; the resumed
-run has the same bits as an uninterrupted one. With CONFIG or --set, values that no earlier step depends on may
-change, such as opt.iterations; anything else is an error. --overwrite replaces what a run wrote and leaves other
-files in OUT. peak_bytes in metrics.jsonl and run.json is the most device memory used so far, by training and
-validation.
+(checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock, and report.html,
+which is renewed at every validation, loads itself again, and turns a validation object. Ctrl-C, SIGTERM, a closed
+terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step and save everything. --resume continues
+from the last state, or begins again where none was saved; the resumed run has the same bits as an uninterrupted
+one. With CONFIG or --set, values that no earlier step depends on may change, such as opt.iterations; anything else
+is an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and
+run.json is the most device memory used so far, by training and validation.
 
 Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, or OUT is in use, 3 no device,
 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or 200 drew
@@ -124,8 +124,8 @@ Training open_training(splat_device device, const TrainOptions& options) {
 }
 
 /// Returns the kind of the event that ended it.
-splat_training_event_kind run(splat_training training, const std::string& folder) {
-    TrainingView view(folder);
+splat_training_event_kind run(splat_training training, const TrainOptions& options) {
+    TrainingView view(options.out, options.device);
     auto event = sized<splat_training_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
         if (g_interrupted != 0) check(splat_training_interrupt(training));
@@ -154,7 +154,7 @@ int train(TrainOptions& options) {
     catch_signals();
     const Device device = open_device(device_desc(options.device));
     const Training training = open_training(device.get(), options);
-    const splat_training_event_kind end = run(training.get(), options.out);
+    const splat_training_event_kind end = run(training.get(), options);
     if (options.json) print_json(library_json(splat_training_report, training.get()));
     switch (end) {
         case SPLAT_EVENT_DONE:

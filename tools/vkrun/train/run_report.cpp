@@ -9,6 +9,7 @@
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/train/run_scene.h"
 
 namespace vkrun {
 namespace {
@@ -83,6 +84,7 @@ void add_run(HtmlPage& page, const Run& run) {
                    ledger.value("gradients_zero", false) ? "all gradients were zero"
                                                          : "gradients were not zero"));
     }
+    add_run_scene(page, run.folder);
     page.facts(rows);
     page.picture(latest_render(run),
                  "validation objects: input, then truth, prediction and error alternately", 1000);
@@ -136,10 +138,19 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
 
 }  // namespace
 
-std::string write_run_report(const std::vector<std::string>& folders, const std::string& out) {
+std::string write_run_report(const std::vector<std::string>& folders, const std::string& out,
+                             bool running) {
     std::vector<Run> runs;
     for (const std::string& folder : folders) runs.push_back(read_run(folder));
     HtmlPage page(runs.size() == 1 ? "Training " + runs[0].folder : "Training runs");
+    if (running) {
+        constexpr std::uint32_t kSeconds = 30;
+        page.reload(kSeconds);
+        page.paragraph(
+            format("The training goes on. This page is written anew at every validation, and loads "
+                   "itself every %u s.",
+                   kSeconds));
+    }
     const std::pair<const char*, const char*> charts[] = {
         {"val_psnr", "PSNR of novel views of validation objects, dB, by step"},
         {"loss", "training loss by step"},

@@ -6,7 +6,8 @@
 namespace vkrun {
 
 /// Write a page about training runs, as the help of 'vkrun report' says, to `out` or as report.html in
-/// the first folder. Returns its path. Throws a Failure.
-std::string write_run_report(const std::vector<std::string>& folders, const std::string& out);
+/// the first folder. The page of a training that goes on loads itself again. Returns its path. Throws a Failure.
+std::string write_run_report(const std::vector<std::string>& folders, const std::string& out,
+                             bool running = false);
 
 }  // namespace vkrun

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
+#include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/train/run_report.h"
+#include "vkrun/train/run_scene.h"
 
 namespace vkrun {
 namespace {
@@ -23,14 +26,17 @@ unsigned long long wide(std::uint64_t number) {
 
 }  // namespace
 
-TrainingView::TrainingView(std::string folder)
-    : folder_(std::move(folder)), board_(folder_ + "/tb"), bar_(isatty(STDERR_FILENO) != 0) {}
+TrainingView::TrainingView(std::string folder, std::string device)
+    : folder_(std::move(folder)),
+      device_(std::move(device)),
+      board_(folder_ + "/tb"),
+      bar_(isatty(STDERR_FILENO) != 0) {}
 
 void TrainingView::show(const splat_training_event& event) {
     if (event.kind == SPLAT_EVENT_STEP && event.info->skipped == 0) show_step(event);
     if (event.kind == SPLAT_EVENT_VALIDATED_OBJECT) keep_object(event);
     if (event.kind == SPLAT_EVENT_VALIDATION) show_validation(event);
-    if (event.kind == SPLAT_EVENT_DONE && event.text != nullptr) write_run_report({folder_}, "");
+    if (event.kind >= SPLAT_EVENT_DONE && event.text != nullptr) write_page(false);
     if (event.text != nullptr)
         std::fprintf(stderr, "%s%s\n", bar_ && event.step > 0 ? "\r\033[K" : "", event.text);
 }
@@ -92,6 +98,26 @@ void TrainingView::show_validation(const splat_training_event& event) {
         .save(folder_ + format("/renders/step_%08llu.png", wide(event.step)));
     board_.scalars(event.step,
                    {{"val/psnr_novel", event.novel_psnr}, {"val/ssim_novel", event.novel_ssim}});
+    if (event.novel_psnr >= event.best_psnr) save_scene();
+    write_page(true);
+}
+
+void TrainingView::save_scene() {
+    if (!std::filesystem::exists(folder_ + "/weights_best.safetensors"))
+        return;  // nothing is trained
+    try {
+        save_run_scene(folder_, device_);
+    } catch (const Failure& failure) {  // such as too little memory beside the training
+        std::fprintf(stderr, "vkrun: warning: no scene in report.html: %s\n", failure.what());
+    }
+}
+
+void TrainingView::write_page(bool running) {
+    try {
+        write_run_report({folder_}, "", running);
+    } catch (const Failure& failure) {
+        std::fprintf(stderr, "vkrun: warning: no report.html: %s\n", failure.what());
+    }
 }
 
 }  // namespace vkrun

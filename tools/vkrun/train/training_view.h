@@ -12,11 +12,12 @@
 namespace vkrun {
 
 /// Shows a training and adds to its folder: lines or a progress bar on standard error, tb/ for TensorBoard,
-/// renders/ with input, truth, prediction and error of validation objects, and report.html at the end.
+/// renders/ with input, truth, prediction and error of validation objects, and report.html, anew at every
+/// validation and at the end.
 class TrainingView {
   public:
-    /// `folder` holds the run. Throws a Failure.
-    explicit TrainingView(std::string folder);
+    /// `folder` holds the run; `device` draws the scene of its page. Throws a Failure.
+    TrainingView(std::string folder, std::string device);
 
     void show(const splat_training_event& event);
 
@@ -25,7 +26,10 @@ class TrainingView {
     void keep_object(const splat_training_event& event);
     void show_validation(const splat_training_event& event);
 
-    std::string folder_;
+    void save_scene();
+    void write_page(bool running);
+
+    std::string folder_, device_;
     TensorBoard board_;
     bool bar_;                                ///< standard error is a terminal
     std::vector<std::vector<float>> images_;  ///< of the objects that are shown

@@ -304,6 +304,7 @@ class PictureWarningFlags(IntFlag):
 
     NO_OBJECT = 1
     FIELD_OF_VIEW = 2
+    AT_BORDER = 4
 
 
 class Convention(OpenEnum):
@@ -367,6 +368,7 @@ class ImageFormat(OpenEnum):
     NPY = 2
     GIF = 3
     PNG16 = 4
+    WEBP = 5
 
 
 class Schedule(OpenEnum):

@@ -113,7 +113,7 @@ def _frames(frames: Sequence[ArrayLike]) -> Tuple[Any, Any]:
 
 
 def save_animation(path: PathLike, frames: Sequence[ArrayLike], milliseconds: int = 40) -> None:
-    """Write images of one size as an animation that repeats, .png or .gif.
+    """Write images of one size as an animation that repeats, .png, .gif or .webp.
 
     milliseconds  for each frame, 1 to 65535; in a .gif rounded to 10 ms
     """

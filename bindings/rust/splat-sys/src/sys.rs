@@ -255,6 +255,8 @@ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
 pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
 /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
 pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
+/// the object reaches the picture's border: a part is missing
+pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
 
 pub type splat_convention = i32;
 /// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
@@ -336,6 +338,8 @@ pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
 pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
 /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
 pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
+/// of animations: 8 bits without loss; sides up to 16383
+pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
 pub type splat_schedule = i32;
 pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
@@ -4697,10 +4701,11 @@ extern "C" {
 
     /// ```text
     /// Write images of one size as an animation that repeats for ever, by the extension of the path:
-    /// .png (animated PNG) or .gif.
+    /// .png (animated PNG), .gif or .webp.
     /// frames        `count` images, at least one
     /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
-    /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif.
+    /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+    ///   longer side than the format has.
     /// ```
     pub fn splat_image_save_animation(
         path: *const c_char,
@@ -4711,7 +4716,7 @@ extern "C" {
 
     /// ```text
     /// Write the same bytes to memory.
-    /// format    SPLAT_IMAGE_PNG or SPLAT_IMAGE_GIF
+    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
     /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
     /// ```
     pub fn splat_image_save_animation_memory(

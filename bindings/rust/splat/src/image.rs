@@ -231,7 +231,7 @@ pub fn save_memory(image: ImageView<'_>, format: ImageFormat) -> Result<Vec<u8>>
     })
 }
 
-/// Write images of one size as an animation that repeats for ever: .png or .gif.
+/// Write images of one size as an animation that repeats for ever: .png, .gif or .webp.
 /// `milliseconds`: of each frame, 1 to 65535.
 pub fn save_animation(
     path: impl AsRef<Path>,
@@ -249,7 +249,8 @@ pub fn save_animation(
     ))
 }
 
-/// The same bytes. `format`: [`ImageFormat::PNG`] or [`ImageFormat::GIF`].
+/// The same bytes. `format`: [`ImageFormat::PNG`], [`ImageFormat::GIF`] or
+/// [`ImageFormat::WEBP`].
 pub fn save_animation_memory(
     frames: &[ImageView<'_>],
     milliseconds: u32,

@@ -920,6 +920,8 @@ impl PictureWarnings {
     pub const NO_OBJECT: PictureWarnings = PictureWarnings(sys::SPLAT_PICTURE_NO_OBJECT);
     /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
     pub const FIELD_OF_VIEW: PictureWarnings = PictureWarnings(sys::SPLAT_PICTURE_FIELD_OF_VIEW);
+    /// the object reaches the picture's border: a part is missing
+    pub const AT_BORDER: PictureWarnings = PictureWarnings(sys::SPLAT_PICTURE_AT_BORDER);
 
     /// Whether all bits of `other` are set.
     pub fn contains(self, other: PictureWarnings) -> bool {
@@ -937,7 +939,7 @@ impl std::ops::BitOr for PictureWarnings {
 
 impl std::fmt::Debug for PictureWarnings {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::bits(f, "PictureWarnings", self.0, &[("NO_OBJECT", PictureWarnings::NO_OBJECT.0), ("FIELD_OF_VIEW", PictureWarnings::FIELD_OF_VIEW.0)])
+        crate::text::bits(f, "PictureWarnings", self.0, &[("NO_OBJECT", PictureWarnings::NO_OBJECT.0), ("FIELD_OF_VIEW", PictureWarnings::FIELD_OF_VIEW.0), ("AT_BORDER", PictureWarnings::AT_BORDER.0)])
     }
 }
 
@@ -1117,11 +1119,13 @@ impl ImageFormat {
     pub const GIF: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_GIF);
     /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
     pub const PNG16: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_PNG16);
+    /// of animations: 8 bits without loss; sides up to 16383
+    pub const WEBP: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_WEBP);
 }
 
 impl std::fmt::Debug for ImageFormat {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::number(f, "ImageFormat", self.0, &[("PNG", ImageFormat::PNG.0), ("NPY", ImageFormat::NPY.0), ("GIF", ImageFormat::GIF.0), ("PNG16", ImageFormat::PNG16.0)])
+        crate::text::number(f, "ImageFormat", self.0, &[("PNG", ImageFormat::PNG.0), ("NPY", ImageFormat::NPY.0), ("GIF", ImageFormat::GIF.0), ("PNG16", ImageFormat::PNG16.0), ("WEBP", ImageFormat::WEBP.0)])
     }
 }
 

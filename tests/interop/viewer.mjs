@@ -1,0 +1,213 @@
+// Usage: node viewer.mjs CHROMIUM VKRUN TEMP [speed]
+//
+// The pages of vkrun view in a headless Chromium with software OpenGL ES. Screenshots at three poses against vkrun
+// render; pointer, wheel and keys; the file that the page saves; what is left out; browsers without WebGL2. With
+// `speed`: time to load, and frames a second, of 100,000 and of a million Gaussians. Every page must load nothing and
+// leave the console empty.
+
+import {execFileSync} from "node:child_process";
+import {mkdirSync, readFileSync, rmSync, statSync, writeFileSync} from "node:fs";
+import {join} from "node:path";
+import {Browser} from "./browser.mjs";
+
+const LEAST_PSNR = 45;  // dB; the pages reach 58
+const SIZE = [480, 360];
+
+const [chromium, vkrun, temp, mode] = process.argv.slice(2);
+rmSync(temp, {recursive: true, force: true});
+mkdirSync(temp, {recursive: true});
+const at = name => join(temp, name);
+
+// Stops at the first that is wrong.
+function expect(holds, what) {
+    if (!holds) throw new Error(what);
+}
+
+function run(...words) {
+    return execFileSync(vkrun, words, {encoding: "utf8", stdio: ["ignore", "pipe", "pipe"]});
+}
+
+// Numbers from 0 to 1 (mulberry32).
+function random(seed) {
+    return () => {
+        seed = (seed + 0x6d2b79f5) | 0;
+        let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+        t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+        return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+    };
+}
+
+// A ball's shell of Gaussians, flat ones and needles, with harmonics of a degree. The first `broken` have a NaN.
+function writeScene(path, count, degree, broken = 0) {
+    const next = random(7 + count + degree), rest = (degree + 1) ** 2 - 1;
+    const names = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"];
+    for (let i = 0; i < 3 * rest; ++i) names.push("f_rest_" + i);
+    names.push("opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
+    const values = new Float32Array(count * names.length), size = Math.log(2 / Math.sqrt(count));
+    for (let i = 0, o = 0; i < count; ++i) {
+        const z = 2 * next() - 1, angle = 2 * Math.PI * next(), r = (0.7 + 0.3 * next()) * Math.sqrt(1 - z * z);
+        const mean = [r * Math.cos(angle), z, r * Math.sin(angle)];
+        for (const v of mean) values[o++] = i < broken ? NaN : v;
+        for (const v of mean) values[o++] = 1.5 * v + 0.8 * Math.sin(9 * v) + 0.3 * (next() - 0.5);
+        for (let k = 0; k < 3 * rest; ++k) values[o++] = 0.3 * (next() - 0.5);
+        values[o++] = 8 * next() - 4.5;
+        for (let k = 0; k < 3; ++k) values[o++] = size + 2 * (next() - 0.6);
+        for (let k = 0; k < 4; ++k) values[o++] = next() - 0.5;
+    }
+    const header = `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n` +
+        names.map(name => `property float ${name}\n`).join("") + "end_header\n";
+    writeFileSync(path, Buffer.concat([Buffer.from(header), Buffer.from(values.buffer)]));
+}
+
+const STATE = 'document.querySelector(".splat").dataset.state';
+const settled = (browser, seconds = 60) => browser.until(`${STATE} === "settled"`, seconds);
+const attribute = (browser, selector) => browser.value(`document.querySelector("${selector}")?.textContent ?? ""`);
+
+function expectQuiet(browser) {
+    const strangers = browser.requests.filter(url => !/^(file|data|blob):/.test(url));
+    expect(strangers.length === 0, "the page asked for " + strangers);
+    expect(browser.problems.length === 0, "the console has: " + browser.problems.join("\n"));
+}
+
+const png = path => readFileSync(path).toString("base64");
+
+// Screenshots at three poses against those of vkrun render.
+async function comparePoses(browser, scene, name, background) {
+    const size = SIZE.join("x");
+    run("render", scene, "--orbit", "3", "--size", size, "--background", background, "--out", at(name));
+    run("view", scene, "--stills", "0", "--size", size, "--background", background, "--out", at(name + ".html"));
+    await browser.size(...SIZE);
+    await browser.open(at(name + ".html"));
+    await settled(browser);
+    await browser.value('document.querySelector("canvas").focus()');
+    await browser.key("h");
+    for (let i = 0; i < 3; ++i) {
+        await browser.key(String(i + 1));
+        await settled(browser);
+        const psnr = await browser.psnr(await browser.screenshot(), png(at(`${name}/00${i}.png`)));
+        console.log(`${name}, pose ${i + 1}: ${psnr.toFixed(1)} dB against vkrun render`);
+        expect(psnr >= LEAST_PSNR, `${psnr} dB, expected ${LEAST_PSNR}`);
+    }
+}
+
+// What a user does changes the picture, and R brings it back.
+async function useIt(browser) {
+    await browser.key("r");
+    await settled(browser);
+    const start = await browser.screenshot();
+    const differs = async (what, action) => {
+        await action();
+        await settled(browser);
+        const psnr = await browser.psnr(start, await browser.screenshot());
+        expect(psnr < 35, `${what} leaves the picture as it is (${psnr} dB)`);
+        await browser.key("r");
+        await settled(browser);
+    };
+    const drag = async more => {
+        await browser.mouse("mousePressed", 200, 200, more);
+        await browser.mouse("mouseMoved", 260, 230, more);
+        await browser.mouse("mouseReleased", 260, 230, more);
+    };
+    await differs("a drag", () => drag({}));
+    await differs("a drag with the right button", () => drag({button: "right", buttons: 2}));
+    await differs("the wheel", () => browser.mouse("mouseWheel", 200, 200, {deltaX: 0, deltaY: 300, button: "none"}));
+    const finger = (x, y, id) => ({x, y, id});
+    await differs("two fingers", async () => {
+        const touch = (type, touchPoints) => browser.send("Input.dispatchTouchEvent", {type, touchPoints});
+        await touch("touchStart", [finger(200, 200, 0), finger(280, 200, 1)]);
+        await touch("touchMove", [finger(150, 200, 0), finger(330, 200, 1)]);
+        await touch("touchEnd", []);
+    });
+    for (const key of ["ArrowLeft", "ArrowUp", "+", "-"]) await differs(`the key ${key}`, async () => {
+        for (let i = 0; i < 5; ++i) await browser.key(key);
+    });
+}
+
+// The file that the page saves has the same pictures.
+async function saveIt(browser, name) {
+    const bytes = await browser.value(`(async () => {
+        const {viewer} = document.querySelector(".splat");
+        viewer.offerFile();
+        const file = new Uint8Array(await (await fetch(viewer.file)).arrayBuffer());
+        let text = "";
+        for (const byte of file) text += String.fromCharCode(byte);
+        return btoa(text);
+    })()`);
+    writeFileSync(at("saved.ply"), Buffer.from(bytes, "base64"));
+    run("render", at("saved.ply"), "--orbit", "3", "--size", SIZE.join("x"), "--background", "1,1,1", "--out", at("saved"));
+    const psnr = await browser.psnr(png(at("saved/001.png")), png(at(`${name}/001.png`)));
+    console.log(`the saved file: ${psnr.toFixed(1)} dB`);
+    expect(psnr >= LEAST_PSNR, `the saved file has ${psnr} dB`);
+}
+
+async function leaveOut(browser) {
+    writeScene(at("broken.ply"), 2000, 1, 7);
+    const facts = JSON.parse(run("view", at("broken.ply"), "--stills", "0", "--most", "500", "--json", "--out", at("broken.html")));
+    expect(facts.gaussians === 500, "--most 500 left " + facts.gaussians);
+    await browser.open(at("broken.html"));
+    await settled(browser);
+    const note = await attribute(browser, ".splat-note");
+    expect(/^7 of 2000 Gaussians have numbers that are not finite/.test(note), note);
+    expect(/The page holds 500 of \d+ Gaussians/.test(note), note);
+}
+
+async function withoutWebGl() {
+    run("view", at("broken.ply"), "--stills", "2", "--size", "200x150", "--out", at("stills.html"));
+    const browser = await new Browser(chromium, ["--disable-3d-apis"]).start();
+    try {
+        await browser.open(at("stills.html"));
+        const why = await attribute(browser, ".splat-why");
+        expect(why === "The scene does not turn here: this browser has no WebGL2. The pictures show it.", why);
+        const shown = await browser.value('[...document.querySelectorAll(".splat-stills img")].map(i => i.offsetWidth).join()');
+        expect(shown === "200,200", "still pictures: " + shown);
+        expectQuiet(browser);
+    } finally {
+        await browser.stop();
+    }
+}
+
+async function measure(browser, count) {
+    writeScene(at("large.ply"), count, 1);
+    run("view", at("large.ply"), "--stills", "0", "--overwrite", "--out", at("large.html"));
+    await browser.size(640, 480);
+    const start = performance.now();
+    await browser.open(at("large.html"));
+    await settled(browser, 300);
+    const loaded = performance.now() - start;
+    const perSecond = await browser.value(`(async () => {
+        const {viewer} = document.querySelector(".splat");
+        const start = performance.now();
+        let frames = 0;
+        for (; frames < 100 && performance.now() - start < 10000; ++frames) {
+            viewer.camera.turn(0.03, 0);
+            viewer.change();
+            await new Promise(requestAnimationFrame);
+            viewer.painter.gl.finish();
+        }
+        return 1000 * frames / (performance.now() - start);
+    })()`);
+    await settled(browser, 60);
+    const megabytes = statSync(at("large.html")).size / 1e6;
+    console.log(`${count} Gaussians, degree 1, ${megabytes.toFixed(1)} MB: turns ${(loaded / 1000).toFixed(1)} s after it ` +
+                `is opened, ${perSecond.toFixed(1)} frames a second at 640x480`);
+    expect(perSecond > 0, "the scene does not turn");
+}
+
+const browser = await new Browser(chromium).start();
+try {
+    if (mode === "speed") {
+        for (const count of [100000, 1000000]) await measure(browser, count);
+    } else {
+        for (const degree of [0, 2, 3]) {
+            writeScene(at(`shell${degree}.ply`), 20000, degree);
+            await comparePoses(browser, at(`shell${degree}.ply`), `shell${degree}`, degree === 3 ? "1,1,1" : "0.2,0.4,0.6");
+        }
+        await useIt(browser);
+        await saveIt(browser, "shell3");
+        await leaveOut(browser);
+        await withoutWebGl();
+    }
+    expectQuiet(browser);
+} finally {
+    await browser.stop();
+}

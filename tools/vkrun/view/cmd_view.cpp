@@ -1,0 +1,202 @@
+// vkrun view: a page in which a scene turns.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
+#include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/picture.h"
+#include "vkrun/cli/temporary_folder.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/scene/camera_file.h"
+#include "vkrun/scene/scene_file.h"
+#include "vkrun/view/scene_viewer.h"
+
+namespace vkrun {
+namespace {
+
+constexpr const char* kViewFooter =
+    R"(The page holds the scene and the script that draws it (WebGL2), and loads nothing from elsewhere. Drag to turn,
+the right button or two fingers to move, wheel or pinch to zoom; arrows, + and - do the same, digits go to the
+views, and the page lists the other keys. It draws as 'vkrun render' does in the 3dgs convention. A link saves the
+Gaussians of the page as a .ply file.
+
+The page has 24 bytes for each Gaussian, and 12, 24 or 48 more for harmonics of degree 1, 2 or 3: means are
+float32, log scales have 10 or 11 bits, rotations 32 bits, colours, opacities and harmonics 8 bits a number. What
+is not finite or cannot be seen is left out; of more than --most Gaussians, those of the largest opacity times area
+are kept. The page says so.
+
+Browsers without WebGL2 or scripts show still pictures of the views, which need a device; --stills 0 needs none.
+
+Exit status: 0 done, 1 the page cannot be written or the device failed, 2 wrong usage, 3 no device, 4 the scene or
+the cameras cannot be read, or nothing of the scene can be seen.
+
+Examples:
+  vkrun view scene.ply
+  vkrun view scene.spz --background 1,1,1 --out page.html
+  vkrun view scene.ply --cameras transforms.json --most 500000 --stills 0
+)";
+
+struct ViewOptions {
+    std::string scene, cameras, out = "view.html", size;
+    std::uint32_t orbit = 3, stills = 3;
+    std::optional<double> elevation, distance;
+    std::vector<float> background = {0, 0, 0};
+    std::uint64_t most = kPageGaussians;
+    bool turn = false, overwrite = false, json = false;
+    std::string device = "best";
+};
+
+constexpr double kViewElevation = 11;  ///< degrees, as of 'vkrun render'
+
+std::vector<splat_camera> view_cameras(const ViewOptions& options, splat_scene scene) {
+    const ImageSize size = image_size(options.size);
+    if (!options.cameras.empty()) {
+        CameraFile file = load_cameras(options.cameras, {size, true});
+        for (const std::string& warning : file.warnings)
+            std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+        if (file.cameras.empty())
+            throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
+        return file.cameras;
+    }
+    auto desc = sized<splat_orbit_desc>();
+    desc.width = size.width;
+    desc.height = size.height;
+    desc.elevation = options.elevation.value_or(kViewElevation) * std::numbers::pi / 180;
+    desc.distance = options.distance.value_or(0);
+    std::vector<splat_camera> cameras(options.orbit);
+    check(splat_camera_orbit(scene, &desc, options.orbit, cameras.data()), kBadData);
+    return cameras;
+}
+
+/// Pictures of the first views, in `folder`.
+std::vector<std::string> draw_stills(const ViewOptions& options, const SceneFile& scene,
+                                     const std::vector<splat_camera>& cameras,
+                                     const std::string& folder) {
+    std::vector<std::string> files;
+    if (options.stills == 0) return files;
+    const Device device = open_device(device_desc(options.device));
+    Rasterizer rasterizer;
+    std::uint32_t width = 0, height = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(options.stills, cameras.size()); ++i) {
+        if (cameras[i].width != width || cameras[i].height != height) {
+            auto desc = sized<splat_rasterizer_desc>();
+            desc.gaussians = static_cast<std::uint32_t>(scene.info.count);
+            desc.sh_degree = scene.info.sh_degree;
+            desc.width = width = cameras[i].width;
+            desc.height = height = cameras[i].height;
+            rasterizer = Rasterizer();
+            check(splat_rasterizer_create(device.get(), &desc, rasterizer.out()));
+        }
+        check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.scene.get(),
+                                             &cameras[i], 1, options.background.data()));
+        std::vector<std::uint8_t> bytes(std::size_t{3} * width * height);
+        const splat_image image = bytes_image(bytes.data(), width, height, 3);
+        check(splat_rasterizer_read_images(rasterizer.get(), nullptr, SPLAT_OUTPUT_RGB, 0, &image,
+                                           1));
+        files.push_back(folder + format("/%zu.png", i));
+        check(splat_image_save(files.back().c_str(), &image));
+    }
+    return files;
+}
+
+int run_view(const ViewOptions& options) {
+    if (!options.cameras.empty() && (options.elevation || options.distance))
+        throw Failure(kUsageError,
+                      std::string(options.elevation ? "--elevation" : "--distance") +
+                          " is for an orbit; the file of --cameras places its cameras itself");
+    if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
+    if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
+    check_background(options.background);
+    check_target(options.out, options.overwrite);
+    const SceneFile scene = load_scene(options.scene);
+    const std::filesystem::path path(options.scene);
+    ViewerOptions viewer;
+    viewer.name = path.filename().string();
+    viewer.file = path.stem().string() + ".ply";
+    viewer.cameras = view_cameras(options, scene.scene.get());
+    const TemporaryFolder folder;
+    viewer.stills = draw_stills(options, scene, viewer.cameras, folder.path());
+    std::copy_n(options.background.begin(), 3, viewer.background);
+    if (!options.cameras.empty()) up_of(viewer.cameras, viewer.up);
+    viewer.turning = options.turn;
+    viewer.full_window = true;
+    viewer.most = options.most;
+    HtmlPage page(viewer.name);
+    const ViewerFacts facts = add_viewer(page, scene.scene.get(), viewer);
+    for (const std::string& note : facts.notes)
+        std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
+    const std::string text = page.text();
+    replace_file(options.out, text);
+    if (options.json)
+        print_json({{"page", options.out},
+                    {"bytes", text.size()},
+                    {"gaussians", facts.gaussians},
+                    {"faint", facts.faint},
+                    {"notes", facts.notes},
+                    {"views", viewer.cameras.size()}});
+    else
+        std::printf("%s: %llu Gaussians (%llu faint ones were left out), %s\n", options.out.c_str(),
+                    static_cast<unsigned long long>(facts.gaussians),
+                    static_cast<unsigned long long>(facts.faint), bytes_text(text.size()).c_str());
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, int& exit_code) {
+    CLI::App* command =
+        add_command(app, "view", "Write a page in which a scene turns.", kViewFooter);
+    auto options = std::make_shared<ViewOptions>();
+    ViewOptions& o = *options;
+    command->add_option("SCENE", o.scene, "Scene: " + scene_extensions())
+        ->required()
+        ->type_name("");
+    command->add_option("--out", o.out, "Page to write")->type_name("FILE")->capture_default_str();
+    command
+        ->add_option("--cameras", o.cameras,
+                     "Views: transforms.json, or the folder of a COLMAP\nmodel; of more than nine, "
+                     "six evenly spread")
+        ->type_name("FILE");
+    add_count_option(*command, "--orbit", o.orbit, "Views on a circle around the scene", 1, 9);
+    command
+        ->add_option("--elevation", o.elevation,
+                     "Degrees of the orbit above the horizon; default: 11")
+        ->type_name("DEG");
+    command
+        ->add_option("--distance", o.distance,
+                     "Radius of the orbit, in scene units; default: the\nscene fills the image")
+        ->type_name("X");
+    command
+        ->add_option("--size", o.size,
+                     "Size of the still pictures, for an orbit (default:\n512x512) or a camera "
+                     "file that does "
+                     "not give it")
+        ->type_name("WxH");
+    add_count_option(*command, "--stills", o.stills, "Still pictures of the first views", 0, 9);
+    command->add_option("--background", o.background, "Background colour, each channel 0 to 1")
+        ->type_name("R,G,B")
+        ->default_str("0,0,0")
+        ->delimiter(',')
+        ->expected(3);
+    command->add_option("--most", o.most, "Gaussians that the page holds at most")
+        ->type_name("N")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 5'000'000).description(""));
+    command->add_flag("--turn", o.turn, "The scene turns by itself until it is touched");
+    command->add_flag("--overwrite", o.overwrite, "Replace the page if it exists");
+    add_device_option(*command, o.device);
+    add_json_flag(*command, o.json);
+    command->callback([options, &exit_code] { exit_code = run_view(*options); });
+}
+
+}  // namespace vkrun

@@ -1,0 +1,194 @@
+#include "vkrun/view/scene_payload.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "vkrun/cli/text.h"
+
+namespace vkrun {
+namespace {
+
+/// Spherical harmonic of degree 0.
+const double kPackedY00 = 0.5 * std::sqrt(1 / std::numbers::pi);
+
+/// Log scales further from the scene's radius are as good as these: far below a pixel, far beyond the scene.
+constexpr double kSmallest = -14, kLargest = 4;
+
+/// Colours outside are clamped: brighter than white or darker than black in every direction.
+constexpr double kDarkest = -4, kBrightest = 5;
+
+std::vector<float> attribute(splat_scene scene, const char* name, std::uint64_t floats) {
+    std::vector<float> values(floats);
+    check(splat_scene_read(scene, name, values.data(), values.size() * sizeof(float)));
+    return values;
+}
+
+/// Least value and extent of what is packed, within the bounds.
+struct Range {
+    double low = 0, extent = 0;
+
+    Range(const std::vector<float>& values, double least, double most) {
+        double from = most, to = least;
+        for (const float v : values) {
+            from = std::min(from, static_cast<double>(v));
+            to = std::max(to, static_cast<double>(v));
+        }
+        low = std::clamp(from, least, most);
+        extent = std::clamp(to, low, most) - low;
+    }
+    /// 0 to `steps`.
+    [[nodiscard]] std::uint32_t code(double value, double steps) const {
+        if (extent <= 0) return 0;
+        return static_cast<std::uint32_t>(
+            std::lround(std::clamp((value - low) / extent, 0.0, 1.0) * steps));
+    }
+    [[nodiscard]] Json json() const { return {low, extent}; }
+};
+
+std::uint32_t rotation_code(const float* q) {
+    double unit[4], length = 0;
+    for (int k = 0; k < 4; ++k) length += std::pow(static_cast<double>(q[k]), 2);
+    std::uint32_t largest = 0;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+        unit[k] = static_cast<double>(q[k]) / std::sqrt(length);
+        if (std::abs(unit[k]) > std::abs(unit[largest])) largest = k;
+    }
+    const double sign = unit[largest] < 0 ? -1 : 1;
+    std::uint32_t code = largest << 30U, shift = 0;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+        if (k == largest) continue;
+        code |= static_cast<std::uint32_t>(std::lround(sign * unit[k] * std::numbers::sqrt2 * 511) +
+                                           511)
+                << shift;
+        shift += 10;
+    }
+    return code;
+}
+
+/// The `most` of largest opacity times area, in their order.
+std::vector<std::size_t> most_visible(const std::vector<float>& opacities,
+                                      const std::vector<float>& log_scales, std::uint64_t most) {
+    std::vector<std::size_t> kept(opacities.size());
+    std::iota(kept.begin(), kept.end(), 0U);
+    if (kept.size() <= most) return kept;
+    std::vector<float> weights(kept.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        const float* const s = &log_scales[3 * i];
+        weights[i] = std::log(opacities[i]) + s[0] + s[1] + s[2] - std::min({s[0], s[1], s[2]});
+    }
+    const auto middle = kept.begin() + static_cast<std::ptrdiff_t>(most);
+    std::nth_element(kept.begin(), middle, kept.end(), [&](std::size_t a, std::size_t b) {
+        return weights[a] != weights[b] ? weights[a] > weights[b] : a < b;
+    });
+    kept.erase(middle, kept.end());
+    std::sort(kept.begin(), kept.end());
+    return kept;
+}
+
+/// Drops what no image shows, and says so.
+splat_scene_info filter(splat_scene scene, ScenePayload& payload) {
+    const auto measured = [scene] {
+        auto info = sized<splat_scene_info>();
+        check(splat_scene_get_info(scene, &info));
+        return info;
+    };
+    const std::uint64_t all = measured().count;
+    check(splat_scene_filter(scene, SPLAT_FILTER_FINITE, 0));
+    const std::uint64_t finite = measured().count;
+    check(splat_scene_filter(scene, 0, 1.0 / 255));
+    const splat_scene_info info = measured();
+    payload.facts["faint"] = finite - info.count;
+    if (all > finite)
+        payload.notes.push_back(format(
+            "%llu of %llu Gaussians have numbers that are not finite; they are left out.",
+            static_cast<unsigned long long>(all - finite), static_cast<unsigned long long>(all)));
+    if (info.count == 0) throw Failure(kBadData, "the scene has no Gaussian that can be seen");
+    return info;
+}
+
+/// Planes of coefficients after the constant one. Returns their limits.
+std::vector<double> pack_harmonics(const std::vector<float>& sh, std::uint32_t degree,
+                                   const std::vector<std::size_t>& kept, std::uint32_t* words) {
+    const std::size_t terms = (degree + 1) * (degree + 1);
+    std::vector<double> limits(3, 0);
+    const auto limit_of = [&limits](std::size_t k) -> double& {
+        return limits[k < 4 ? 0 : k < 9 ? 1 : 2];
+    };
+    for (const std::size_t i : kept)
+        for (std::size_t k = 1; k < terms; ++k)
+            for (std::size_t c = 0; c < 3; ++c)
+                limit_of(k) = std::max(limit_of(k),
+                                       std::abs(static_cast<double>(sh[(i * terms + k) * 3 + c])));
+    for (std::size_t n = 0; n < kept.size(); ++n)
+        for (std::size_t k = 1; k < terms; ++k)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto value = static_cast<double>(sh[(kept[n] * terms + k) * 3 + c]);
+                const double limit = limit_of(k);
+                const double root = limit > 0 ? std::sqrt(std::abs(value) / limit) * 127 : 0;
+                const auto code = static_cast<std::uint32_t>(
+                    std::lround(value < 0 ? -root : root));  // two's complement
+                const std::size_t byte = 3 * ((k - 1) % 4) + c;
+                words[3 * ((k - 1) / 4 * kept.size() + n) + byte / 4] |= (code & 255U)
+                                                                         << (8 * (byte % 4));
+            }
+    return limits;
+}
+
+}  // namespace
+
+ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
+    ScenePayload payload;
+    const splat_scene_info info = filter(scene, payload);
+    const std::uint64_t n = info.count;
+    const std::uint32_t degree = info.sh_degree, terms = (degree + 1) * (degree + 1);
+    const auto means = attribute(scene, "means", 3 * n);
+    const auto log_scales = attribute(scene, "log_scales", 3 * n);
+    const auto rotations = attribute(scene, "rotations", 4 * n);
+    const auto opacities = attribute(scene, "opacities", n);
+    const auto sh = attribute(scene, "sh", 3 * terms * n);
+    const std::vector<std::size_t> kept = most_visible(opacities, log_scales, most);
+    const std::size_t count = kept.size();
+    if (count < n)
+        payload.notes.push_back(
+            format("The page holds %zu of %llu Gaussians, those of the largest opacity times area.",
+                   count, static_cast<unsigned long long>(n)));
+
+    std::vector<float> colors;
+    for (const std::size_t i : kept)
+        for (std::size_t c = 0; c < 3; ++c)
+            colors.push_back(
+                static_cast<float>(0.5 + kPackedY00 * static_cast<double>(sh[3 * terms * i + c])));
+    const double size = std::log(info.radius > 0 ? info.radius : std::max(info.scale_max, 1e-30));
+    const Range scale(log_scales, size + kSmallest, size + kLargest);
+    const Range color(colors, kDarkest, kBrightest);
+    constexpr std::size_t kPlanes[] = {2, 3, 4, 6};
+    payload.words.resize(kPlanes[degree] * 3 * count);
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = kept[k];
+        std::uint32_t* const mean = &payload.words[3 * k];
+        std::uint32_t* const shape = &payload.words[3 * (count + k)];
+        for (std::size_t c = 0; c < 3; ++c)
+            mean[c] = std::bit_cast<std::uint32_t>(means[3 * i + c]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            shape[0] |= scale.code(static_cast<double>(log_scales[3 * i + c]), c < 2 ? 2047 : 1023)
+                        << (11 * c);
+            shape[2] |= color.code(static_cast<double>(colors[3 * k + c]), 255) << (8 * c);
+        }
+        shape[1] = rotation_code(&rotations[4 * i]);
+        shape[2] |= static_cast<std::uint32_t>(std::lround(255 * opacities[i])) << 24U;
+    }
+    const auto limits = pack_harmonics(sh, degree, kept, payload.words.data() + 6 * count);
+    payload.facts.update({{"count", count},
+                          {"degree", degree},
+                          {"log_scale", scale.json()},
+                          {"color", color.json()},
+                          {"sh_limit", limits},
+                          {"center", info.center},
+                          {"radius", info.radius}});
+    return payload;
+}
+
+}  // namespace vkrun

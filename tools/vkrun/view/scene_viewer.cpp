@@ -1,0 +1,79 @@
+#include "vkrun/view/scene_viewer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vkrun/cli/svg.h"
+#include "vkrun/cli/text.h"
+#include "vkrun/view/embedded_page.h"
+#include "vkrun/view/scene_payload.h"
+
+namespace vkrun {
+namespace {
+
+/// A digit each; of more cameras so many are taken, evenly spread.
+constexpr std::size_t kMostPoses = 9, kSpreadPoses = 6;
+
+Json pose_json(const splat_camera& camera) {
+    const double* const m = camera.world_to_camera;
+    return {{"size", {camera.width, camera.height}},
+            {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}},
+            {"world_to_camera", std::vector<double>(m, m + 12)}};
+}
+
+std::string bytes_of(const std::vector<std::uint32_t>& words) {
+    std::string bytes;
+    bytes.reserve(4 * words.size());
+    for (const std::uint32_t word : words)
+        for (unsigned shift = 0; shift < 32; shift += 8)
+            bytes += static_cast<char>(word >> shift & 255U);
+    return bytes;
+}
+
+}  // namespace
+
+ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& options) {
+    ScenePayload payload = pack_scene(scene, options.most);
+    Json facts = std::move(payload.facts);
+    facts["name"] = options.name;
+    facts["file"] = options.file;
+    facts["notes"] = payload.notes;
+    facts["background"] = options.background;
+    facts["up"] = options.up;
+    facts["turning"] = options.turning;
+    facts["poses"] = Json::array();
+    const std::size_t all = options.cameras.size(), poses = all > kMostPoses ? kSpreadPoses : all;
+    for (std::size_t i = 0; i < poses; ++i)
+        facts["poses"].push_back(pose_json(options.cameras[i * all / poses]));
+    const splat_camera& first = options.cameras.front();
+    std::string stills;
+    for (const std::string& file : options.stills) stills += image_tag(file, options.name);
+    const std::string instead = !options.instead.empty()  ? options.instead
+                                : !options.stills.empty() ? "The pictures show it."
+                                                          : "";
+    page.embed(format("<div class=\"splat %s\" style=\"--ratio:%u/%u\" data-instead=\"%s\" "
+                      "data-splat=\"%s\">\n",
+                      options.full_window ? "splat-full" : "splat-frame", first.width, first.height,
+                      xml_escaped(instead).c_str(), xml_escaped(json_text(facts)).c_str()) +
+                   "<div class=\"splat-stills\"><p class=\"splat-why\">The scene turns in browsers "
+                   "that run "
+                   "scripts and have WebGL2. " +
+                   xml_escaped(instead) + "</p>" + stills +
+                   "</div>\n<script type=\"text/plain\" class=\"splat-data\">" +
+                   base64(bytes_of(payload.words)) + "</script></div>\n",
+               kViewerStyle, kViewerScript);
+    return {facts.at("count").get<std::uint64_t>(), facts.at("faint").get<std::uint64_t>(),
+            payload.notes};
+}
+
+void up_of(const std::vector<splat_camera>& cameras, double* up) {
+    double sum[3] = {0, 0, 0};
+    for (const splat_camera& camera : cameras)
+        for (int k = 0; k < 3; ++k) sum[k] -= camera.world_to_camera[4 + k];
+    const double length = std::hypot(sum[0], sum[1], sum[2]);
+    // Cameras that look from all sides have no common one.
+    const bool clear = length > 0.3 * static_cast<double>(cameras.size());
+    for (int k = 0; k < 3; ++k) up[k] = clear ? sum[k] / length : k == 1 ? -1 : 0;
+}
+
+}  // namespace vkrun
