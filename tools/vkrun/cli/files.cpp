@@ -30,8 +30,12 @@ void check_target(const std::string& path, bool overwrite) {
 
 std::ifstream open_to_read(const std::filesystem::path& path) {
     std::error_code none;
-    if (!std::filesystem::is_regular_file(path, none)) return {};
-    return std::ifstream(path, std::ios::binary);
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path, none))
+        file.open(path, std::ios::binary);
+    else
+        file.setstate(std::ios::failbit);
+    return file;
 }
 
 std::string read_text(const std::string& path) {
