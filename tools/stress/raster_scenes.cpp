@@ -136,8 +136,11 @@ void add_shapes(Families& families, bool quick) {
                              for (std::size_t k = 0; k < 3; ++k)
                                  scene.scales[3 * i + k] = k == 0 ? 1 : std::pow(10, -exponent);
                      });
-    for (const int exponent : quick ? std::vector<int>{-10, 3, 8}
-                                    : std::vector<int>{-30, -20, -10, -5, 2, 3, 5, 8, 12, 18})
+    // Beyond 1e6 the gradient through the inverse of the covariance, -Q G Q, loses in float64 and in long
+    // double, too, by the square of the axes' ratio in pixels: at 1e8 long double is 1e-3 off, and there is
+    // no truth to compare with.
+    for (const int exponent :
+         quick ? std::vector<int>{-10, 3, 6} : std::vector<int>{-30, -20, -10, -5, 2, 3, 5, 6})
         families.add(format("scale/1e%d", exponent), format("scales times 1e%d", exponent),
                      [&](RasterScene& scene) { multiply(scene.scales, std::pow(10, exponent)); });
     for (const int exponent : quick ? std::vector<int>{2} : std::vector<int>{1, 2, 3, 4})

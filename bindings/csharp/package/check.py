@@ -15,6 +15,7 @@ EXPECTED = {
     "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
     "runtimes/linux-x64/native/libsplat.so",
     "runtimes/linux-x64/share/libsplat/weights/cars64/weights.safetensors",
+    "runtimes/linux-x64/share/libsplat/weights/cars64/chairs.safetensors",
     "runtimes/linux-x64/share/libsplat/weights/cars64/config.json",
     "runtimes/linux-x64/share/libsplat/weights/cars64/cars64.yaml",
     "runtimes/linux-x64/share/libsplat/weights/cars64/README.md",

@@ -202,6 +202,8 @@ std::string write_eval_page(const EvalOptions& options, const Methods& methods, 
     const bool network = options.baseline.empty();
     const std::vector<std::pair<std::string, std::string>> facts = {
         {network ? "Weights" : "Baseline", network ? options.weights : options.baseline},
+        {"Adapters",
+         options.adapters.empty() ? "none" : adapters_beside(options.weights, options.adapters)},
         {"Data", options.data + ", split " + options.split},
         {"Objects", std::to_string(rows.size())},
         {"Device", info_of(methods.device.get()).name}};

@@ -1,5 +1,7 @@
 #include "vkrun/scene/camera_file.h"
 
+#include <cmath>
+#include <cstddef>
 #include <cstdio>
 
 #include "vkrun/cli/handles.h"
@@ -63,6 +65,26 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
                                        "' does not give the size of its images ('w' and 'h'): " +
                                        "pass --size WIDTHxHEIGHT");
     return file;
+}
+
+void check_distance(const std::string& name, const splat_camera& camera,
+                    const splat_scene_info& scene, bool lenient) {
+    constexpr double kMostRadii = 1e6;
+    double squares = 0;
+    for (int row = 0; row < 3; ++row) {
+        const double* r = camera.world_to_camera + std::ptrdiff_t{4} * row;
+        const double at =
+            r[0] * scene.center[0] + r[1] * scene.center[1] + r[2] * scene.center[2] + r[3];
+        squares += at * at;
+    }
+    const double radii = std::sqrt(squares) / scene.radius;
+    if (!(scene.radius > 0) || radii <= kMostRadii) return;
+    const std::string found =
+        format("camera '%s' is %g radii of the scene away from its centre", name.c_str(), radii);
+    if (!lenient)
+        throw Failure(kBadData,
+                      found + format(", expected at most %g; --lenient renders it", kMostRadii));
+    std::fprintf(stderr, "vkrun: warning: %s\n", found.c_str());
 }
 
 }  // namespace vkrun

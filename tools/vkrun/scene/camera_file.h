@@ -38,4 +38,9 @@ struct CameraFileOptions {
 /// Throws a Failure; a usage Failure for a size that is missing, or that no camera needs.
 CameraFile load_cameras(const std::string& path, const CameraFileOptions& options);
 
+/// Throws a bad-data Failure for a camera 1e6 radii of the scene away from it, which is a damaged number rather than a
+/// view; a warning if `lenient`.
+void check_distance(const std::string& name, const splat_camera& camera,
+                    const splat_scene_info& scene, bool lenient);
+
 }  // namespace vkrun

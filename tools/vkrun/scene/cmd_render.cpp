@@ -314,31 +314,6 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
     }
 }
 
-/// A camera that is this many radii of the scene away from it is a damaged number rather than a view.
-constexpr double kMostRadii = 1e6;
-
-void check_distances(const RenderOptions& options, const splat_scene_info& scene,
-                     const std::vector<View>& views) {
-    for (const View& view : views) {
-        const double* m = view.camera.world_to_camera;
-        double squares = 0;
-        for (int row = 0; row < 3; ++row) {
-            const double* r = m + std::ptrdiff_t{4} * row;
-            const double at =
-                r[0] * scene.center[0] + r[1] * scene.center[1] + r[2] * scene.center[2] + r[3];
-            squares += at * at;
-        }
-        const double radii = std::sqrt(squares) / scene.radius;
-        if (!(scene.radius > 0) || radii <= kMostRadii) continue;
-        const std::string found = format(
-            "camera '%s' is %g radii of the scene away from its centre", view.name.c_str(), radii);
-        if (!options.lenient)
-            throw Failure(kBadData, found + format(", expected at most %g; --lenient renders it",
-                                                   kMostRadii));
-        std::fprintf(stderr, "vkrun: warning: %s\n", found.c_str());
-    }
-}
-
 /// The images of the first views and the scene that turns, in one page.
 void write_render_page(const RenderOptions& options, const SceneFile& file,
                        const std::vector<View>& views) {
@@ -371,7 +346,9 @@ int run_render(const RenderOptions& options) {
     const std::vector<View> views =
         options.orbit > 0 ? orbit_views(options, file.scene.get()) : file_views(options);
     if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
-    if (options.orbit == 0) check_distances(options, file.info, views);
+    if (options.orbit == 0)
+        for (const View& view : views)
+            check_distance(view.name, view.camera, file.info, options.lenient);
     check_targets(options, views);
     Renderer renderer(options, file);
     renderer.prepare(views.front().camera);  // a refusal leaves no folder behind
