@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <utility>
 
 #include "stress/stress.h"
 #include "vkrun/cli/svg.h"
@@ -147,19 +149,26 @@ std::string stress_svg(const std::vector<Row>& rows, const std::string& title) {
     for (std::size_t i = 0; i < families.size(); ++i)
         svg +=
             svg_text(kLeft - 8, kTop + kLine * (static_cast<double>(i) + 0.75), "end", families[i]);
-    const auto dot = [&](const Row& row, double ratio, double radius, const char* color) {
+    // Each colour's dots are one path: points at which a round pen is set down, on whole pixels, each once.
+    std::map<std::string, std::set<std::pair<int, int>>> dots;
+    const auto dot = [&](const Row& row, double ratio, const char* color) {
         const auto line = std::find(families.begin(), families.end(), family_of(row));
         const auto place_of = static_cast<double>(line - families.begin());
-        svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%g\" fill=\"%s\"/>\n", at_x(ratio),
-                      kTop + kLine * (place_of + 0.5), radius, color);
+        dots[color].insert({static_cast<int>(std::lround(kTop + kLine * (place_of + 0.5))),
+                            static_cast<int>(std::lround(at_x(ratio)))});
     };
-    for (const Row& row : rows)
+    for (const Row& row : rows) {
         if (!std::isnan(row.peer) && row.verdict.allowed > 0)
-            dot(row, std::min(row.peer / row.verdict.allowed, kMost), 2, "#bbb");
-    for (const bool failing : {false, true})
-        for (const Row& row : rows)
-            if (row.verdict.passed() != failing)
-                dot(row, std::min(row.verdict.ratio(), kMost), failing ? 4 : 2.5, color_of(row));
+            dot(row, std::min(row.peer / row.verdict.allowed, kMost), colors[4]);
+        dot(row, std::min(row.verdict.ratio(), kMost), color_of(row));
+    }
+    for (const int i : {4, 0, 1, 2, 3}) {
+        if (dots[colors[i]].empty()) continue;
+        svg += format("<path stroke=\"%s\" stroke-width=\"%d\" stroke-linecap=\"round\" d=\"",
+                      colors[i], i == 3 ? 8 : 5 - i / 4);
+        for (const auto& [y, x] : dots[colors[i]]) svg += format("M%d %dh0", x, y);
+        svg += "\"/>\n";
+    }
     return svg + "</svg>\n";
 }
 
