@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/config.h"
+#include "core/json.h"
 
 namespace splat {
 namespace {
@@ -219,11 +220,7 @@ Result<Config> read_yaml_config(std::string_view text, const std::string& what) 
     if (text.size() > kMaxConfigBytes)
         return error(Code::kInvalidArgument, "%s: %zu bytes of YAML, expected at most %zu",
                      what.c_str(), text.size(), kMaxConfigBytes);
-    if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
-        return error(Code::kInvalidArgument,
-                     "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of "
-                     "another format?",
-                     what.c_str(), nul, text.size());
+    SPLAT_TRY(check_no_nul(text, what.c_str()));
     return YamlReader(text, what).run();
 }
 

@@ -139,6 +139,10 @@ Status check_json_text(std::string_view text, const char* what) {
     if (text.size() > kMaxJsonBytes)
         return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
                      text.size(), kMaxJsonBytes);
+    return check_no_nul(text, what);
+}
+
+Status check_no_nul(std::string_view text, const char* what) {
     const std::size_t nul = text.find('\0');
     if (nul == std::string_view::npos) return {};
     return error(Code::kInvalidArgument,

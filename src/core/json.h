@@ -23,8 +23,11 @@ inline constexpr int kMaxJsonDepth = 64;
 Result<Json> parse_json(std::string_view text, const char* what);
 
 /// The checks of every parser here, before it starts. Errors: kInvalidArgument for a text of more than
-/// kMaxJsonBytes, and for a NUL, at which parsers stop without a word.
+/// kMaxJsonBytes, and for a NUL, at which parsers stop silently.
 Status check_json_text(std::string_view text, const char* what);
+
+/// The second of them, for parsers of other texts too.
+Status check_no_nul(std::string_view text, const char* what);
 
 /// A member of a flat JSON object.
 struct JsonScalar {

@@ -198,11 +198,23 @@ std::string key_of(const vk::DeviceInfo& info, vk::Kernels kernels) {
 }
 
 bool noted(const std::string& path, const std::string& key) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none)) return false;
     std::ifstream file(path);
     std::string line;
     while (std::getline(file, line))
         if (line == key) return true;
     return false;
+}
+
+/// A folder that cannot be written, or something else in the file's place, only means another test next time.
+void note(const std::string& path, const std::string& key) {
+    std::error_code none;
+    if (path.empty()) return;
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), none);
+    if (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none))
+        return;
+    std::ofstream(path, std::ios::app) << key << "\n";
 }
 
 }  // namespace
@@ -247,7 +259,7 @@ Result<std::shared_ptr<vk::Context>> tested_context(const vk::ContextDesc& desc)
         SPLAT_ASSIGN(const std::string wrong, self_test(*context));
         if (wrong.empty()) {
             passed_ones().insert(key);
-            if (!path.empty()) std::ofstream(path, std::ios::app) << key << "\n";
+            note(path, key);
             return context;
         }
         const std::string who = info.name + " (" + info.driver + ")";

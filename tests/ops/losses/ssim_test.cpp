@@ -12,6 +12,18 @@
 namespace splat::test {
 namespace {
 
+/// ||got - expected|| / ||expected||
+double ssim_gradient_error(const std::vector<float>& got, const std::vector<double>& expected) {
+    double error = 0;
+    double norm = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        const double difference = static_cast<double>(got[i]) - expected[i];
+        error += difference * difference;
+        norm += expected[i] * expected[i];
+    }
+    return std::sqrt(error / norm);
+}
+
 class Ssim : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Ssim);
 
@@ -85,14 +97,7 @@ TEST_P(Ssim, IsAtMostOne) {
             EXPECT_NEAR(static_cast<double>(gpu.outputs[0][0]), ref::ssim_forward<double>(in)[0],
                         1e-6);
             const std::vector<double> expected = ref::ssim_backward<double>(in, 1);
-            double error = 0;
-            double norm = 0;
-            for (std::size_t i = 0; i < expected.size(); ++i) {
-                const double difference = static_cast<double>(gpu.grad_inputs[0][i]) - expected[i];
-                error += difference * difference;
-                norm += expected[i] * expected[i];
-            }
-            EXPECT_LE(std::sqrt(error / norm), 2e-3);
+            EXPECT_LE(ssim_gradient_error(gpu.grad_inputs[0], expected), 2e-3);
         }
 }
 
@@ -134,14 +139,7 @@ TEST_P(Ssim, GoldenNet) {
             EXPECT_TRUE(close(gpu.outputs[0], golden.doubles(name("ssim64")), kGoldenSsim, 0,
                               {"loss", how}));
             const std::vector<double> expected = golden.doubles(name("d_ssim64"));
-            double error = 0;
-            double norm = 0;
-            for (std::size_t i = 0; i < expected.size(); ++i) {
-                const double difference = static_cast<double>(gpu.grad_inputs[0][i]) - expected[i];
-                error += difference * difference;
-                norm += expected[i] * expected[i];
-            }
-            EXPECT_LE(std::sqrt(error / norm), 1e-4) << how;
+            EXPECT_LE(ssim_gradient_error(gpu.grad_inputs[0], expected), 1e-4) << how;
         }
     });
 }
