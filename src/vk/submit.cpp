@@ -132,6 +132,20 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
                           "vkGetQueryPoolResults"));
     }
     const DeviceLimits& limits = device_.info().limits;
+    const auto between = [&](std::uint64_t from, std::uint64_t to) {
+        return static_cast<double>((to - from) & limits.timestamp_mask) * limits.timestamp_ns *
+               1e-6;
+    };
+    std::uint64_t end = 0;
+    double idle = 0;
+    std::uint64_t gaps = 0;
+    for (std::size_t i = 0; i < objects.commands.size(); ++i) {
+        const CommandKind kind = objects.commands[i].kind;
+        if (kind == CommandKind::kBarrier || kind == CommandKind::kToHost) continue;
+        if (end != 0) idle += between(end, ticks[2 * i]), ++gaps;
+        end = ticks[2 * i + 1];
+    }
+    if (gaps > 0) profile.add_idle(idle, gaps);
     for (std::size_t i = 0;
          i < objects.commands.size();) {  // the parts of a split dispatch count as one
         const Command& command = objects.commands[i];
@@ -139,9 +153,7 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
         Work work;
         std::size_t next = i;
         do {
-            const std::uint64_t elapsed =
-                (ticks[2 * next + 1] - ticks[2 * next]) & limits.timestamp_mask;
-            milliseconds += static_cast<double>(elapsed) * limits.timestamp_ns * 1e-6;
+            milliseconds += between(ticks[2 * next], ticks[2 * next + 1]);
             work.flops += objects.commands[next].work.flops;
             work.bytes += objects.commands[next].work.bytes;
             ++next;

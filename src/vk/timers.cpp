@@ -21,9 +21,17 @@ void Profile::add(std::string_view op, std::string_view shader, double milliseco
     entry.work.flops += work.flops;
 }
 
+void Profile::add_idle(double milliseconds, std::uint64_t gaps) {
+    const std::lock_guard lock(mutex_);
+    idle_ms_ += milliseconds;
+    gaps_ += gaps;
+}
+
 void Profile::reset() {
     const std::lock_guard lock(mutex_);
     entries_.clear();
+    idle_ms_ = 0;
+    gaps_ = 0;
 }
 
 std::vector<Profile::Row> Profile::rows() const {
@@ -54,7 +62,8 @@ std::string Profile::json(const std::string& device) const {
         json.member("bytes", row.entry->work.bytes / count);
         json.member("flops", row.entry->work.flops / count).end();
     }
-    json.end().end();
+    json.end().newline(1).key("idle").begin_object().member("count", gaps_).key("total_ms");
+    json.number(idle_ms_, 9).end().end();
     return json.text();
 }
 
@@ -74,6 +83,8 @@ std::string Profile::table(const std::string& device) const {
                    row.entry->total_ms, row.entry->min_ms, row.median_ms,
                    rate(row.entry->work.bytes), rate(row.entry->work.flops));
     }
+    text += format("%-28s %-32s %8llu %10.3f\n", "between dispatches", "",
+                   static_cast<unsigned long long>(gaps_), idle_ms_);
     return text;
 }
 

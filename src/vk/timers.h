@@ -16,10 +16,12 @@ namespace splat::vk {
 class Profile {
   public:
     void add(std::string_view op, std::string_view shader, double milliseconds, const Work& work);
+    /// Time from the end of one command to the beginning of the next of the same list, `gaps` times.
+    void add_idle(double milliseconds, std::uint64_t gaps);
     void reset();
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes",
-    /// "flops"}]}, longest first; bytes and flops are means over the dispatches.
+    /// "flops"}], "idle": {"count", "total_ms"}}, longest first; bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;
@@ -43,6 +45,8 @@ class Profile {
 
     mutable std::mutex mutex_;
     std::map<std::pair<std::string, std::string>, Entry> entries_;
+    double idle_ms_ = 0;
+    std::uint64_t gaps_ = 0;
 };
 
 }  // namespace splat::vk

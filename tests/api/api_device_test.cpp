@@ -210,6 +210,8 @@ TEST(ApiProfile, IsJsonAndTable) {
         found = found || row.at("op") == "group_norm_forward";
     }
     EXPECT_TRUE(found) << profile;
+    EXPECT_GT(profile.at("idle").at("count"), 0) << profile;
+    EXPECT_GT(profile.at("idle").at("total_ms"), 0) << profile;
     const std::string table = whole_text([&device](char* buffer, std::size_t n, std::size_t* m) {
         return splat_device_profile_table(device, buffer, n, m);
     });

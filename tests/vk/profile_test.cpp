@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "core/json.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
@@ -31,8 +33,17 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_NE(table.find("a_cpu"), std::string::npos);
     EXPECT_NE(table.find("20.00"), std::string::npos) << "GB/s of all dispatches: " << table;
     EXPECT_LT(table.find("b_plain"), table.find("a_cpu"));
+    profile.add_idle(1.5, 3);
+    profile.add_idle(0.25, 1);
+    const Json idle = parse_json(profile.json("x"), "profile").value()["idle"];
+    EXPECT_EQ(idle["count"], 4);
+    EXPECT_EQ(idle["total_ms"], 1.75);
+    EXPECT_NE(profile.table("x").find("between dispatches"), std::string::npos);
     profile.reset();
-    EXPECT_EQ(parse_json(profile.json("x"), "profile").value()["ops"].size(), 0U);
+    const Json none = std::move(parse_json(profile.json("x"), "profile").value());
+    EXPECT_EQ(none["ops"].size(), 0U);
+    EXPECT_EQ(none["idle"]["count"], 0);
+    EXPECT_EQ(none["idle"]["total_ms"], 0);
 }
 
 TEST(Profile, KeepsItsMemoryBounded) {
@@ -56,7 +67,9 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     EXPECT_OK(recorder.fill(y.range(), 0));
     EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 64, 1}, 2000, flops)));
     CommandList list = std::move(recorder.finish().value());
+    const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < 3; ++i) EXPECT_OK(context->run(list));
+    const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
     ASSERT_NE(context->profile(), nullptr);
     const Json json = std::move(parse_json(context->profile()->json("x"), "profile").value());
     ASSERT_EQ(json["ops"].size(), 2U) << json.dump(2);
@@ -68,6 +81,12 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     EXPECT_GT(slow["min_ms"].get<double>(), 0);
     EXPECT_GE(slow["total_ms"].get<double>(), 3 * slow["min_ms"].get<double>());
     EXPECT_EQ(json["ops"][1]["op"], "fill");
+    const Json& idle = json["idle"];
+    EXPECT_GE(idle["count"], 3 * 4) << "also between the parts of a split dispatch";
+    EXPECT_GT(idle["total_ms"], 0);
+    double sum = idle["total_ms"].get<double>();
+    for (const Json& op : json["ops"]) sum += op["total_ms"].get<double>();
+    EXPECT_LE(sum, wall.count()) << "idle and busy times are parts of the calls";
 }
 
 TEST(Profile, IsAbsentUnlessAskedFor) {

@@ -34,7 +34,8 @@ prepares them in every pass.
                      of tools/bench/torch_model.py; both run alternately (A B A B)
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
   memory             activations and prepared weights of each model; the total of the device
-  --profile          times of one more pass by operator; every pass then has timestamps
+  --profile          times of one more pass by operator, and between dispatches; every pass then
+                     has timestamps, which on lavapipe take longer than what is between dispatches
   --errors           instead: forward passes of every precision and of the peer alternately, on the
                      same weights, with their errors against PyTorch in float64: relative L2 of the
                      network's raw output, and the largest error of any attribute of a Gaussian
