@@ -18,8 +18,8 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 # The built-in weights; src/predict/weights_place.cpp looks for them here.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights/cars64
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat)
 
 # The presets, for reading; the library has them inside.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/priors_model/presets

@@ -115,9 +115,9 @@ def contents(library: Path, version: str, tag: str) -> Dict[str, bytes]:
     for name in order:
         files[f"splat/lib/{name}"] = libraries[name].read_bytes()
     files["splat/lib/needed.txt"] = "".join(f"{name}\n" for name in order).encode()
-    weights = weights_folder(library)
-    for path in weights.iterdir():
-        files[f"splat/share/libsplat/weights/{weights.name}/{path.name}"] = path.read_bytes()
+    weights = weights_folder(library).parent
+    for path in weights.glob("*/*"):
+        files[f"splat/share/libsplat/weights/{path.relative_to(weights)}"] = path.read_bytes()
     readme = (HERE / "README.md").read_text("utf-8")
     files[f"{info}/METADATA"] = METADATA.format(version=version, readme=readme).encode()
     files[f"{info}/WHEEL"] = WHEEL.format(tag=tag).encode()

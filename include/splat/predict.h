@@ -107,7 +107,8 @@ SPLAT_API splat_result splat_picture_cut(const splat_picture* picture,
 
 /* Get the path of weights that come with the library: below its prefix, or in the sources of its
  * build folder.
- * name      "cars64" or NULL: procedural cars at 64 x 64 pixels
+ * name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+ *           a picture with depth and normals
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names) */
 SPLAT_API splat_result splat_builtin_weights(const char* name, char* buffer, size_t capacity,
                                              size_t* needed);
@@ -120,8 +121,8 @@ typedef struct splat_predictor_desc {
     /* used instead of reading the file, whose path then only names them; neither: those of
      * splat_builtin_weights(NULL) */
     splat_weights weights;
-    /* text, JSON or YAML; NULL: the file of the weights' name with .json or .yaml, else config.json
-     * or config.yaml in their folder */
+    /* text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
+     * name with .json or .yaml, else config.json or config.yaml in the weights' folder */
     const char* config;
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
     splat_weights adapters;    /* or weights of them; neither: none but those among the weights */

@@ -63,7 +63,10 @@ Result<std::string> builtin_weights(const std::string& name) {
     return builtin_weights_near(library_folder(), name);
 }
 
-Result<std::string> config_beside(const std::string& weights) {
+Result<std::string> config_beside(const std::string& weights, const std::string& adapters) {
+    if (const fs::path own = fs::path(adapters).replace_extension(".json");
+        !adapters.empty() && is_file(own))
+        return own.string();
     const fs::path file(weights);
     const std::string stem = file.stem().string();
     for (const std::string& name :

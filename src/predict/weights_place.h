@@ -19,8 +19,8 @@ Result<std::string> builtin_weights(const std::string& name);
 Result<std::string> builtin_weights_near(const std::string& library, const std::string& name);
 
 /// The configuration beside a file of weights: its name with .json or .yaml, else config.json or config.yaml in
-/// its folder. Errors: kNotFound.
-Result<std::string> config_beside(const std::string& weights);
+/// its folder; before these NAME.json of a file of adapters, which may be for another category. Errors: kNotFound.
+Result<std::string> config_beside(const std::string& weights, const std::string& adapters = "");
 
 /// Network and training of a configuration. Errors: those of config::predictor_config and
 /// config::train_config.

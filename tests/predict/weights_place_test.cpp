@@ -15,6 +15,9 @@ TEST(WeightsPlace, FindsBuiltInWeightsOfTheSources) {
     const auto config = config_beside(path.value());
     ASSERT_OK(config.status());
     EXPECT_TRUE(config.value().ends_with("cars64/config.json"));
+    const auto maps = builtin_weights("cars64-depth-normal");
+    ASSERT_OK(maps.status());
+    EXPECT_TRUE(maps.value().ends_with("tools/weights/cars64-depth-normal/weights.safetensors"));
 }
 
 TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {
@@ -47,6 +50,10 @@ TEST(WeightsPlace, FindsTheConfigurationBesideWeights) {
     const std::filesystem::path named = std::filesystem::path(weights).replace_extension(".json");
     test::put_text(named, "{}");
     EXPECT_EQ(config_beside(weights).value(), named) << "that of these weights comes first";
+    const std::string adapters = folder.path() / "other" / "chairs.safetensors";
+    EXPECT_EQ(config_beside(weights, adapters).value(), named) << "the adapters have none";
+    test::put_text(folder.path() / "other" / "chairs.json", "{}");
+    EXPECT_EQ(config_beside(weights, adapters).value(), folder.path() / "other" / "chairs.json");
 }
 
 TEST(WeightsPlace, ReadsNetworkAndTraining) {

@@ -75,7 +75,7 @@ function(HelpNamesEveryCommand)
   endif()
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS"
          "4    data that is missing, damaged" "130  interrupted")
-  foreach(command IN ITEMS devices doctor render view inspect convert "bench;ops" "bench;raster" "bench;model"
+  foreach(command IN ITEMS devices doctor demo render view inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
                            "data;check" "data;co3d" "data;show" "data;import" "data;export" "data;split" compare
@@ -91,8 +91,8 @@ endfunction()
 
 function(UsageErrorsExitWithTwo)
   vkrun(2)
-  expect("${err}" "a command is missing; there are: doctor, devices, predict, render, view, inspect, convert, data, "
-         "train, config, eval, compare, report, priors, weights, bench, stress\n")
+  expect("${err}" "a command is missing; there are: doctor, devices, predict, demo, render, view, inspect, convert, "
+         "data, train, config, eval, compare, report, priors, weights, bench, stress\n")
   vkrun(2 devixes)
   expect("${err}" "unknown command or argument 'devixes'; did you mean 'devices'\\?")
   vkrun(2 doctor --jsn)
@@ -1546,6 +1546,36 @@ function(ConfigSaysWhatIsWrong)
   file(WRITE ${TEMP}/broken.yaml "opt: {base_lr: 1\n")
   vkrun(2 config show ${TEMP}/broken.yaml)
   expect("${err}" "broken.yaml: ")
+endfunction()
+
+# One page with a car, a chair through adapters, and the car with depth and normals.
+function(DemoShowsTheBuiltInWeights)
+  vkrun(0 demo --out ${TEMP}/demo --objects 2 --json)
+  string(JSON difference GET "${out}" adapters difference)
+  if(NOT difference GREATER 0)
+    message(FATAL_ERROR "adapters for chairs change the PSNR of chairs by ${difference} dB")
+  endif()
+  string(JSON psnr GET "${out}" depth_normal psnr_with)
+  if(NOT psnr GREATER 20)
+    message(FATAL_ERROR "cars with depth and normals have a PSNR of ${psnr} dB")
+  endif()
+  file(READ ${TEMP}/demo/report.html page)
+  string(REGEX MATCHALL "class=.splat-data" scenes "${page}")
+  list(LENGTH scenes count)
+  if(NOT count EQUAL 3)
+    message(FATAL_ERROR "the page has ${count} scenes, expected 3")
+  endif()
+  foreach(part IN ITEMS car chair car_depth_normal)
+    if(NOT EXISTS ${TEMP}/demo/${part}/scene.ply)
+      message(FATAL_ERROR "no scene in ${part}")
+    endif()
+  endforeach()
+  vkrun(0 predict --data ${TEMP}/demo/data/srn_chairs --adapters chairs --out ${TEMP}/chair --views 2)
+  vkrun(4 predict --data ${TEMP}/demo/data/srn_cars --weights trucks --out ${TEMP}/none)
+  expect("${err}" "no built-in weights 'trucks'" "cars64, cars64-depth-normal")
+  vkrun(4 eval trucks --data ${TEMP}/demo/data/srn_cars --out ${TEMP}/none)
+  expect("${err}" "no built-in weights 'trucks'")
+  vkrun(0 eval cars64 --data ${TEMP}/demo/data/srn_cars --objects 1 --views 2 --out ${TEMP}/scores)
 endfunction()
 
 # Weights with adapters predict the same as merged ones, and unmerging restores them.

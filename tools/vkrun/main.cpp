@@ -79,6 +79,7 @@ int run_main(int argc, char** argv) {
     add_doctor(app, exit_code);
     add_devices(app, exit_code);
     add_predict(app, exit_code);
+    add_demo(app, exit_code);
     add_render(app, exit_code);
     add_view(app, exit_code);
     add_inspect(app, exit_code);

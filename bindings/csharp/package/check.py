@@ -14,12 +14,10 @@ EXPECTED = {
     "Splat.nuspec", "LICENSE", "README.md", "[Content_Types].xml", "_rels/.rels",
     "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
     "runtimes/linux-x64/native/libsplat.so",
-    "runtimes/linux-x64/share/libsplat/weights/cars64/weights.safetensors",
-    "runtimes/linux-x64/share/libsplat/weights/cars64/chairs.safetensors",
-    "runtimes/linux-x64/share/libsplat/weights/cars64/config.json",
-    "runtimes/linux-x64/share/libsplat/weights/cars64/cars64.yaml",
-    "runtimes/linux-x64/share/libsplat/weights/cars64/README.md",
-}
+} | {"runtimes/linux-x64/share/libsplat/weights/" + path for path in (
+    "cars64/weights.safetensors", "cars64/chairs.safetensors", "cars64/chairs.json", "cars64/config.json",
+    "cars64/cars64.yaml", "cars64/README.md",
+    "cars64-depth-normal/weights.safetensors", "cars64-depth-normal/config.json", "cars64-depth-normal/README.md")}
 NUSPEC = "{http://schemas.microsoft.com/packaging/2013/05/nuspec.xsd}"
 TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
 

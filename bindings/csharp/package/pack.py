@@ -55,8 +55,8 @@ def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
     if documentation.exists():
         files["lib/netstandard2.0/Splat.xml"] = documentation.read_bytes()
     weights = Path(arguments.weights)
-    for path in sorted(weights.iterdir()):
-        files[f"{runtime}/share/libsplat/weights/{weights.name}/{path.name}"] = path.read_bytes()
+    for path in sorted(weights.glob("*/*")):
+        files[f"{runtime}/share/libsplat/weights/{path.relative_to(weights)}"] = path.read_bytes()
     extensions = sorted({name.rsplit(".", 1)[1] for name in files if "." in name.rsplit("/", 1)[-1]})
     defaults = "".join(f'  <Default Extension="{extension}" ContentType="application/octet" />\n'
                        for extension in extensions)
@@ -69,7 +69,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--assembly", required=True, help="Splat.dll; Splat.xml beside it is taken too")
     parser.add_argument("--library", required=True, help="libsplat.so")
-    parser.add_argument("--weights", required=True, help="folder of built-in weights")
+    parser.add_argument("--weights", required=True, help="folder of the folders of built-in weights")
     parser.add_argument("--rid", default="linux-x64", help="runtime identifier of the library")
     parser.add_argument("--output", required=True, help="folder for the package")
     arguments = parser.parse_args()

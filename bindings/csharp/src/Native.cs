@@ -177,8 +177,9 @@ namespace Splat.Interop
         /// <summary>
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
         /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
-        /// "min_ms", "median_ms", "bytes", "flops"}]}; bytes and flops are means over the dispatches, as the
-        /// operator counts them.
+        /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}}; bytes and flops are
+        /// means over the dispatches, as the operator counts them; idle is the time from the end of a dispatch
+        /// to the beginning of the next of one submission.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
@@ -1391,7 +1392,8 @@ namespace Splat.Interop
         /// <summary>
         /// Get the path of weights that come with the library: below its prefix, or in the sources of its
         /// build folder.
-        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels
+        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+        ///           a picture with depth and normals
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -3412,7 +3414,7 @@ namespace Splat.Interop
         public byte* weights_path;
         /// <summary>used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)</summary>
         public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the weights' name with .json or .yaml, else config.json or config.yaml in their folder</summary>
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder</summary>
         public byte* config;
         /// <summary>a file of low-rank adapters, which are folded in</summary>
         public byte* adapters_path;

@@ -116,7 +116,7 @@ package() {
     temp=$(mktemp -d)
     trap 'rm -rf "$temp"' EXIT
     "$1" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$SPLAT_LIB_DIR/libsplat.so" \
-        --weights "$root/tools/weights/cars64" --output "$temp"
+        --weights "$root/tools/weights" --output "$temp"
     "$1" "$here/package/check.py" "$temp"/*.nupkg "$temp/content"
     LD_LIBRARY_PATH="$temp/content/runtimes/linux-x64/native"
     example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"

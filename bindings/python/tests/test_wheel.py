@@ -43,7 +43,8 @@ class Wheel(unittest.TestCase):
                     self.assertEqual((digest, size), ("sha256=" + found.rstrip("="),
                                                       str(len(data))))
         for name in ("splat/py.typed", "splat/_native.py", "splat/lib/libsplat.so.0",
-                     "splat/share/libsplat/weights/cars64/weights.safetensors"):
+                     "splat/share/libsplat/weights/cars64/weights.safetensors",
+                     "splat/share/libsplat/weights/cars64-depth-normal/weights.safetensors"):
             self.assertIn(name, names)
 
     def test_libraries_are_inside_and_in_order(self) -> None:

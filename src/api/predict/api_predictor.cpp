@@ -47,13 +47,15 @@ Result<WeightsPointer> predictor_weights(const char* path, splat_weights weights
     return WeightsPointer(std::make_shared<const io::WeightsFile>(std::move(file)));
 }
 
-Result<config::Settings> predictor_settings(const char* text, const std::string& weights) {
+Result<config::Settings> predictor_settings(const char* text, const std::string& weights,
+                                            const char* adapters) {
     if (text != nullptr) return predict::settings_of(text, "configuration");
     if (weights.empty())
         return error(
             Code::kInvalidArgument,
             "splat_predictor_desc.config is NULL, expected a text with a handle of weights");
-    SPLAT_ASSIGN(const std::string path, predict::config_beside(weights));
+    SPLAT_ASSIGN(const std::string path,
+                 predict::config_beside(weights, adapters == nullptr ? "" : adapters));
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
     return predict::settings_of(std::string(io::as_text(file)), "'" + path + "'");
 }
@@ -129,7 +131,7 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     }
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
-    SPLAT_ASSIGN(object->settings, predictor_settings(desc.config, object->path));
+    SPLAT_ASSIGN(object->settings, predictor_settings(desc.config, object->path, desc.adapters_path));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
     {

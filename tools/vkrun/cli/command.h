@@ -11,6 +11,7 @@ namespace vkrun {
 void add_doctor(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app, int& exit_code);
 void add_predict(CLI::App& app, int& exit_code);
+void add_demo(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);

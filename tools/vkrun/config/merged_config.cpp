@@ -44,8 +44,12 @@ std::string find_config(const std::string& weights) {
     return "";
 }
 
-std::string config_beside(const std::string& weights, const std::string& given) {
+std::string config_beside(const std::string& weights, const std::string& given,
+                          const std::string& adapters) {
     if (!given.empty()) return given;
+    if (const std::string own = config_target(adapters);
+        !adapters.empty() && std::filesystem::is_regular_file(own))
+        return own;
     const std::string found = find_config(weights);
     if (!found.empty()) return found;
     throw Failure(kUsageError, "no config.json or config.yaml in the folder of '" + weights +

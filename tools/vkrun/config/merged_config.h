@@ -17,8 +17,10 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
 /// its folder; empty if there is none.
 std::string find_config(const std::string& weights);
 
-/// The configuration that belongs to a file of weights: `given`, or that beside the file. Throws a Failure.
-std::string config_beside(const std::string& weights, const std::string& given);
+/// The configuration that belongs to a file of weights: `given`; or NAME.json of a file of adapters, which may be for
+/// another category; or that beside the weights. Throws a Failure.
+std::string config_beside(const std::string& weights, const std::string& given,
+                          const std::string& adapters = "");
 
 /// A file of adapters: `given`, or where that is a name and no file, NAME.safetensors beside the weights.
 std::string adapters_beside(const std::string& weights, const std::string& given);

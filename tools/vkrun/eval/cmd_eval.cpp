@@ -23,6 +23,7 @@
 #include "vkrun/eval/baseline.h"
 #include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
+#include "vkrun/predict/builtin_weights.h"
 #include "vkrun/predict/drawing.h"
 
 namespace vkrun {
@@ -253,12 +254,15 @@ bool merge_shards(const EvalOptions& options, const Shard& shard, splat_evaluato
     return true;
 }
 
-int evaluate(const EvalOptions& options) {
+int evaluate(EvalOptions options) {
+    options.weights = weights_named(options.weights);
     if (!options.adapters.empty() && !options.baseline.empty())
         throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
     const Shard shard = parse_shard(options.shard);
     const Json config =
-        merged_config(config_beside(options.weights, options.config), options.changes);
+        merged_config(config_beside(options.weights, options.config,
+                                    adapters_beside(options.weights, options.adapters)),
+                      options.changes);
     Methods methods;
     methods.dataset = open_data(config, options.data, options.split);
     methods.device = open_device(device_desc(options.device));
@@ -303,7 +307,8 @@ void add_eval(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<EvalOptions>();
     command
         ->add_option("WEIGHTS", options->weights,
-                     "Weights of the network: .safetensors, .pth or .npz")
+                     "Weights of the network: .safetensors, .pth or .npz, or the name of built-in\n"
+                     "ones: cars64")
         ->required()
         ->type_name("");
     command->add_option("--data", options->data, "Folder of the data set")
@@ -317,8 +322,8 @@ void add_eval(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     command
         ->add_option("--config", options->config,
-                     "Configuration of the network; default: config.json or config.yaml\n"
-                     "in the folder of WEIGHTS")
+                     "Configuration of the network; default: NAME.json of the adapters,\n"
+                     "else config.json or config.yaml in the folder of WEIGHTS")
         ->type_name("FILE");
     command
         ->add_option("--adapters", options->adapters,

@@ -27,7 +27,8 @@ OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), 
 which holds all pictures and facts, and in which the scene turns. Gaussians with an opacity below 1/255, which no
 image shows, and those with numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
 
-Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels. A picture is warned of in which no
+Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels; with --depth and --normal those of
+the name cars64-depth-normal. A picture is warned of in which no
 object was found, so that all of it counts as the object, or whose object reaches the border.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
@@ -96,6 +97,16 @@ int predict(const PredictionOptions& options, bool json) {
     return kSuccess;
 }
 
+/// What goes with the picture.
+void add_map_options(CLI::App& command, PredictionOptions& o) {
+    command.add_option("--mask", o.mask, "Mask of the object, of the size of IMAGE")
+        ->type_name("FILE");
+    command.add_option("--depth", o.depth, "Depth map, for networks that take one")
+        ->type_name("FILE");
+    command.add_option("--normal", o.normal, "Normal map, for networks that take one")
+        ->type_name("FILE");
+}
+
 }  // namespace
 
 void add_predict(CLI::App& app, int& exit_code) {
@@ -115,20 +126,20 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command
         ->add_option("--weights", o.weights,
-                     "Weights of the network: .safetensors, .pth or .npz; default: built in")
+                     "Weights of the network: .safetensors, .pth or .npz, or the name of built-in\n"
+                     "ones; default: cars64")
         ->type_name("FILE");
     command
         ->add_option("--config", o.config,
-                     "Configuration of the network; default: config.json or config.yaml\n"
-                     "in the folder of the weights")
+                     "Configuration of the network; default: NAME.json of the adapters,\n"
+                     "else config.json or config.yaml in the folder of the weights")
         ->type_name("FILE");
     command
         ->add_option("--adapters", o.adapters,
                      "Low-rank adapters to fold into the weights; a name alone is that of a\n"
                      "file beside them: chairs, for the built-in weights")
         ->type_name("FILE");
-    command->add_option("--mask", o.mask, "Mask of the object, of the size of IMAGE")
-        ->type_name("FILE");
+    add_map_options(*command, o);
     command
         ->add_option("--embedding", o.embedding,
                      "The picture's embedding, for networks that take one: .npz or .safetensors of "
@@ -145,10 +156,6 @@ void add_predict(CLI::App& app, int& exit_code) {
     command
         ->add_option("--mask-model", o.mask_model,
                      "File of that model (ONNX); default: SPLAT_MASK_MODEL, else the preset's")
-        ->type_name("FILE");
-    command->add_option("--depth", o.depth, "Depth map, for networks that take one")
-        ->type_name("FILE");
-    command->add_option("--normal", o.normal, "Normal map, for networks that take one")
         ->type_name("FILE");
     command->add_flag("--whole", o.whole,
                       "Use the central square instead of cutting out the object");

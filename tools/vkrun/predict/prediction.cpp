@@ -17,21 +17,14 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
+#include "vkrun/predict/builtin_weights.h"
 #include "vkrun/predict/drawing.h"
 #include "vkrun/predict/network_mask.h"
 #include "vkrun/predict/predicted_scene.h"
+#include "vkrun/predict/prediction_report.h"
 
 namespace vkrun {
 namespace {
-
-/// The built-in weights.
-std::string built_in_weights() {
-    return library_text(
-        [](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_builtin_weights(nullptr, buffer, capacity, needed);
-        },
-        kBadData);
-}
 
 /// The predictor and what it says of itself.
 struct Loaded {
@@ -39,21 +32,6 @@ struct Loaded {
     ScenePredictor predictor;
     splat_predictor_info info = sized<splat_predictor_info>();
     Json config;
-};
-
-/// What became of an input: its scene, and what draws it.
-struct Task {
-    Scene scene;
-    std::vector<splat_camera>
-        cameras;                ///< the input views first; then, with a truth, the novel ones
-    std::vector<float> inputs;  ///< [n,3,R,R]
-    std::vector<float> truths;  ///< [n,3,R,R] of all views; empty without
-    Evaluator evaluator;        ///< with truths
-    std::string name;
-    Json photo;
-    std::vector<std::string> warnings;
-    double predict_ms = 0;
-    std::uint64_t faint = 0, not_finite = 0;  ///< Gaussians that were left out
 };
 
 /// A library call that blames the data for its errors.
@@ -65,7 +43,8 @@ void check_data(splat_result result) {
 
 Loaded load(const std::string& file, const PredictionOptions& options) {
     Loaded loaded;
-    loaded.config = merged_config(config_beside(file, options.config), {});
+    const std::string adapters = adapters_beside(file, options.adapters);
+    loaded.config = merged_config(config_beside(file, options.config, adapters), {});
     loaded.device = open_device(device_desc(options.device));
     auto desc = sized<splat_predictor_desc>();
     const std::string config = loaded.config.dump();
@@ -73,7 +52,6 @@ Loaded load(const std::string& file, const PredictionOptions& options) {
     desc.weights_path = file.c_str();
     desc.weights = weights.get();
     desc.config = config.c_str();
-    const std::string adapters = adapters_beside(file, options.adapters);
     if (!adapters.empty()) desc.adapters_path = adapters.c_str();
     const splat_result created =
         splat_predictor_create(loaded.device.get(), &desc, loaded.predictor.out());
@@ -120,7 +98,7 @@ struct Facts {
     }
 };
 
-void take_facts(const splat_predictor_info& info, Facts facts, Task& task) {
+void take_facts(const splat_predictor_info& info, Facts facts, Predicted& task) {
     const std::size_t area = std::size_t{info.resolution} * info.resolution;
     for (std::size_t i = 0; i < info.views; ++i) {
         const auto from =
@@ -148,7 +126,7 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
     return {values, values + length};
 }
 
-Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
+Predicted read_photo(const PredictionOptions& options, const Loaded& loaded) {
     const splat_predictor_info& info = loaded.info;
     if (info.views != 1)
         throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
@@ -164,7 +142,7 @@ Task read_photo(const PredictionOptions& options, const Loaded& loaded) {
         throw Failure(kUsageError, std::string("the network takes ") + (depth ? "" : "no ") +
                                        "depth and " + (normal ? "" : "no ") +
                                        "normal map: give --depth and --normal to match");
-    Task task;
+    Predicted task;
     task.name = std::filesystem::path(options.image).stem().string();
     splat_picture picture = picture_of(options);
     const std::vector<float> embedding = vector_of(options.embedding, "--embedding");
@@ -205,7 +183,7 @@ Evaluator prediction_evaluator(const Loaded& loaded, const Dataset& data,
     return evaluator;
 }
 
-Task read_object(const PredictionOptions& options, const Loaded& loaded) {
+Predicted read_object(const PredictionOptions& options, const Loaded& loaded) {
     const Dataset data = open_data(loaded.config, options.data, options.split);
     const Json report = library_json(splat_dataset_report, data.get());
     const auto views_of = report.at("views_of").get<std::vector<std::uint32_t>>();
@@ -214,7 +192,7 @@ Task read_object(const PredictionOptions& options, const Loaded& loaded) {
                       format("--object is %u, but there are %zu", options.object, views_of.size()));
     Evaluator evaluator = prediction_evaluator(loaded, data, options.views);
     const ObjectViews views = read_views(evaluator.get(), options.object, true);
-    Task task;
+    Predicted task;
     task.name = report.at("names").at(options.object);
     Facts facts(loaded.info, views.numbers.size());
     check_data(splat_predictor_predict_object(
@@ -227,7 +205,7 @@ Task read_object(const PredictionOptions& options, const Loaded& loaded) {
 }
 
 /// Cameras around the middle of the visible Gaussians, at the input camera's distance.
-std::vector<splat_camera> orbit(const PredictionOptions& options, const Task& task) {
+std::vector<splat_camera> orbit(const PredictionOptions& options, const Predicted& task) {
     const splat_camera& input = task.cameras.front();
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(task.scene.get(), &info));
@@ -248,7 +226,7 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Task& ta
 
 /// Fit s d + t to the true depth by least squares where both are known. The truth is cut out as the
 /// picture was; larger is farther.
-Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const Task& task) {
+Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const Predicted& task) {
     splat_picture picture = picture_of(options);
     picture.depth.path = options.true_depth.c_str();
     const std::uint32_t side = loaded.info.resolution;
@@ -307,7 +285,7 @@ Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const
             {"correlation", cov / std::sqrt(vx * vy)}};
 }
 
-void add_scores(std::uint32_t object, const Task& task, const std::vector<float>& images,
+void add_scores(std::uint32_t object, const Predicted& task, const std::vector<float>& images,
                 Json& result) {
     auto scores = sized<splat_object_scores>();
     check(splat_evaluator_score_images(task.evaluator.get(), object, images.data(), images.size(),
@@ -318,125 +296,18 @@ void add_scores(std::uint32_t object, const Task& task, const std::vector<float>
     result["psnr_input"] = scores.conditioning.psnr;
 }
 
-constexpr std::uint32_t kSheetColumns = 8;
-constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
-
-/// Input views, each next to its prediction, then novel views. With truths, a row of them stands
-/// above each row of predictions.
-std::vector<const float*> sheet_cells(const Task& task, const std::vector<float>& images,
-                                      std::size_t inputs, std::size_t plane) {
-    const std::size_t count = images.size() / plane;
-    std::vector<const float*> cells;
-    for (std::size_t i = 0; i < inputs; ++i) {
-        cells.push_back(task.inputs.data() + plane * i);
-        cells.push_back(images.data() + plane * i);
-    }
-    if (task.truths.empty()) {
-        for (std::size_t i = inputs; i < count; ++i) cells.push_back(images.data() + plane * i);
-        return cells;
-    }
-    const auto end_row = [&] {
-        while (cells.size() % kSheetColumns != 0) cells.push_back(nullptr);
-    };
-    for (std::size_t first = inputs; first < count; first += kSheetColumns)
-        for (const std::vector<float>* from : {&task.truths, &images}) {
-            end_row();
-            for (std::size_t i = first; i < std::min(first + kSheetColumns, count); ++i)
-                cells.push_back(from->data() + plane * i);
-        }
-    return cells;
-}
-
-void write_pictures(const std::string& out, const splat_predictor_info& info, const Task& task,
-                    const std::vector<float>& images) {
-    const std::uint32_t side = info.resolution;
-    const std::size_t pixels = std::size_t{side} * side;
-    const std::size_t count = images.size() / (3 * pixels);
-    const auto save = [&](const std::string& name, const splat_image& image) {
-        check(splat_image_save((out + "/" + name).c_str(), &image));
-    };
-    save("input.png", planar_image(task.inputs.data(), side, 3));
-    std::vector<splat_image> frames;
-    for (std::size_t i = info.views; i < count; ++i) {
-        frames.push_back(planar_image(images.data() + 3 * pixels * i, side, 3));
-        save(format("view_%02zu.png", i - info.views), frames.back());
-    }
-    check(splat_image_save_animation((out + "/orbit.png").c_str(), frames.data(),
-                                     static_cast<std::uint32_t>(frames.size()), 80));
-    contact_sheet(sheet_cells(task, images, info.views, 3 * pixels), side, kSheetColumns)
-        .save(out + "/sheet.png");
-}
-
-std::string file_name(const Json& path) {
-    return std::filesystem::path(path.get<std::string>()).filename().string();
-}
-
-/// The result for the page, in words and rounded.
-std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
-    const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
-    std::vector<std::pair<std::string, std::string>> facts = {
-        {"Input", result.at("input")},
-        {"Weights", file_name(result.at("weights")) +
-                        (result.at("adapters").get<std::string>().empty()
-                             ? ""
-                             : " with the adapters " + file_name(result.at("adapters")))},
-        {"Trained for", result.at("trained_for")},
-        {"Gaussians", format("%.0f; left out: %.0f that cannot be seen, %.0f that are not finite",
-                             number(result, "gaussians"), number(result, "faint"),
-                             number(result, "not_finite"))},
-        {"Time",
-         format("%.0f ms to predict, %.0f ms to draw %.0f images", number(result, "predict_ms"),
-                number(result, "draw_ms"), number(result, "images"))},
-        {"Device", result.at("device")}};
-    if (result.contains("photo"))
-        facts.emplace_back("Object found by", result.at("photo").at("mask"));
-    if (result.contains("photo") && number(result.at("photo"), "focal") > 0)
-        facts.emplace_back(
-            "Focal length",
-            format("%.1f pixels of the picture, %.1f degrees across the square",
-                   number(result.at("photo"), "focal"), number(result.at("photo"), "fov")));
-    if (result.contains("psnr"))
-        facts.emplace_back("Against the truth",
-                           format("PSNR %.2f dB, SSIM %.3f on %.0f novel views; PSNR of the input "
-                                  "view %.2f dB",
-                                  number(result, "psnr"), number(result, "ssim"),
-                                  number(result, "novel_views"), number(result, "psnr_input")));
-    if (result.contains("depth"))
-        facts.emplace_back(
-            "Depth of the input view",
-            format("correlation %.3f, mean error %.3f of its range, after scale and shift",
-                   number(result.at("depth"), "correlation"), number(result.at("depth"), "error")));
-    if (result.contains("warnings"))
-        for (const Json& warning : result.at("warnings")) facts.emplace_back("Warning", warning);
-    return facts;
-}
-
-std::string write_report(const std::string& out, const Task& task, const splat_predictor_info& info,
-                         const std::vector<splat_camera>& cameras, const Json& result) {
-    HtmlPage page("Prediction of " + task.name);
-    add_predicted_scene(page, task.scene.get(), task.name, info, cameras);
-    page.picture(out + "/input.png", "input", kPictureWidth);
-    page.picture(out + "/orbit.png", "novel views", kPictureWidth);
-    page.heading("Facts");
-    page.facts(facts_of(result));
-    page.heading("Views");
-    page.picture(out + "/sheet.png",
-                 task.truths.empty()
-                     ? "the input, its reconstruction, and novel views"
-                     : "the input and its reconstruction; then alternately a row of "
-                       "true and a row of predicted novel views",
-                 kSheetWidth);
-    const std::string path = out + "/report.html";
-    replace_file(path, page.text());
-    return path;
-}
-
 }  // namespace
 
-Json run_prediction(const PredictionOptions& options) {
-    const std::string file = options.weights.empty() ? built_in_weights() : options.weights;
+std::string weights_of(const PredictionOptions& options) {
+    if (!options.weights.empty()) return weights_named(options.weights);
+    const bool maps = !options.depth.empty() && !options.normal.empty();
+    return weights_named(maps ? kDepthNormalWeights : kPlainWeights);
+}
+
+Json run_prediction(const PredictionOptions& options, HtmlPage* also) {
+    const std::string file = weights_of(options);
     const Loaded loaded = load(file, options);
-    const Task task =
+    const Predicted task =
         options.data.empty() ? read_photo(options, loaded) : read_object(options, loaded);
     for (const std::string& warning : task.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
@@ -456,24 +327,25 @@ Json run_prediction(const PredictionOptions& options) {
     const Stopwatch drawing;
     const std::vector<float> images =
         draw_scene(loaded.device.get(), task.scene, cameras, loaded.info.background);
-    Json result = {{"input", task.name},
-                   {"weights", file},
-                   {"adapters", adapters_beside(file, options.adapters)},
-                   {"trained_for",
-                    trained_for(loaded.info, options.weights.empty(), !options.adapters.empty())},
-                   {"gaussians", info.count},
-                   {"faint", task.faint},
-                   {"images", cameras.size()},
-                   {"not_finite", task.not_finite},
-                   {"draw_ms", drawing.ms()},
-                   {"predict_ms", task.predict_ms},
-                   {"device", info_of(loaded.device.get()).name}};
+    Json result = {
+        {"input", task.name},
+        {"weights", file},
+        {"adapters", adapters_beside(file, options.adapters)},
+        {"trained_for", trained_for(loaded.info, is_built_in(file), !options.adapters.empty())},
+        {"gaussians", info.count},
+        {"faint", task.faint},
+        {"images", cameras.size()},
+        {"not_finite", task.not_finite},
+        {"draw_ms", drawing.ms()},
+        {"predict_ms", task.predict_ms},
+        {"device", info_of(loaded.device.get()).name}};
     if (!task.photo.is_null()) result["photo"] = task.photo;
     if (!task.warnings.empty()) result["warnings"] = task.warnings;
     if (!task.truths.empty()) add_scores(options.object, task, images, result);
     if (!options.true_depth.empty()) result["depth"] = compare_depth(options, loaded, task);
-    write_pictures(options.out, loaded.info, task, images);
-    result["report"] = write_report(options.out, task, loaded.info, cameras, result);
+    write_prediction_pictures(options.out, loaded.info, task, images);
+    result["report"] = write_prediction_report(options.out, task, loaded.info, cameras, result);
+    if (also != nullptr) add_prediction(*also, options.out, task, loaded.info, cameras);
     return result;
 }
 

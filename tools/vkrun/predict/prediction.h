@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 
 namespace vkrun {
@@ -24,9 +25,13 @@ struct PredictionOptions {
     std::string device = "best";
 };
 
-/// Predict, draw, and write everything into options.out. Returns the facts: trained_for, gaussians, faint, not_finite,
-/// predict_ms, draw_ms, images, report, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a
-/// Failure.
-Json run_prediction(const PredictionOptions& options);
+/// The file of `weights`, which may name built-in ones ("cars64"); without it the built-in ones, those with depth and
+/// normals where both are given. Throws a Failure.
+std::string weights_of(const PredictionOptions& options);
+
+/// Predict, draw, and write everything into options.out; the scene and the sheet also into a page. Returns the facts:
+/// trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, and with a truth psnr, ssim,
+/// novel_views, psnr_input, depth. Throws a Failure.
+Json run_prediction(const PredictionOptions& options, HtmlPage* also = nullptr);
 
 }  // namespace vkrun

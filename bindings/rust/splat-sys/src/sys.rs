@@ -1824,7 +1824,7 @@ pub struct splat_predictor_desc {
     pub weights_path: *const c_char,
     /// used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)
     pub weights: splat_weights,
-    /// text, JSON or YAML; NULL: the file of the weights' name with .json or .yaml, else config.json or config.yaml in their folder
+    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder
     pub config: *const c_char,
     /// a file of low-rank adapters, which are folded in
     pub adapters_path: *const c_char,
@@ -3202,8 +3202,9 @@ extern "C" {
     /// ```text
     /// Report the time of every kind of dispatch since creation or the last reset, on a device with
     /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
-    /// "min_ms", "median_ms", "bytes", "flops"}]}; bytes and flops are means over the dispatches, as the
-    /// operator counts them.
+    /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}}; bytes and flops are
+    /// means over the dispatches, as the operator counts them; idle is the time from the end of a dispatch
+    /// to the beginning of the next of one submission.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
     ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
     /// ```
@@ -4378,7 +4379,8 @@ extern "C" {
     /// ```text
     /// Get the path of weights that come with the library: below its prefix, or in the sources of its
     /// build folder.
-    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels
+    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+    ///           a picture with depth and normals
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
     /// ```
     pub fn splat_builtin_weights(

@@ -1,0 +1,35 @@
+#include "vkrun/predict/builtin_weights.h"
+
+#include <filesystem>
+
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+
+namespace vkrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string built_in(const std::string& name) {
+    return library_text(
+        [&](char* buffer, std::size_t capacity, std::size_t* needed) {
+            return splat_builtin_weights(name.c_str(), buffer, capacity, needed);
+        },
+        kBadData);
+}
+
+}  // namespace
+
+std::string weights_named(const std::string& given) {
+    const fs::path path(given);
+    const bool name = !given.empty() && !path.has_parent_path() && !path.has_extension();
+    return name && !fs::exists(path) ? built_in(given) : given;
+}
+
+bool is_built_in(const std::string& file) {
+    for (const char* name : {kPlainWeights, kDepthNormalWeights})
+        if (file == built_in(name)) return true;
+    return false;
+}
+
+}  // namespace vkrun
