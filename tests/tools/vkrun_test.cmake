@@ -1576,6 +1576,8 @@ function(DemoShowsTheBuiltInWeights)
   vkrun(4 eval trucks --data ${TEMP}/demo/data/srn_cars --out ${TEMP}/none)
   expect("${err}" "no built-in weights 'trucks'")
   vkrun(0 eval cars64 --data ${TEMP}/demo/data/srn_cars --objects 1 --views 2 --out ${TEMP}/scores)
+  vkrun(4 train --init trucks --data ${TEMP}/demo/data/srn_cars --out ${TEMP}/run)
+  expect("${err}" "no built-in weights .trucks.")
 endfunction()
 
 # Weights with adapters predict the same as merged ones, and unmerging restores them.

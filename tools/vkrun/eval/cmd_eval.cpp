@@ -23,8 +23,8 @@
 #include "vkrun/eval/baseline.h"
 #include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
-#include "vkrun/predict/builtin_weights.h"
 #include "vkrun/predict/drawing.h"
+#include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
 namespace {

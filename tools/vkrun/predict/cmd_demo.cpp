@@ -19,8 +19,8 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/for_each_index.h"
 #include "vkrun/data/open_data.h"
-#include "vkrun/predict/builtin_weights.h"
 #include "vkrun/predict/prediction.h"
+#include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
 namespace {

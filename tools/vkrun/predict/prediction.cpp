@@ -17,11 +17,11 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
-#include "vkrun/predict/builtin_weights.h"
 #include "vkrun/predict/drawing.h"
 #include "vkrun/predict/network_mask.h"
 #include "vkrun/predict/predicted_scene.h"
 #include "vkrun/predict/prediction_report.h"
+#include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
 namespace {

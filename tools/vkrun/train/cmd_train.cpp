@@ -15,6 +15,7 @@
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/train/training_view.h"
+#include "vkrun/weights/builtin_weights.h"
 #include "vkrun/weights/model_load.h"
 
 namespace vkrun {
@@ -42,6 +43,7 @@ Examples:
   vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
   vkrun train cars.yaml --out run --resume
   vkrun train hydrants --data co3d --set data.excluded_file=bad_sequences.py --out run
+  vkrun train tools/weights/cars64/cars64.yaml --init cars64 --data mine --out run
   vkrun train priors.yaml --init model_best.pth --set data.use_pred_depth=true --out run2
 )";
 
@@ -111,8 +113,10 @@ Training open_training(splat_device device, const TrainOptions& options) {
     if (!options.config.empty()) desc.config = config.c_str();
     desc.values = values.data();
     desc.value_count = values.size();
+    std::string init;
     if (!options.init.empty()) {
-        desc.init = options.init.c_str();
+        init = weights_named(options.init);
+        desc.init = init.c_str();
         desc.init_flags = graft_flags("--init-channels", options.init_channels);
     }
     Training training;
@@ -183,7 +187,8 @@ void add_train(CLI::App& app, int& exit_code) {
     add_changes_option(*command, t.changes);
     command->add_flag("--resume", t.resume, "Continue the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
-    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ")
+    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ; a file, or the\n"
+                       "name of built-in ones: cars64")
         ->type_name("FILE");
     command
         ->add_option("--init-channels", t.init_channels,

@@ -1,4 +1,4 @@
-#include "vkrun/predict/builtin_weights.h"
+#include "vkrun/weights/builtin_weights.h"
 
 #include <filesystem>
 
