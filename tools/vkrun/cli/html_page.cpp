@@ -27,6 +27,7 @@ td,th{padding:.2em .8em .2em 0;border-bottom:1px solid var(--line);text-align:le
 th{color:var(--soft);font-weight:600}
 td.number,th.number{text-align:right}
 .facts td{overflow-wrap:anywhere}
+@media(min-width:40em){.facts th{white-space:nowrap}}
 figure{display:inline-block;margin:.5em 1em .5em 0;vertical-align:top;max-width:100%}
 figcaption{font-size:.85em;color:var(--soft)}
 img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--line)}
@@ -170,17 +171,20 @@ void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curve
     const Axes axes(shown);
     std::string svg =
         "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260'>" + grid(axes);
+    std::string legend;
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const char* const color = kColors[i % std::size(kColors)];
         svg +=
             std::string("<polyline fill='none' stroke-width='1.5' stroke='") + color + "' points='";
         for (const auto& [x, y] : shown[i].points)
             svg += format("%.1f,%.1f ", axes.x(x), axes.y(y));
-        svg += format("'/><text x='%.1f' y='%.1f' text-anchor='end' style='fill:%s'>%s</text>",
-                      Axes::kLeft + Axes::kWidth, Axes::kTop + 14 + 16 * static_cast<double>(i),
-                      color, xml_escaped(shown[i].name).c_str());
+        svg += "'/>";
+        legend += format(" <span style='color:%s'>&#9632;</span>&nbsp;%s", color,
+                         xml_escaped(shown[i].name).c_str());
     }
-    body_ += svg + "</svg><figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
+    if (shown.size() == 1) legend.clear();
+    body_ +=
+        svg + "</svg><figcaption>" + xml_escaped(caption) + legend + "</figcaption></figure>\n";
 }
 
 void HtmlPage::embed(const std::string& markup, const std::string& style,

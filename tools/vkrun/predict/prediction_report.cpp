@@ -7,6 +7,7 @@
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/predict/predicted_scene.h"
+#include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
 namespace {
@@ -44,12 +45,19 @@ std::string file_name(const Json& path) {
     return std::filesystem::path(path.get<std::string>()).filename().string();
 }
 
+/// Built-in weights by their name.
+std::string weights_name(const std::string& file) {
+    const std::filesystem::path path(file);
+    return is_built_in(file) ? path.parent_path().filename().string() + ", built in"
+                             : path.filename().string();
+}
+
 /// The result for the page, in words and rounded.
 std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
     std::vector<std::pair<std::string, std::string>> facts = {
         {"Input", result.at("input")},
-        {"Weights", file_name(result.at("weights")) +
+        {"Weights", weights_name(result.at("weights")) +
                         (result.at("adapters").get<std::string>().empty()
                              ? ""
                              : " with the adapters " + file_name(result.at("adapters")))},

@@ -58,12 +58,23 @@ std::string latest_render(const Run& run) {
 
 void add_run(HtmlPage& page, const Run& run) {
     page.heading(run.folder);
-    std::vector<std::pair<std::string, std::string>> rows;
-    for (const auto& [key, value] : run.facts.items())
-        if (!value.is_object() && !value.is_null())
-            rows.emplace_back(key, value.is_string()         ? value.get<std::string>()
-                                   : value.is_number_float() ? format("%.6g", value.get<double>())
-                                                             : value.dump());
+    std::vector<std::pair<std::string, std::string>> rows = {
+        {"step", format("%u of %u, %s", run.facts.value("step", 0U),
+                        run.facts.value("iterations", 0U), run.facts.value("state", "").c_str())}};
+    const auto number = [&](const char* key, const char* name, const char* pattern, double factor) {
+        if (run.facts.contains(key) && run.facts.at(key).is_number())
+            rows.emplace_back(name, format(pattern, factor * run.facts.at(key).get<double>()));
+    };
+    number("loss", "loss", "%.6g", 1);
+    number("val_psnr", "validation PSNR", "%.2f dB", 1);
+    number("best_val_psnr", "the best so far", "%.2f dB", 1);
+    if (run.facts.value("skipped", 0U) > 0)
+        number("skipped", "steps without an update", "%.0f, as gradients were not finite", 1);
+    number("parameters", "parameters", "%.0f", 1);
+    number("trainable", "of them trained", "%.0f", 1);
+    number("peak_bytes", "device memory", "at most %.1f MiB", 1.0 / (1 << 20));
+    number("seed", "seed", "%.0f", 1);
+    rows.emplace_back("library", "libsplat " + run.facts.value("library", ""));
     if (run.facts.contains("device"))
         rows.emplace_back("device", run.facts.at("device").value("name", ""));
     if (run.facts.contains("data")) {
