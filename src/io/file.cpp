@@ -59,7 +59,8 @@ Status write_all(int fd, Bytes bytes, const std::string& path) {
         const ssize_t written =
             SPLAT_SYSTEM("io.write", ENOSPC, ::write(fd, bytes.data(), bytes.size()));
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return failed("write", path);
+        if (written == 0) errno = ENOSPC;
+        if (written <= 0) return failed("write", path);
         bytes = bytes.subspan(static_cast<std::size_t>(written));
     }
     return {};
@@ -266,6 +267,21 @@ Status write_new_file(const std::string& path, Bytes bytes) {
     return file.release() == 0 ? Status() : failed("close", path);
 }
 
+Status append_file(const std::string& path, Bytes bytes) {
+    // Does not wait for the reader of a FIFO.
+    Descriptor file(SPLAT_SYSTEM(
+        "io.create", EACCES,
+        ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0666)));
+    if (file.get() < 0 && errno != ENXIO) return failed("open", path);
+    struct stat info {};
+    if (file.get() < 0 || ::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
+        return error(Code::kIo, "cannot write '%s': it is not a regular file", path.c_str());
+    Status status = write_all(file.get(), bytes, path);
+    if (!status.ok()) static_cast<void>(::ftruncate(file.get(), info.st_size));
+    if (file.release() != 0 && status.ok()) status = failed("close", path);
+    return status;
+}
+
 Status write_file(const std::string& path, std::span<const Bytes> pieces) {
     const std::string target = behind_links(path);
     struct stat old {};
@@ -284,8 +300,8 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces) {
     // Some file systems have no permissions.
     if (replaced) static_cast<void>(::fchmod(file.get(), old.st_mode & 07777));
     for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));
-    if (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
-        return failed("flush", temporary.path);
+    while (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
+        if (errno != EINTR) return failed("flush", temporary.path);
     if (file.release() != 0) return failed("close", temporary.path);
     if (SPLAT_SYSTEM("io.rename", EXDEV, ::rename(temporary.path.c_str(), target.c_str())) != 0)
         return failed("replace", path);

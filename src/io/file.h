@@ -34,6 +34,10 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces);
 /// remain.
 Status write_new_file(const std::string& path, Bytes bytes);
 
+/// Append to a file, which is created unless it is there: all of the bytes or none. Errors: as
+/// system_error(), and kIo for what is not a regular file.
+Status append_file(const std::string& path, Bytes bytes);
+
 /// A file mapped into memory. Writes of other processes are visible, and reading what they truncated ends this
 /// process: call unchanged() before each use.
 class MappedFile {

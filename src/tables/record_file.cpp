@@ -36,7 +36,8 @@ Status write_at(int file, std::uint64_t offset, io::Bytes bytes, const std::stri
                 ? (errno = ENOSPC, -1)
                 : ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return io::system_error(errno, "write", path);
+        if (written == 0) errno = ENOSPC;
+        if (written <= 0) return io::system_error(errno, "write", path);
         bytes = bytes.subspan(static_cast<std::size_t>(written));
         offset += static_cast<std::uint64_t>(written);
     }
@@ -92,16 +93,16 @@ Status check_file(const io::Source& file, const io::Buffer& header, std::uint64_
 Result<std::unique_ptr<RecordWriter>> RecordWriter::open(const std::string& folder,
                                                          const std::string& name,
                                                          const RecordShape& shape) {
-    std::unique_ptr<RecordWriter> writer(
-        new RecordWriter(path_of(folder, name, ".npy"), shape.bytes));
+    std::unique_ptr<RecordWriter> writer(new RecordWriter(
+        path_of(folder, name, ".npy"), path_of(folder, name, "_crc.npy"), shape.bytes));
     const io::Buffer header = header_of(shape);
     const io::Buffer crc_header = crc_header_of(shape);
     const std::uint64_t records = shape.shape.front();
     writer->start_ = header.size();
     writer->crc_start_ = crc_header.size();
     SPLAT_ASSIGN(writer->file_, open_sized(writer->path_, header, records * shape.bytes));
-    SPLAT_ASSIGN(writer->crcs_, open_sized(path_of(folder, name, "_crc.npy"), crc_header,
-                                           records * sizeof(std::uint32_t)));
+    SPLAT_ASSIGN(writer->crcs_,
+                 open_sized(writer->crc_path_, crc_header, records * sizeof(std::uint32_t)));
     return writer;
 }
 
@@ -115,7 +116,7 @@ Status RecordWriter::put(std::uint64_t record, io::Bytes bytes) {
     SPLAT_TRY(write_at(file_, start_ + record * bytes_, bytes, path_));
     const std::uint32_t crc = io::crc32_of(bytes);
     return write_at(crcs_, crc_start_ + record * sizeof crc, std::as_bytes(std::span(&crc, 1)),
-                    path_);
+                    crc_path_);
 }
 
 bool RecordWriter::holds(std::uint64_t record) const {
@@ -129,7 +130,8 @@ bool RecordWriter::holds(std::uint64_t record) const {
 
 Status RecordWriter::flush() {
     for (const int file : {file_, crcs_})
-        if (::fsync(file) != 0) return io::system_error(errno, "flush", path_);
+        while (::fsync(file) != 0)
+            if (errno != EINTR) return io::system_error(errno, "flush", path_);
     return {};
 }
 

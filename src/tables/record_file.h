@@ -40,9 +40,10 @@ class RecordWriter {
     Status flush();
 
   private:
-    RecordWriter(std::string path, std::uint64_t bytes) : path_(std::move(path)), bytes_(bytes) {}
+    RecordWriter(std::string path, std::string crc_path, std::uint64_t bytes)
+        : path_(std::move(path)), crc_path_(std::move(crc_path)), bytes_(bytes) {}
 
-    std::string path_;
+    std::string path_, crc_path_;
     std::uint64_t bytes_;
     std::uint64_t start_ = 0, crc_start_ = 0;  ///< of the records in the files
     int file_ = -1, crcs_ = -1;

@@ -22,8 +22,9 @@ constexpr std::uint64_t kMaxGroupBytes = std::uint64_t{32} << 20;
 Status flush_file(const std::string& path) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) return io::system_error(errno, "open", path);
-    const int failed = SPLAT_FAULT("tables.flush") ? (errno = ENOSPC, -1) : ::fsync(file);
-    const Status status = failed == 0 ? Status() : io::system_error(errno, "flush", path);
+    Status status;
+    while (status.ok() && (SPLAT_FAULT("tables.flush") ? (errno = ENOSPC, -1) : ::fsync(file)) != 0)
+        if (errno != EINTR) status = io::system_error(errno, "flush", path);
     ::close(file);
     return status;
 }

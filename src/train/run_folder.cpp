@@ -23,6 +23,7 @@ constexpr const char* kStateSuffix = ".state.safetensors";
 constexpr const char* kUnreadable = ".unreadable";
 constexpr const char* kConfig = "config.json";
 constexpr const char* kLock = "lock";
+constexpr const char* kLog = "log.txt";
 constexpr const char* kMetrics = "metrics.jsonl";
 constexpr const char* kRun = "run.json";
 constexpr const char* kTemporary =
@@ -32,7 +33,7 @@ constexpr const char* kTemporary =
 constexpr const char* kOwnFolders[] = {"", "checkpoints/", "eval/", "renders/", "tb/"};
 constexpr const char* kOwnFiles[] = {kConfig,
                                      kRun,
-                                     "log.txt",
+                                     kLog,
                                      kMetrics,
                                      "weights_last.safetensors",
                                      "weights_best.safetensors",
@@ -187,33 +188,16 @@ Result<std::size_t> RunFolder::begin(const std::string& config) {
     SPLAT_TRY(write(kConfig, config));
     fs::create_directories(root_ / "checkpoints", failed);
     if (failed) return cannot("make the folder", root_ / "checkpoints", failed.message());
-    SPLAT_TRY(open_streams());
+    for (const char* name : {kLog, kMetrics}) SPLAT_TRY(io::append_file(path(name), {}));
     return removed;
 }
 
-Status RunFolder::open_streams() {
-    for (const char* name : {"log.txt", kMetrics}) {  // opening a FIFO would wait for its reader
-        std::error_code ignored;
-        if (is_there(root_ / name) && !fs::is_regular_file(root_ / name, ignored))
-            return cannot("write", root_ / name, "it is not a regular file");
-    }
-    log_.open(root_ / "log.txt", std::ios::app);
-    if (!log_) return cannot("write", root_ / "log.txt", std::strerror(errno));
-    metrics_.open(root_ / kMetrics, std::ios::app);
-    if (!metrics_) return cannot("write", root_ / kMetrics, std::strerror(errno));
-    return {};
+Status RunFolder::log(const std::string& line) const {
+    return io::append_file(path(kLog), io::as_bytes(line + "\n"));
 }
 
-Status RunFolder::log(const std::string& line) {
-    log_.clear();  // of an earlier failure, such as a full disk
-    if (log_ << line << std::endl) return {};
-    return cannot("write", root_ / "log.txt", std::strerror(errno));
-}
-
-Status RunFolder::metric(const std::string& json) {
-    metrics_.clear();
-    if (metrics_ << json << std::endl) return {};
-    return cannot("write", root_ / kMetrics, std::strerror(errno));
+Status RunFolder::metric(const std::string& json) const {
+    return io::append_file(path(kMetrics), io::as_bytes(json + "\n"));
 }
 
 Status RunFolder::write(const char* name, const std::string& text) const {
@@ -267,15 +251,11 @@ std::vector<MetricLine> RunFolder::metrics() const {
     return lines;
 }
 
-Status RunFolder::cut_metrics(std::uint64_t last_step) {
+Status RunFolder::cut_metrics(std::uint64_t last_step) const {
     std::string text;
     for (const MetricLine& line : metrics())
         if (line.step <= last_step) text += line.text + "\n";
-    metrics_.close();
-    SPLAT_TRY(write(kMetrics, text));
-    metrics_.open(root_ / kMetrics, std::ios::app);
-    if (!metrics_) return cannot("write", root_ / kMetrics, std::strerror(errno));
-    return {};
+    return write(kMetrics, text);
 }
 
 }  // namespace splat::train

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,8 +48,8 @@ class RunFolder {
         return (root_ / name).string();
     }
 
-    Status log(const std::string& line);
-    Status metric(const std::string& json);
+    Status log(const std::string& line) const;                      ///< the whole line or nothing
+    Status metric(const std::string& json) const;                   ///< the whole line or nothing
     Status write(const char* name, const std::string& text) const;  ///< as a whole or not at all
 
     /// Saved states, the latest first.
@@ -64,7 +63,7 @@ class RunFolder {
     [[nodiscard]] std::vector<MetricLine> metrics() const;
 
     /// Remove metrics of steps that will run again, and a truncated last line.
-    Status cut_metrics(std::uint64_t last_step);
+    Status cut_metrics(std::uint64_t last_step) const;
 
   private:
     RunFolder(const std::string& path, Mode mode) : root_(path), mode_(mode) {}
@@ -72,13 +71,11 @@ class RunFolder {
     Status lock();
     Status clear() const;
     [[nodiscard]] std::size_t sweep() const;
-    Status open_streams();
 
     std::filesystem::path root_;
     Mode mode_;
     int lock_ = -1;                 ///< descriptor of the lock file
     std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
-    std::ofstream log_, metrics_;
 };
 
 }  // namespace splat::train

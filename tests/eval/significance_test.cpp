@@ -67,6 +67,15 @@ TEST(Significance, RandomFlipsTendToTheExactNumber) {
     EXPECT_NE(drawn.p_permutation, compare_paired(more_a, more_b, other).p_permutation);
 }
 
+/// A probability from random draws is at least that of the observed signs, which are one of the draws.
+TEST(Significance, NoNumberOfFlipsProvesADifference) {
+    ResampleOptions options;
+    options.permutations = 100;
+    const std::vector<double> a(40, 0.0);
+    const std::vector<double> b(40, 1.0);
+    EXPECT_EQ(compare_paired(a, b, options).p_permutation, 1.0 / 101);
+}
+
 TEST(Significance, EqualScoresShowNoDifference) {
     const std::vector<double> a = sample(30, 0, 3);
     const Comparison paired = compare_paired(a, a);

@@ -68,7 +68,7 @@ TEST(TransformsJson, AnglesSizesAndOverrides) {
         read_json(R"({"camera_angle_x": 1.5707963267948966, "w": 200, "h": 100, "frames": [
         {"file_path": "a", )" +
                   kPose + R"(},
-        {"file_path": "b", "fl_x": 7, "cx": 3, "w": 50, )" +
+        {"file_path": "b", "fl_x": 7, "cx": 3, "w": 50, "camera_angle_y": 1.5707963267948966, )" +
                   kPose + R"(}]})");
     ASSERT_OK(read.status());
     const auto& cameras = read.value().cameras;
@@ -78,6 +78,7 @@ TEST(TransformsJson, AnglesSizesAndOverrides) {
     EXPECT_EQ(cameras[0].world_to_camera[3], -5);
     EXPECT_EQ(cameras[0].world_to_camera[7], 6) << "y is turned";
     EXPECT_EQ(cameras[1].fx, 7);
+    EXPECT_NEAR(cameras[1].fy, 50, 1e-9) << "of the height";
     EXPECT_EQ(cameras[1].cx, 3);
     EXPECT_EQ(cameras[1].width, 50U);
     const auto sized =

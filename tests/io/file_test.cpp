@@ -184,6 +184,58 @@ TEST_F(File, ErrorsOfTheSystemHaveCodes) {
     EXPECT_ERROR(system_error(EACCES, "open", "a"), Code::kIo, "denied");
 }
 
+TEST_F(File, AppendsWholePieces) {
+    ASSERT_OK(append_file(path("log"), bytes_of("")));
+    EXPECT_TRUE(fs::is_regular_file(path("log")));
+    ASSERT_OK(append_file(path("log"), bytes_of("one\n")));
+    ASSERT_OK(append_file(path("log"), bytes_of("two\n")));
+    EXPECT_EQ(as_text(read_file(path("log")).value()), "one\ntwo\n");
+    EXPECT_ERROR(append_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
+    EXPECT_ERROR(append_file(folder_, bytes_of("x")), Code::kIo, "Is a directory");
+    ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+    EXPECT_ERROR(append_file(path("fifo"), bytes_of("x")), Code::kIo, "not a regular file");
+}
+
+/// Writes below a folder fail, see support/disk_faults.cpp.
+class BadDisk {
+  public:
+    explicit BadDisk(const std::string& fault, const fs::path& folder) {
+        ::setenv("DISK_FAULTS", (fault + ":" + folder.string()).c_str(), 1);
+    }
+    BadDisk(const BadDisk&) = delete;
+    BadDisk& operator=(const BadDisk&) = delete;
+    ~BadDisk() { ::unsetenv("DISK_FAULTS"); }
+};
+
+TEST_F(File, GoesOnAfterPartsAndSignals) {
+    std::string text;
+    for (int i = 0; i < 1000; ++i) text += std::to_string(i) + " ";
+    {
+        const BadDisk disk("rough:0", folder_);
+        ASSERT_OK(write_file(path("replaced"), bytes_of(text)));
+        ASSERT_OK(write_new_file(path("new"), bytes_of(text)));
+        ASSERT_OK(append_file(path("log"), bytes_of(text)));
+    }
+    for (const char* name : {"replaced", "new", "log"})
+        EXPECT_EQ(as_text(read_file(path(name)).value()), text) << name;
+}
+
+TEST_F(File, AFullDiskTakesNoPart) {
+    for (const char* name : {"a", "log"}) ASSERT_OK(write_file(path(name), bytes_of("old")));
+    for (const char* fault : {"full:1", "error:1", "error:2"}) {
+        const char* const reason = *fault == 'f' ? "No space left" : "Input/output error";
+        const BadDisk disk(fault, folder_);
+        EXPECT_ERROR(write_file(path("a"), bytes_of("the new one")), Code::kIo, reason) << fault;
+    }
+    {
+        const BadDisk disk("full:1", folder_);
+        EXPECT_ERROR(append_file(path("log"), bytes_of("a line")), Code::kIo, "No space left");
+    }
+    for (const char* name : {"a", "log"})
+        EXPECT_EQ(as_text(read_file(path(name)).value()), "old") << name;
+    EXPECT_EQ(files(), 2U);
+}
+
 #if SPLAT_FAULT_POINTS
 TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
     ASSERT_OK(write_file(path("a"), bytes_of("old")));

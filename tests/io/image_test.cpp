@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "io/apng.h"
+#include "io/compress.h"
 #include "io/file.h"
 #include "io/npy.h"
 #include "io/sample_scene.h"
@@ -28,6 +29,8 @@ Image sample_image(std::uint32_t width, std::uint32_t height, std::uint32_t chan
     return image;
 }
 
+using test::bytes_of;
+
 bool accepts_image(Bytes file) {
     return read_png(file, {64, 4096}).ok();
 }
@@ -46,6 +49,29 @@ TEST(Png, RoundTripIsExact) {
             EXPECT_EQ(read.value().bits, bits);
             EXPECT_EQ(read.value().samples, image.samples);
         }
+}
+
+/// 5 x 3 pixels, numbered, in the seven passes of Adam7: the first pixel of 8 x 8, then the gaps.
+TEST(Png, ReadsInterlacedFiles) {
+    Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
+    const auto add_chunk = [&png](std::string_view type, Bytes data) {
+        put(png, static_cast<std::uint32_t>(data.size()), std::endian::big);
+        put_text(png, type);
+        put_bytes(png, data);
+        put(png, crc32_of(data, crc32_of(as_bytes(type))), std::endian::big);
+    };
+    add_chunk("IHDR", bytes_of(std::string("\0\0\0\x05\0\0\0\x03\x08\0\0\0\x01", 13)));
+    // Each row of a pass begins with its filter, 0.
+    const auto pixels = deflate_zlib(bytes_of(std::string(
+        "\0\0\0\x04\0\x02\0\x0A\x0C\x0E\0\x01\x03\0\x0B\x0D\0\x05\x06\x07\x08\x09", 22)));
+    ASSERT_OK(pixels.status());
+    add_chunk("IDAT", pixels.value());
+    add_chunk("IEND", {});
+    const auto read = read_png(png);
+    ASSERT_OK(read.status());
+    EXPECT_EQ(read.value().width, 5U);
+    EXPECT_EQ(read.value().samples,
+              (std::vector<std::uint16_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14}));
 }
 
 TEST(Png, DeepImagesOfFloatsAreRoundedAndClamped) {

@@ -78,6 +78,8 @@ TEST(WeightsNpz, RefusesForeignMembers) {
     refused("x.npy", "y", "npz: 'x': npy: ");
     refused("x.npy", npy("<c8", {1}, "12345678"), "dtype 'c8'", Code::kUnsupported);
     refused("x.npy", npy("<f4", {2}, "1234"), "4 bytes of data, its shape [2] of float32 needs 8");
+    refused("x.npy", npy("<f4", {1}, "12345678"),
+            "8 bytes of data, its shape [1] of float32 needs 4");
     refused("x.npy", npy("<f4", {1ULL << 60U}, "1234"), "more than 2147483647");
     refused("x.npy", npy("<f4", {~0ULL}, "1234"), "npz: 'x'");
     refused("x.npy", npy("<f4", {1, 1, 1, 1, 1, 1, 1, 1, 1}, "1234"), "9 dimensions");

@@ -1,38 +1,81 @@
 #!/bin/sh
 # Usage: tests/mutation/run.sh [pattern]
 #
-# Applies each seeded bug of mutants.txt whose name matches the pattern to a copy of the sources, builds, runs
-# the tests that its line names, and expects them to fail. The last line counts the results; exit status 0 if all
-# were caught. Takes about half a minute per bug.
+# Applies each seeded bug of mutants.txt whose name or file matches the pattern to a copy of the sources, builds the
+# programs of the tests that its line names, runs these tests, and expects them to fail. Before that they must
+# pass. The last line counts the results; exit status 0 if all were caught. Takes about half a minute per bug.
+# SPLAT_MUTATION_DIR names a folder for the copy, which is kept: the next run builds only what has changed.
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 pattern=${1:-.}
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT INT TERM
+work=${SPLAT_MUTATION_DIR:-}
+if [ -z "$work" ]; then
+    work=$(mktemp -d)
+    trap 'rm -rf "$work"' EXIT INT TERM
+fi
+mkdir -p "$work"
+work=$(cd "$work" && pwd)
 
-(cd "$root" && git ls-files -z --cached --others --exclude-standard) |
-    (cd "$root" && xargs -0 -I{} cp --parents {} "$work")
+cd "$root"
+git ls-files -z --cached --others --exclude-standard | WORK=$work xargs -0 sh -c '
+    for file; do
+        if [ -f "$file" ] && ! cmp -s "$file" "$WORK/$file"; then cp --parents "$file" "$WORK"; fi
+    done' sh
+# Real data lies beside the repository, not beside its copy.
+if [ -d "$root/../shared/real" ]; then export SPLAT_REAL_DIR="${SPLAT_REAL_DIR:-$root/../shared/real}"; fi
 cd "$work"
-cmake --preset dev -DSPLAT_BUILD_TOOLS=OFF >build.log 2>&1
-cmake --build --preset dev >>build.log 2>&1 || {
-    tail -n 20 build.log
+
+export GTEST_FAIL_FAST=1
+
+# The lines of mutants.txt that are wanted: name@file@text@replacement@tests.
+grep -v -e '^#' -e '^ *$' "$here/mutants.txt" | awk -F@ -v pattern="$pattern" '($1 $2) ~ pattern' >wanted.txt
+[ -s wanted.txt ] || {
+    echo "no seeded bug matches '$pattern'"
     exit 1
+}
+
+# Builds what the tests that match $1 name: their programs, or files of the build in their arguments and environment.
+build() {
+    ctest --test-dir build/dev -N -R "$1" -E Golden | sed -n 's/^ *Test *#[0-9]*: \(.*\)$/([=[\1]=]/p' >tests.txt
+    [ -s tests.txt ] || {
+        echo "no test matches '$1'" | tee build.log
+        return 1
+    }
+    find build/dev -name CTestTestfile.cmake -exec grep -h -F -f tests.txt {} + |
+        grep -o "$work/build/dev/[^\"; ]*" | sed "s|$work/build/dev/||" | sort -u | comm -12 - targets.txt >programs.txt
+    xargs ninja -C build/dev -j2 <programs.txt >build.log 2>&1
 }
 
 # Whether the tests that match $1 pass.
 tests_pass() {
-    ctest --test-dir build/dev -R "$1" -E Golden --stop-on-failure --no-tests=error >test.log 2>&1
+    ctest --test-dir build/dev -R "$1" -E Golden --stop-on-failure --no-tests=error </dev/null >test.log 2>&1
 }
+
+cmake --preset dev >build.log 2>&1 || {
+    tail -n 20 build.log
+    exit 1
+}
+ninja -C build/dev -t targets all | sed 's/: .*//' | sort -u >targets.txt
+sed 's/.*@//; s/ //g' wanted.txt | sort -u | while read -r tests; do
+    if ! build "$tests"; then
+        tail -n 20 build.log
+        exit 1
+    elif ! tests_pass "$tests"; then
+        tail -n 20 test.log
+        echo "'$tests' fails without a seeded bug"
+        exit 1
+    fi
+done
 
 caught=0
 missed=0
 while IFS='@' read -r name file text replacement tests; do
-    case $name in '#'* | '') continue ;; esac
     name=$(echo "$name" | sed 's/ *$//')
-    echo "$name" | grep -q -- "$pattern" || continue
-    FILE=$(echo "$file" | tr -d ' ') TEXT=$text REPLACEMENT=$replacement perl -0777 -e '
+    file=$(echo "$file" | tr -d ' ')
+    tests=$(echo "$tests" | tr -d ' ')
+    FILE=$file TEXT=$text REPLACEMENT=$replacement perl -0777 -e '
         my ($text, $new) = map { s/^ | $//gr } @ENV{qw(TEXT REPLACEMENT)};
         open my $in, "<", $ENV{FILE} or die; my $all = <$in>; close $in;
         my $count = () = $all =~ /\Q$text\E/g;
@@ -43,20 +86,18 @@ while IFS='@' read -r name file text replacement tests; do
         missed=$((missed + 1))
         continue
     }
-    target=$(echo "$file" | tr -d ' ')
-    if ! cmake --build --preset dev >build.log 2>&1; then
-        echo "does not build:  $name"
+    begin=$(date +%s)
+    result=caught
+    build "$tests" || result="DOES NOT BUILD"
+    if [ "$result" != caught ]; then
         tail -n 5 build.log
-        missed=$((missed + 1))
-    elif tests_pass "$(echo "$tests" | tr -d ' ')"; then
-        echo "MISSED:          $name"
-        missed=$((missed + 1))
-    else
-        echo "caught:          $name"
-        caught=$((caught + 1))
+    elif tests_pass "$tests"; then
+        result=MISSED
     fi
-    mv saved "$target"
-    touch "$target"
-done <"$here/mutants.txt"
+    if [ "$result" = caught ]; then caught=$((caught + 1)); else missed=$((missed + 1)); fi
+    echo "$result: $name ($file, $(($(date +%s) - begin)) s)"
+    mv saved "$file"
+    touch "$file"
+done <wanted.txt
 echo "mutation: $caught caught, $missed missed"
 [ "$missed" -eq 0 ] && [ "$caught" -gt 0 ]

@@ -132,6 +132,11 @@ TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
     EXPECT_NEAR(views.view_to_world[16 + 12], 1, 1e-6) << "x of the second, seen by the first";
     EXPECT_NEAR(views.view_to_world[16 + 14], 0.5, 1e-6);
     EXPECT_NEAR(scene::camera_center(views.cameras[1])[1], -0.5, 1e-6);
+    // What both look at, 2 before the first camera, lies on the axis of the second.
+    const scene::Mat4& pose = views.cameras[1].world_to_camera;
+    EXPECT_NEAR(2 * pose[2] + pose[3], 0, 1e-6);
+    EXPECT_NEAR(2 * pose[6] + pose[7], 0, 1e-6);
+    EXPECT_NEAR(2 * pose[10] + pose[11], std::sqrt(3.5), 1e-6);
     EXPECT_EQ(made.value().facts[1].side, 60) << "whole pictures";
 
     inputs[1].world_to_camera = scene::Mat4{};

@@ -37,9 +37,29 @@ TEST_F(ReplaceFile, KeepsLinksPermissionsAndLongNames) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2);
 }
 
+TEST_F(ReplaceFile, AppendsToOne) {
+    append_text(folder_ / "log", "one\n");
+    append_text(folder_ / "log", "two\n");
+    EXPECT_EQ(read_text(folder_ / "log"), "one\ntwo\n");
+    EXPECT_THROW(append_text(folder_, "x"), Failure);
+}
+
+/// A plot replaces an earlier one as a whole, and goes to devices, too.
+TEST_F(ReplaceFile, WritesPlotsAndToDevices) {
+    write_text(folder_ / "plot.svg", "old");
+    fs::create_hard_link(folder_ / "plot.svg", folder_ / "kept.svg");
+    write_text(folder_ / "plot.svg", "new");
+    EXPECT_EQ(read_text(folder_ / "plot.svg"), "new");
+    EXPECT_EQ(read_text(folder_ / "kept.svg"), "old") << "another file";
+    EXPECT_NO_THROW(write_text("/dev/null", "x"));
+    EXPECT_THROW(write_text("/dev/full", "x"), Failure);
+    EXPECT_THROW(write_text(folder_, "x"), Failure);
+}
+
 TEST_F(ReplaceFile, DoesNotWaitForAFifo) {
     const fs::path fifo = folder_ / "fifo";
     ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    EXPECT_THROW(append_text(fifo, "x"), Failure);
     EXPECT_THROW(read_text(fifo), Failure);
     EXPECT_THROW(replace_file(fifo, "x"), Failure);
     EXPECT_FALSE(open_to_read(fifo).is_open());

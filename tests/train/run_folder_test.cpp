@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "core/fault.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
 
@@ -169,6 +170,22 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
     EXPECT_EQ(test::file_text(path() + "/metrics.jsonl"),
               "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":4}\n");
 }
+
+#if SPLAT_FAULT_POINTS
+TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
+    const auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    ASSERT_OK(folder->begin("{}").status());
+    fault::arm("io.write", 1, 2);
+    EXPECT_ERROR(folder->metric("{\"step\":1}"), Code::kIo, "metrics.jsonl': No space left");
+    EXPECT_ERROR(folder->log("one"), Code::kIo, "log.txt': No space left");
+    EXPECT_EQ(fault::disarm(), 2U);
+    ASSERT_OK(folder->metric("{\"step\":2}"));
+    ASSERT_OK(folder->log("two"));
+    EXPECT_EQ(test::file_text(path() + "/metrics.jsonl"), "{\"step\":2}\n");
+    EXPECT_EQ(test::file_text(path() + "/log.txt"), "two\n");
+}
+#endif
 
 TEST_F(RunFolderTest, KeepsTheLatestStates) {
     const auto folder = open(Mode::kNew);

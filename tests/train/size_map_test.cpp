@@ -33,7 +33,8 @@ class SizeMapTest : public testing::Test {
         const float balls[] = {-1, 0, z, 0.5F, left,  left,  left,  0, 1, 0, 0, 0,
                                1,  0, z, 0.5F, right, right, right, 0, 1, 0, 0, 0};
         EXPECT_OK(context_->write(packed_.gaussians.range(), balls, sizeof balls));
-        const float scales[] = {left, left, left, right, right, right};
+        // A Gaussian is as large as its longest axis.
+        const float scales[] = {left, left / 2, left / 4, right / 4, right / 2, right};
         EXPECT_OK(context_->write(scales_.range(), scales, sizeof scales));
         const scene::Camera camera{
             "", kSide, kSide, 64, 64, 32.5, 32.5, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};

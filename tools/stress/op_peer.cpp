@@ -43,9 +43,8 @@ PeerResults OpPeer::results_of(const bench::OpCase& op_case) {
     json["inputs"] = described(op_case.inputs, numbers);
     json["outputs"] = described(op_case.outputs, numbers);
     write_text(folder_.file("case.json"), json.dump());
-    std::ofstream(folder_.file("case.f32"), std::ios::binary)
-        .write(reinterpret_cast<const char*>(numbers.data()),
-               static_cast<std::streamsize>(numbers.size() * sizeof(float)));
+    write_text(folder_.file("case.f32"),
+               {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)});
     peer_->run("run");
     PeerResults results;
     std::ifstream answer(folder_.file("results.f32"), std::ios::binary);

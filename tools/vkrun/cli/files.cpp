@@ -13,6 +13,32 @@
 #include "vkrun/cli/failure.h"
 
 namespace vkrun {
+namespace {
+
+/// False with the reason in errno.
+bool write_all(int file, const std::string& text) {
+    for (std::size_t done = 0; done < text.size();) {
+        const ssize_t written = write(file, text.data() + done, text.size() - done);
+        if (written < 0 && errno == EINTR) continue;
+        if (written == 0) errno = ENOSPC;
+        if (written <= 0) return false;
+        done += static_cast<std::size_t>(written);
+    }
+    return true;
+}
+
+/// As write_all().
+bool flush(int file) {
+    while (fsync(file) != 0)
+        if (errno != EINTR) return false;
+    return true;
+}
+
+Failure cannot_write(const std::filesystem::path& path, const std::string& reason) {
+    return {kFailed, "cannot write '" + path.string() + "': " + reason};
+}
+
+}  // namespace
 
 void make_folder(const std::filesystem::path& path) {
     std::error_code failed;
@@ -55,6 +81,11 @@ std::string read_text(const std::string& path) {
 
 void write_text(const std::string& path, const std::string& text) {
     if (path.empty()) return;
+    std::error_code none;
+    const std::filesystem::file_type kind = std::filesystem::status(path, none).type();
+    const bool replaced = kind == std::filesystem::file_type::regular ||
+                          kind == std::filesystem::file_type::not_found;
+    if (replaced && !path.starts_with("/dev/")) return replace_file(path, text);
     std::ofstream file(path);
     file << text;
     if (!file.flush()) throw Failure(kFailed, "cannot write '" + path + "'");
@@ -69,7 +100,7 @@ void replace_file(const std::filesystem::path& path, const std::string& text) {
     struct stat old {};
     const bool replaced = stat(target.c_str(), &old) == 0;
     if (replaced ? !S_ISREG(old.st_mode) : errno == ELOOP)
-        throw Failure(kFailed, "cannot write '" + path.string() + "': it is not a regular file");
+        throw cannot_write(path, "it is not a regular file");
     const std::string suffix = "." + std::to_string(getpid()) + "-0.tmp";
     const std::string temporary =
         target.parent_path() /
@@ -77,18 +108,30 @@ void replace_file(const std::filesystem::path& path, const std::string& text) {
     const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     bool ok = file >= 0;
     if (ok && replaced) static_cast<void>(fchmod(file, old.st_mode & 07777));
-    for (std::size_t done = 0; ok && done < text.size();) {
-        const ssize_t written = write(file, text.data() + done, text.size() - done);
-        ok = written > 0;
-        if (ok) done += static_cast<std::size_t>(written);
-    }
-    ok = ok && fsync(file) == 0;
+    ok = ok && write_all(file, text) && flush(file);
     int reason = errno;
-    if (file >= 0) close(file);
+    if (file >= 0 && close(file) != 0 && ok) {
+        ok = false;
+        reason = errno;
+    }
     if (ok && std::rename(temporary.c_str(), target.c_str()) == 0) return;
     if (ok) reason = errno;
     std::remove(temporary.c_str());
-    throw Failure(kFailed, "cannot write '" + path.string() + "': " + std::strerror(reason));
+    throw cannot_write(path, std::strerror(reason));
+}
+
+void append_text(const std::filesystem::path& path, const std::string& text) {
+    // Does not wait for the reader of a FIFO.
+    const int file =
+        open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644);
+    if (file < 0) throw cannot_write(path, std::strerror(errno));
+    struct stat old {};
+    const bool regular = fstat(file, &old) == 0 && S_ISREG(old.st_mode);
+    const bool ok = regular && write_all(file, text);
+    const int reason = errno;
+    if (regular && !ok) static_cast<void>(ftruncate(file, old.st_size));
+    close(file);
+    if (!ok) throw cannot_write(path, regular ? std::strerror(reason) : "it is not a regular file");
 }
 
 }  // namespace vkrun

@@ -19,12 +19,15 @@ std::ifstream open_to_read(const std::filesystem::path& path);
 /// The text of a configuration. Throws a usage Failure if it cannot be read.
 std::string read_text(const std::string& path);
 
-/// Write a file that nothing else depends on, such as a plot; nothing if the path is empty. Throws a
-/// Failure.
+/// Write a file that was asked for, such as a plot, as replace_file(), or to a device such as /dev/stdout;
+/// nothing if the path is empty. Throws a Failure.
 void write_text(const std::string& path, const std::string& text);
 
 /// Create or replace a file as a whole or not at all. It keeps its permissions, and a symbolic link its
 /// target's place. Throws a Failure.
 void replace_file(const std::filesystem::path& path, const std::string& text);
+
+/// Append to a file, which is created unless it is there: all of the text or nothing. Throws a Failure.
+void append_text(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace vkrun

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 
 #include "vkrun/cli/failure.h"
@@ -69,11 +70,9 @@ TensorBoard::TensorBoard(const std::string& folder) {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(
                              std::chrono::system_clock::now().time_since_epoch())
                              .count();
-    const std::string path =
+    path_ =
         folder + "/events.out.tfevents." + std::to_string(seconds) + "." + std::to_string(getpid());
-    file_.open(path, std::ios::binary | std::ios::app);
     record(event_head(0) + counted(3, "brain.Event:2"));
-    if (!file_) throw Failure(kFailed, "cannot write '" + path + "'");
 }
 
 void TensorBoard::scalars(std::uint64_t step,
@@ -81,13 +80,19 @@ void TensorBoard::scalars(std::uint64_t step,
     std::string summary;
     for (const auto& [tag, value] : values)
         summary += counted(1, counted(1, tag) + key(2, 5) + raw(static_cast<float>(value)));
-    record(event_head(step) + counted(5, summary));
+    try {
+        record(event_head(step) + counted(5, summary));
+    } catch (const Failure& failure) {  // no reason to end a training
+        if (!warned_)
+            std::fprintf(stderr, "vkrun: warning: events for TensorBoard are missing: %s\n",
+                         failure.what());
+        warned_ = true;
+    }
 }
 
 void TensorBoard::record(const std::string& event) {
     const std::string length = raw(static_cast<std::uint64_t>(event.size()));
-    file_ << length << raw(masked(length)) << event << raw(masked(event));
-    file_.flush();
+    append_text(path_, length + raw(masked(length)) + event + raw(masked(event)));
 }
 
 }  // namespace vkrun

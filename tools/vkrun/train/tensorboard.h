@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,12 +17,14 @@ class TensorBoard {
     /// A new file in `folder`, which is made. Throws a Failure.
     explicit TensorBoard(const std::string& folder);
 
+    /// An event that cannot be written is missing, with one warning.
     void scalars(std::uint64_t step, const std::vector<std::pair<std::string, double>>& values);
 
   private:
     void record(const std::string& event);
 
-    std::ofstream file_;
+    std::string path_;
+    bool warned_ = false;
 };
 
 }  // namespace vkrun
