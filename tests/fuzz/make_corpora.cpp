@@ -246,7 +246,8 @@ void add_damaged_cameras(Corpora& corpora) {
 }
 
 void add_damaged_archives(Corpora& corpora) {
-    const auto npz = io::write_npz(test::sample_tensors(), false);
+    const io::NamedTensors tensors = test::sample_tensors();
+    const auto npz = io::write_npz(tensors, false);
     if (npz.ok()) corpora.add("npz/damaged-cut", cut(npz.value().joined()));
     corpora.add("npz/damaged-count", test::sample_zip({{"a", "x"}}, {.more_entries = 60000}));
     corpora.add("npz/damaged-place", test::sample_zip({{"a", "x"}}, {.shift = 1000}));
@@ -277,7 +278,8 @@ void add_damaged_archives(Corpora& corpora) {
 }
 
 void add_damaged_weights(Corpora& corpora) {
-    const auto safetensors = io::write_safetensors(test::sample_tensors(), {}, false);
+    const io::NamedTensors tensors = test::sample_tensors();
+    const auto safetensors = io::write_safetensors(tensors, {}, false);
     if (safetensors.ok()) {
         const io::Buffer file = safetensors.value().joined();
         corpora.add("safetensors/damaged-cut", cut(file));

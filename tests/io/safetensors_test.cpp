@@ -169,7 +169,8 @@ TEST(Safetensors, ReadsWhatOthersWrite) {
 
 TEST(Safetensors, RefusesPrefixesAndSurvivesDamage) {
     const auto accepts = [](Bytes bytes) { return read(bytes).ok(); };
-    const auto file = write_safetensors(test::sample_tensors(), {{"k", "v"}});
+    const NamedTensors tensors = test::sample_tensors();
+    const auto file = write_safetensors(tensors, {{"k", "v"}});
     ASSERT_OK(file.status());
     test::expect_prefixes_refused(file.value().joined(), accepts);
     test::parse_damaged(file.value().joined(), accepts);
@@ -224,7 +225,8 @@ TEST(Safetensors, RefusesSizesThatLie) {
         EXPECT_EQ(read(file).ok(), false) << size;
     }
     const auto few = [](std::size_t tensors) { return DecodeLimits{64, 100, tensors}; };
-    const auto file = write_safetensors(test::sample_tensors());
+    const NamedTensors tensors = test::sample_tensors();
+    const auto file = write_safetensors(tensors);
     ASSERT_OK(file.status());
     EXPECT_OK(read(file.value().joined(), few(3)).status());
     EXPECT_ERROR(read(file.value().joined(), few(2)).status(), Code::kFormat,

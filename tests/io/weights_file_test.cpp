@@ -63,7 +63,8 @@ TEST(WeightsNpz, ReadsEveryTypeAndIgnoresText) {
 
 TEST(WeightsNpz, RefusesPrefixesAndSurvivesDamage) {
     const auto accepts = [](Bytes bytes) { return read_archive(bytes).ok(); };
-    const auto file = write_npz(test::sample_tensors());
+    const NamedTensors tensors = test::sample_tensors();
+    const auto file = write_npz(tensors);
     ASSERT_OK(file.status());
     test::expect_prefixes_refused(file.value().joined(), accepts);
     test::parse_damaged(file.value().joined(), accepts);

@@ -3,6 +3,7 @@
 set -u
 vkrun=$1
 temp=$2
+scale=$(awk "BEGIN { print int(${SPLAT_TIMEOUT_SCALE:-1} + 1) }") # of waits
 
 fail() {
     echo "process: $*" >&2
@@ -28,7 +29,7 @@ grep -a -l '^step 1/' "$temp"/closed/tb/* 2> /dev/null && fail "progress among t
 
 # wait_for_step FILE PROCESS
 wait_for_step() {
-    for _ in $(seq 600); do
+    for _ in $(seq $((600 * scale))); do
         grep -q '^step 1/' "$1" && return
         kill -0 "$2" 2> /dev/null || fail "the run ended: $(cat "$1")"
         sleep 0.1
@@ -56,7 +57,7 @@ wait "$process"
 
 # A closed pipe.
 # shellcheck disable=SC2086
-(timeout 60 "$vkrun" train $options --out "$temp/pipe" --set opt.iterations=100000 2>&1
+(timeout $((60 * scale)) "$vkrun" train $options --out "$temp/pipe" --set opt.iterations=100000 2>&1
  echo $? > "$temp/pipe.status") | head -n 1 > "$temp/log"
 got=$(cat "$temp/pipe.status")
 [ "$got" -eq 130 ] || fail "SIGPIPE: status $got"
@@ -67,7 +68,7 @@ sh -c "trap '' PIPE; sleep 0.5; exec \"$vkrun\" --help" 2> "$temp/help.err" | tr
 # FIFOs without a writer.
 mkfifo "$temp/fifo" "$temp/fifo.ply" "$temp/fifo.png" "$temp/fifo.yaml" "$temp/fifo.safetensors" "$temp/fifo.csv"
 refused() {
-    timeout 10 "$vkrun" "$@" > "$temp/log" 2>&1
+    timeout $((10 * scale)) "$vkrun" "$@" > "$temp/log" 2>&1
     got=$?
     case $got in
         1 | 2 | 4) grep -q 'not a regular file' "$temp/log" || fail "$*: $(cat "$temp/log")" ;;

@@ -4,6 +4,7 @@
 set -u
 vkrun=$1
 temp=$2
+scale=$(awk "BEGIN { print int(${SPLAT_TIMEOUT_SCALE:-1} + 1) }") # of waits
 
 fail() {
     echo "train_guards: $*" >&2
@@ -31,7 +32,7 @@ options="--data $temp/data --set data.training_resolution=16 --set model.base_di
 # shellcheck disable=SC2086  # a list of words
 "$vkrun" train $options --out "$temp/run" --set model.opacity_bias=0 --set opt.iterations=100000 > "$temp/first" 2>&1 &
 process=$!
-for _ in $(seq 600); do
+for _ in $(seq $((600 * scale))); do
     grep -q '^step 1/' "$temp/first" && break
     kill -0 "$process" 2> /dev/null || fail "the run ended: $(cat "$temp/first")"
     sleep 0.1
