@@ -1,5 +1,7 @@
 #include "core/json_tree.h"
 
+#include <cmath>
+
 #include "core/json.h"
 
 namespace splat {
@@ -40,9 +42,9 @@ class TreeReader : public nlohmann::json_sax<Json> {
         if (auto* const list = std::get_if<JsonTree::List>(&open_.back()->value))
             return list->emplace_back();
         auto& members = std::get<JsonTree::Object>(open_.back()->value);
-        auto& [name, value] = members.emplace_back();
+        auto& [name, tree] = members.emplace_back();
         name = std::move(name_);
-        return value;
+        return tree;
     }
 
     template <class T>
@@ -79,11 +81,18 @@ std::optional<double> JsonTree::number() const {
     return held == nullptr ? std::optional<double>() : *held;
 }
 
+std::optional<std::uint64_t> JsonTree::count() const {
+    constexpr double kMost = 9007199254740992;  // 2^53: all whole numbers up to it are doubles
+    const auto held = number();
+    if (!held || !(*held >= 0 && *held <= kMost) || std::floor(*held) != *held) return std::nullopt;
+    return static_cast<std::uint64_t>(*held);
+}
+
 const JsonTree* JsonTree::find(std::string_view name) const {
     const auto* const members = std::get_if<Object>(&value);
     if (members == nullptr) return nullptr;
     for (auto member = members->rbegin(); member != members->rend(); ++member)
-        if (member->first == name) return &member->second;
+        if (member->name == name) return &member->tree;
     return nullptr;
 }
 

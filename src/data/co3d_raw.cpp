@@ -95,6 +95,12 @@ Result<double> number_at(const JsonTree& tree, const char* path) {
     return *found->number();
 }
 
+Result<std::int64_t> frame_number_of(const JsonTree& tree) {
+    const JsonTree* found = tree.find("frame_number");
+    if (found == nullptr || !found->count()) return no_member("frame_number");
+    return static_cast<std::int64_t>(*found->count());
+}
+
 /// Numbers of a list, or of a list of lists.
 template <std::size_t Count>
 Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* path) {
@@ -137,8 +143,7 @@ Status read_lens(const JsonTree& tree, RawFrame& frame) {
 
 Result<RawFrame> frame_of(const JsonTree& tree) {
     RawFrame frame;
-    SPLAT_ASSIGN(const double number, number_at(tree, "frame_number"));
-    frame.number = static_cast<std::int64_t>(number);
+    SPLAT_ASSIGN(frame.number, frame_number_of(tree));
     SPLAT_ASSIGN(frame.time, number_at(tree, "frame_timestamp"));
     SPLAT_ASSIGN(frame.image, text_at(tree, "image.path"));
     SPLAT_ASSIGN(frame.mask, text_at(tree, "mask.path"));
@@ -174,12 +179,11 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
     const Status read = each_element(text.substr(start), [&](const JsonTree& element) -> Status {
         const JsonTree::List* list = element.list();
         if (list == nullptr || list->size() < 2 || (*list)[0].text() == nullptr ||
-            !(*list)[1].number())
+            !(*list)[1].count())
             return error(Code::kFormat, "element %zu is not [sequence, frame number, path]",
                          places.size());
-        places.emplace(
-            FrameKey{*(*list)[0].text(), static_cast<std::int64_t>(*(*list)[1].number())},
-            places.size());
+        places.emplace(FrameKey{*(*list)[0].text(), static_cast<std::int64_t>(*(*list)[1].count())},
+                       places.size());
         return {};
     });
     if (!read.ok()) return in_file(read, path);
@@ -201,11 +205,11 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     std::size_t found = 0;
     const Status read = each_element(io::as_text(frames), [&](const JsonTree& tree) -> Status {
         SPLAT_ASSIGN(const std::string name, text_at(tree, "sequence_name"));
-        SPLAT_ASSIGN(const double number, number_at(tree, "frame_number"));
-        const auto place = places.find({name, static_cast<std::int64_t>(number)});
+        SPLAT_ASSIGN(const std::int64_t number, frame_number_of(tree));
+        const auto place = places.find({name, number});
         if (place == places.end()) return {};
         auto frame = frame_of(tree);
-        if (!frame.ok()) return in_file(frame.status(), name + format(", frame %.0f", number));
+        if (!frame.ok()) return in_file(frame.status(), name + ", frame " + std::to_string(number));
         frame.value().place = place->second;
         sequences[name].frames.push_back(std::move(frame.value()));
         ++found;

@@ -1,6 +1,7 @@
 #include "eval/saved_objects.h"
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "core/json_tree.h"
@@ -14,21 +15,27 @@ namespace {
 /// A number of an object's scores: its key and where it is. Counts are exact up to 2^53.
 struct Field {
     const char* key;
-    bool count;  ///< and so never null
+    std::uint64_t most;  ///< of a count; 0: a number, which may be null
     std::function<double(const ObjectScores&)> get;
     std::function<void(ObjectScores&, double)> set;
 };
 
+template <class Value>
+constexpr std::uint64_t most_of() {
+    return std::is_integral_v<Value> ? static_cast<std::uint64_t>(std::numeric_limits<Value>::max())
+                                     : 0;
+}
+
 template <class Part, class Value>
 Field field_of(const char* key, Part ObjectScores::*part, Value Part::*value) {
-    return {key, std::is_integral_v<Value>,
+    return {key, most_of<Value>(),
             [=](const ObjectScores& o) { return static_cast<double>(o.*part.*value); },
             [=](ObjectScores& o, double number) { o.*part.*value = static_cast<Value>(number); }};
 }
 
 template <class Value>
 Field field_of(const char* key, Value ObjectScores::*value) {
-    return {key, std::is_integral_v<Value>,
+    return {key, most_of<Value>(),
             [=](const ObjectScores& o) { return static_cast<double>(o.*value); },
             [=](ObjectScores& o, double number) { o.*value = static_cast<Value>(number); }};
 }
@@ -77,10 +84,10 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
     object.name = *name->text();
     for (const Field& field : fields()) {
         const JsonTree* const found = json.find(field.key);
-        const bool null = found != nullptr && found->is_null() && !field.count;
+        const bool null = found != nullptr && found->is_null() && field.most == 0;
         const auto number = found == nullptr ? std::nullopt : found->number();
-        const bool whole = number && *number >= 0 && *number == std::floor(*number);
-        if (!null && (!number || (field.count && !whole)))
+        const auto count = found == nullptr ? std::nullopt : found->count();
+        if (!null && (!number || (field.most != 0 && (!count || *count > field.most))))
             return error(Code::kFormat, "object '%s' has no number '%s'", object.name.c_str(),
                          field.key);
         field.set(object, null ? std::nan("") : *number);

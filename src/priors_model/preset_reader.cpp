@@ -24,9 +24,9 @@ class Members {
             return;
         }
         for (const auto& member : *object)
-            if (std::find(known.begin(), known.end(), member.first) == known.end()) {
-                const std::string nearest = nearest_name(member.first, known);
-                refuse("has an unknown member '" + member.first + "'" +
+            if (std::find(known.begin(), known.end(), member.name) == known.end()) {
+                const std::string nearest = nearest_name(member.name, known);
+                refuse("has an unknown member '" + member.name + "'" +
                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
             }
     }

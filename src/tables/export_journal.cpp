@@ -48,10 +48,11 @@ bool ExportJournal::load() {
         const JsonTree* const path = item.find("path");
         const JsonTree* const bytes = item.find("bytes");
         const JsonTree* const crc = item.find("crc32");
-        if (path == nullptr || path->text() == nullptr || bytes == nullptr || crc == nullptr)
+        if (path == nullptr || path->text() == nullptr || bytes == nullptr || !bytes->count() ||
+            crc == nullptr || !crc->count() || *crc->count() > UINT32_MAX)
             return false;
-        files_.push_back({*path->text(), static_cast<std::uint64_t>(bytes->number().value_or(0)),
-                          static_cast<std::uint32_t>(crc->number().value_or(0))});
+        files_.push_back(
+            {*path->text(), *bytes->count(), static_cast<std::uint32_t>(*crc->count())});
     }
     return true;
 }

@@ -20,6 +20,9 @@ namespace {
 
 /// Bytes of rows between two entries of the journal.
 constexpr std::uint64_t kJournalBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
+/// Of an image as a file, besides twice the bytes of its samples: 16 bits without compression, and a header.
+constexpr std::uint64_t kFileBytesBesides = std::uint64_t{16} << 10;
 
 /// S of an image of `bytes` bytes, 0 if there is none.
 std::uint32_t side_of(std::uint64_t bytes, std::uint32_t channels) {
@@ -28,12 +31,21 @@ std::uint32_t side_of(std::uint64_t bytes, std::uint32_t channels) {
     return side * side * channels == bytes && side <= 16384 ? static_cast<std::uint32_t>(side) : 0;
 }
 
+/// Errors: kFormat for an image of another size, whose pixels are then not decoded.
+Status check_side(std::string_view file, std::uint32_t side) {
+    io::ImageOptions header;
+    header.header_only = true;
+    SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file), header));
+    if (image.width == side && image.height == side) return {};
+    return error(Code::kFormat, "%u x %u pixels, expected %u x %u", image.width, image.height, side,
+                 side);
+}
+
 /// uint8 [channels,S,S] of an image file: of gray, the only channel; of colours, without alpha, as the published
 /// tables were made.
-Result<io::Buffer> decoded(std::string_view file, std::uint32_t channels) {
+Result<io::Buffer> decoded(std::string_view file, std::uint32_t channels, std::uint32_t side) {
+    SPLAT_TRY(check_side(file, side));
     SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file)));
-    if (image.width != image.height)
-        return error(Code::kFormat, "%u x %u pixels, expected a square", image.width, image.height);
     const std::uint32_t colors = image.channels >= 3 ? 3 : 1;
     const std::size_t area = std::size_t{image.width} * image.height;
     io::Buffer planes(area * channels);
@@ -68,7 +80,9 @@ class Import {
             SPLAT_ASSIGN(TableReader reader, TableReader::open(*session_, table, desc_.split));
             tables_.push_back(std::move(reader));
         }
-        SPLAT_TRY(keys_.read(tables_));
+        const std::uint64_t bytes = bytes_of(found);
+        DecodeBudget budget(bytes);
+        SPLAT_TRY(keys_.read(tables_, budget));
         StoreIndex index;
         index.split = desc_.split;
         index.source = source;
@@ -77,6 +91,7 @@ class Import {
         for (const TableReader& table : tables_)
             if (kind_of(table.table()).map != nullptr) index.maps.push_back(table.table());
         SPLAT_ASSIGN(index.resolution, resolution());
+        SPLAT_TRY(check_store_bytes(index, bytes));
         SPLAT_ASSIGN(store_,
                      StoreWriter::open(desc_.store, std::move(index), desc_.replace, desc_.part));
         if (store_->complete()) return {};
@@ -87,6 +102,15 @@ class Import {
     }
 
   private:
+    /// The store takes its space on the disk before the first row is copied.
+    static Status check_store_bytes(const StoreIndex& index, std::uint64_t table_bytes) {
+        std::uint64_t row = 0;
+        for (const Table map : index.maps) row += index.image_bytes(map);
+        DecodeBudget budget(table_bytes);
+        return budget.take(index.frames.size(), row,
+                           format("a store of images of %u pixels a side", index.resolution));
+    }
+
     /// S of the first image.
     Result<std::uint32_t> resolution() const {
         for (const TableReader& table : tables_) {
@@ -100,10 +124,11 @@ class Import {
                     return ends_the_scan;
                 });
                 if (first)
-                    ended = table.values(file, *first, table.rows(file), [&](const TableRow& row) {
-                        side = side_of_row(table, file, row);
-                        return ends_the_scan;
-                    });
+                    ended = table.values(file, *first, *first + 1, kMaxImageBytes,
+                                         [&](const TableRow& row) {
+                                             side = side_of_row(table, file, row);
+                                             return ends_the_scan;
+                                         });
                 if (side) return *side;
                 SPLAT_TRY(ended);
             }
@@ -158,7 +183,8 @@ class Import {
             pending = 0;
             return store_->mark(part, next);
         };
-        SPLAT_TRY(table.values(file, first, end, take));
+        const std::uint64_t most = table.encoded(file) ? kFileBytesBesides + 2 * bytes : bytes;
+        SPLAT_TRY(table.values(file, first, end, most, take));
         if (progress_) SPLAT_TRY(progress_(done_, total_));
         return store_->mark(part, next);
     }
@@ -188,7 +214,7 @@ class Import {
         if (kind.map == nullptr) {
             SPLAT_TRY(check_text(row));
         } else if (table.encoded(file)) {
-            SPLAT_ASSIGN(planes, decoded(row.value, kind.channels));
+            SPLAT_ASSIGN(planes, decoded(row.value, kind.channels, store_->index().resolution));
             bytes = planes;
         }
         const std::uint64_t expected = store_->index().image_bytes(table.table());

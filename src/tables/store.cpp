@@ -1,7 +1,6 @@
 #include "tables/store.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "core/json_tree.h"
@@ -21,12 +20,13 @@ Status bad_store(const std::string& path, const std::string& problem) {
 }
 
 /// A whole number of a member, from 0 to `most`.
-Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, double most) {
+Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, std::uint64_t most) {
     const JsonTree* const found = tree.find(name);
-    const auto number = found == nullptr ? std::nullopt : found->number();
-    if (!number || !(*number >= 0 && *number <= most) || std::floor(*number) != *number)
-        return error(Code::kFormat, "'%s' is missing or not a count", name);
-    return static_cast<std::uint64_t>(*number);
+    const auto count = found == nullptr ? std::nullopt : found->count();
+    if (!count || *count > most)
+        return error(Code::kFormat, "'%s' is missing or no whole number from 0 to %llu", name,
+                     static_cast<unsigned long long>(most));
+    return *count;
 }
 
 Result<std::string> text_in(const JsonTree& tree, const char* name) {
@@ -52,7 +52,7 @@ Result<std::vector<Table>> maps_in(const JsonTree& tree) {
 Result<StoreIndex> index_in(const JsonTree& tree) {
     StoreIndex index;
     SPLAT_ASSIGN(const std::string name, text_in(tree, "format"));
-    SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1e6));
+    SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
     if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", name.c_str());
     if (version != kStoreVersion)
         return error(Code::kUnsupported, "version %llu, expected %d",
@@ -69,7 +69,7 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
         StoreObject object;
         SPLAT_ASSIGN(object.name, text_in(item, "name"));
         SPLAT_ASSIGN(object.intrinsics, text_in(item, "intrinsics"));
-        SPLAT_ASSIGN(const std::uint64_t views, count_in(item, "views", double{kMaxRows}));
+        SPLAT_ASSIGN(const std::uint64_t views, count_in(item, "views", kMaxRows));
         object.views = static_cast<std::uint32_t>(views);
         rows += views;
         index.objects.push_back(std::move(object));

@@ -41,6 +41,7 @@ struct StoreIndex {
 };
 
 inline constexpr std::size_t kMaxPoseBytes = 512;
+inline constexpr std::size_t kMaxIntrinsicsBytes = 512;
 /// Of a store: the numbers of its rows lie in memory.
 inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
 

@@ -65,8 +65,7 @@ std::optional<std::map<std::string, std::uint64_t>> journal_of(const fs::path& p
     if (own == nullptr || own->text() == nullptr || *own->text() != source || object == nullptr)
         return std::nullopt;
     std::map<std::string, std::uint64_t> done;
-    for (const auto& [name, count] : *object)
-        done[name] = static_cast<std::uint64_t>(count.number().value_or(0));
+    for (const auto& [name, count] : *object) done[name] = count.count().value_or(0);
     return done;
 }
 

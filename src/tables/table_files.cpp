@@ -131,6 +131,17 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
                  tables.empty() ? "" : kind_of(tables.front().table).name);
 }
 
+std::uint64_t bytes_of(const std::vector<TableFiles>& tables) {
+    std::uint64_t bytes = 0;
+    for (const TableFiles& table : tables)
+        for (const std::string& file : table.files) {
+            std::error_code none;
+            const std::uint64_t size = fs::file_size(file, none);
+            if (!none) bytes += size;
+        }
+    return bytes;
+}
+
 std::string fingerprint_of(const std::vector<TableFiles>& tables) {
     std::string text;
     for (const TableFiles& table : tables)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ bool is_tables(const std::string& folder);
 /// Errors   kNotFound, naming the folder: no files of a required table, or none of the split; kFormat for tables
 ///          without the split that others have; kInvalidArgument for the tables of several data sets
 Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std::string& split);
+
+/// Of all files together.
+std::uint64_t bytes_of(const std::vector<TableFiles>& tables);
 
 /// Names, sizes and times of the files: equal texts, equal tables.
 std::string fingerprint_of(const std::vector<TableFiles>& tables);

@@ -8,6 +8,8 @@ namespace splat::tables {
 namespace {
 
 constexpr unsigned kFrameBits = 32;
+constexpr std::uint64_t kRowBytes = 32;      ///< in memory, with what a growing array copies
+constexpr std::uint64_t kObjectBytes = 512;  ///< besides its texts
 
 }  // namespace
 
@@ -41,26 +43,30 @@ Result<std::uint64_t> TableKeys::place_of(const TableRow& row) const {
     return static_cast<std::uint64_t>(found - keys_.begin());
 }
 
-Status TableKeys::read(const std::vector<TableReader>& tables) {
+Status TableKeys::read(const std::vector<TableReader>& tables, DecodeBudget& budget) {
     for (const TableReader& table : tables) {
         if (table.table() == Table::kIntrinsics)
-            SPLAT_TRY(read_objects(table));
+            SPLAT_TRY(read_objects(table, budget));
         else if (table.table() == Table::kPoses)
-            SPLAT_TRY(read_poses(table));
+            SPLAT_TRY(read_poses(table, budget));
         else
             SPLAT_TRY(compare(table));
     }
     return {};
 }
 
-Status TableKeys::read_objects(const TableReader& intrinsics) {
+Status TableKeys::read_objects(const TableReader& intrinsics, DecodeBudget& budget) {
     std::map<std::string, std::string, std::less<>> texts;
     for (std::size_t file = 0; file < intrinsics.files().size(); ++file)
-        SPLAT_TRY(
-            intrinsics.values(file, 0, intrinsics.rows(file), [&](const TableRow& row) -> Status {
+        SPLAT_TRY(intrinsics.values(
+            file, 0, intrinsics.rows(file), kMaxIntrinsicsBytes,
+            [&](const TableRow& row) -> Status {
                 Status status = focal_of(row.value).status();
                 if (status.ok() && row.uuid.empty())
                     status = error(Code::kFormat, "the uuid is empty");
+                if (status.ok())
+                    status = budget.take(kObjectBytes + 4 * (row.uuid.size() + row.value.size()), 1,
+                                         "objects");
                 if (status.ok() && !texts.emplace(row.uuid, row.value).second)
                     status = error(Code::kFormat, "uuid '%s' occurs twice",
                                    std::string(row.uuid).c_str());
@@ -76,7 +82,7 @@ Status TableKeys::read_objects(const TableReader& intrinsics) {
     return {};
 }
 
-Status TableKeys::read_poses(const TableReader& poses) {
+Status TableKeys::read_poses(const TableReader& poses, DecodeBudget& budget) {
     for (std::size_t file = 0; file < poses.files().size(); ++file)
         SPLAT_TRY(poses.keys(file, [&](const TableRow& row) -> Status {
             const auto key = key_of(row);
@@ -84,6 +90,8 @@ Status TableKeys::read_poses(const TableReader& poses) {
             if (keys_.size() == kMaxRows)
                 return error(Code::kUnsupported, "more than %llu rows in a split",
                              static_cast<unsigned long long>(kMaxRows));
+            const Status kept = budget.take(kRowBytes, 1, "rows");
+            if (!kept.ok()) return poses.in_row(file, row.number, kept);
             keys_.push_back(key.value());
             ++objects_[key.value() >> kFrameBits].views;
             return {};

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/decode_budget.h"
 #include "tables/store.h"
 #include "tables/table_reader.h"
 
@@ -13,8 +14,8 @@ namespace splat::tables {
 class TableKeys {
   public:
     /// Read the ids of all tables, in the order of kTables. Errors: kFormat, with table, file and row: an id that
-    /// occurs twice, or is missing in one of the tables.
-    Status read(const std::vector<TableReader>& tables);
+    /// occurs twice, or is missing in one of the tables, and more of them than the budget of the files allows.
+    Status read(const std::vector<TableReader>& tables, DecodeBudget& budget);
 
     [[nodiscard]] std::vector<StoreObject> objects() const { return objects_; }
     [[nodiscard]] std::vector<std::int64_t> frames() const;
@@ -24,8 +25,8 @@ class TableKeys {
     [[nodiscard]] Result<std::uint64_t> place_of(const TableRow& row) const;
 
   private:
-    Status read_objects(const TableReader& intrinsics);
-    Status read_poses(const TableReader& poses);
+    Status read_objects(const TableReader& intrinsics, DecodeBudget& budget);
+    Status read_poses(const TableReader& poses, DecodeBudget& budget);
     Status compare(const TableReader& table) const;
     [[nodiscard]] Result<std::uint64_t> key_of(const TableRow& row) const;
     [[nodiscard]] std::string name_of(std::uint64_t key) const;

@@ -13,7 +13,14 @@ using duckdb::Type;
 /// DuckDB reads as many rows at once where a row group holds them. Where memory is too small for that, shorter
 /// ranges of rows may fit.
 constexpr std::uint64_t kPieceRows = 2048;
+/// Of the values of a piece, which DuckDB copies beyond its limit of memory: a dictionary of one long value unpacks to
+/// as many of them as there are rows.
+constexpr std::uint64_t kPieceBytes = std::uint64_t{256} << 20;
 constexpr std::int64_t kMaxFrame = 0x7FFFFFFF;
+constexpr std::size_t kMaxFrameBytes = 64;  ///< of its text, with zeros before it
+constexpr std::size_t kMaxUuidBytes = 255;  ///< the name of a folder, when it is exported
+
+constexpr const char* kNoValue = "''";
 
 bool is_binary(const Rows::Column& column) {
     return column.type == Type::kBlob || column.has_bytes;
@@ -116,7 +123,7 @@ Status TableReader::in_row(std::size_t file, std::uint64_t row, const Status& st
 }
 
 Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file,
-                             const Take& take) const {
+                             std::uint64_t most, const Take& take) const {
     TableRow out;
     out.number = static_cast<std::uint64_t>(rows.integer(0, row));
     const auto bad = [&](const char* column, const std::string& problem) {
@@ -127,26 +134,41 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
     };
     if (rows.is_null(1, row)) return bad("uuid", "the value is missing");
     out.uuid = rows.text(1, row);
+    if (out.uuid.size() > kMaxUuidBytes)
+        return bad("uuid", format("more than %zu bytes", kMaxUuidBytes));
     if (has_frames()) {
         if (rows.is_null(2, row)) return bad("frame_id", "the value is missing");
         const std::string_view text = rows.text(2, row);
+        if (text.size() > kMaxFrameBytes)
+            return bad("frame_id", format("more than %zu bytes", kMaxFrameBytes));
         const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), out.frame);
         if (code != std::errc() || end != text.data() + text.size() || out.frame < 0 ||
             out.frame > kMaxFrame)
-            return bad("frame_id", format("'%.*s' is no number from 0 to %lld",
-                                          static_cast<int>(std::min<std::size_t>(text.size(), 64)),
-                                          text.data(), static_cast<long long>(kMaxFrame)));
+            return bad("frame_id",
+                       format("'%.*s' is no number from 0 to %lld", static_cast<int>(text.size()),
+                              text.data(), static_cast<long long>(kMaxFrame)));
     }
-    if (rows.is_null(3, row)) return bad(columns_[file].name.c_str(), "the value is missing");
+    if (rows.is_null(4, row)) return bad(columns_[file].name.c_str(), "the value is missing");
+    if (rows.is_null(3, row))
+        return bad(columns_[file].name.c_str(), format("%lld bytes, expected at most %llu",
+                                                       static_cast<long long>(rows.integer(4, row)),
+                                                       static_cast<unsigned long long>(most)));
     out.value = rows.text(3, row);
     return take(out);
 }
 
-Status TableReader::scan(std::size_t file, const std::string& select, std::uint64_t first,
-                         std::uint64_t last, const Take& take, std::uint64_t& count) const {
-    const std::string frame = has_frames() ? "CAST(frame_id AS VARCHAR)" : "''";
-    std::string sql = "SELECT file_row_number, uuid, " + frame + ", " + select +
-                      " FROM read_parquet(?, file_row_number = true)"
+Status TableReader::scan(std::size_t file, const std::string& select, std::uint64_t most,
+                         std::uint64_t first, std::uint64_t last, const Take& take,
+                         std::uint64_t& count) const {
+    const std::string frame =
+        has_frames() ? format("left(CAST(frame_id AS VARCHAR), %zu)", kMaxFrameBytes + 1) : "''";
+    const bool image = kind_of(table_.table).map != nullptr && select != kNoValue;
+    const std::string bytes = (image ? "octet_length(" : "strlen(") + select + ")";
+    std::string sql = format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) +
+                      frame + ", CASE WHEN " + bytes +
+                      format(" <= %llu THEN ", static_cast<unsigned long long>(most)) + select +
+                      " END, CAST(" + bytes +
+                      " AS BIGINT) FROM read_parquet(?, file_row_number = true)"
                       " WHERE file_row_number >= ? AND file_row_number < ?";
     std::vector<Parameter> parameters = {table_.files[file], static_cast<std::int64_t>(first),
                                          static_cast<std::int64_t>(last)};
@@ -161,7 +183,7 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
         if (!got.ok()) return in_row(file, first + count, got.status());
         if (got.value() == 0) return {};
         for (std::size_t row = 0; row < got.value(); ++row)
-            SPLAT_TRY(take_row(*rows.value(), row, file, take));
+            SPLAT_TRY(take_row(*rows.value(), row, file, most, take));
         count += got.value();
     }
 }
@@ -169,7 +191,7 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
 Status TableReader::keys(std::size_t file, const Take& take) const {
     std::uint64_t count = 0;
     const std::uint64_t rows = columns_[file].rows;
-    SPLAT_TRY(scan(file, "''", 0, rows, take, count));
+    SPLAT_TRY(scan(file, kNoValue, 0, 0, rows, take, count));
     if (table_.split_column || count == rows) return {};
     return error(Code::kFormat, "table %s, '%s': %llu rows, but its footer says %llu",
                  kind_of(table_.table).name, table_.files[file].c_str(),
@@ -177,8 +199,9 @@ Status TableReader::keys(std::size_t file, const Take& take) const {
 }
 
 Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t last,
-                           const Take& take) const {
+                           std::uint64_t most, const Take& take) const {
     std::uint64_t step = std::max<std::uint64_t>(last, 1);
+    if (most > kPieceBytes / kPieceRows) step = std::max<std::uint64_t>(1, kPieceBytes / most);
     std::uint64_t next = first;
     bool refused = false;
     const auto count_and_take = [&](const TableRow& row) -> Status {
@@ -190,7 +213,8 @@ Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t 
     while (next < last) {
         const std::uint64_t end = std::min(last, next + step);
         std::uint64_t count = 0;
-        const Status status = scan(file, columns_[file].value, next, end, count_and_take, count);
+        const Status status =
+            scan(file, columns_[file].value, most, next, end, count_and_take, count);
         if (status.ok())
             next = end;
         else if (refused || status.code() != Code::kOutOfHostMemory)

@@ -42,9 +42,9 @@ class TableReader {
     /// Of a file, in all its splits.
     [[nodiscard]] std::uint64_t rows(std::size_t file) const { return columns_[file].rows; }
 
-    /// Rows of a file from number `first` to before `last`, with their values. Errors: as keys(); kUnsupported for row
-    /// groups that do not fit in the memory of a session.
-    Status values(std::size_t file, std::uint64_t first, std::uint64_t last,
+    /// Rows of a file from number `first` to before `last`, with their values. Errors: as keys(); kFormat for a value
+    /// of more than `most` bytes; kUnsupported for row groups that do not fit in the memory of a session.
+    Status values(std::size_t file, std::uint64_t first, std::uint64_t last, std::uint64_t most,
                   const Take& take) const;
 
     /// The error with "table rgbs, column rgb, row 12 of 'file'" before its message.
@@ -64,9 +64,11 @@ class TableReader {
     Result<Columns> columns_of(const std::string& file) const;
     Result<std::string> value_column(const std::string& file, std::vector<Rows::Column> columns,
                                      Columns& out) const;
-    Status scan(std::size_t file, const std::string& select, std::uint64_t first,
-                std::uint64_t last, const Take& take, std::uint64_t& count) const;
-    Status take_row(const Rows& rows, std::size_t row, std::size_t file, const Take& take) const;
+    Status scan(std::size_t file, const std::string& select, std::uint64_t most,
+                std::uint64_t first, std::uint64_t last, const Take& take,
+                std::uint64_t& count) const;
+    Status take_row(const Rows& rows, std::size_t row, std::size_t file, std::uint64_t most,
+                    const Take& take) const;
 
     Session* session_;
     TableFiles table_;

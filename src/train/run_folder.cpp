@@ -242,8 +242,8 @@ std::vector<MetricLine> RunFolder::metrics() const {
         const Result<JsonTree> json = parse_json_tree(text, kMetrics);
         if (!json.ok()) continue;
         const JsonTree* const step = json.value().find("step");
-        if (step == nullptr || !step->number() || *step->number() < 0) continue;
-        MetricLine line{static_cast<std::uint64_t>(*step->number()), {}, text};
+        if (step == nullptr || !step->count()) continue;
+        MetricLine line{*step->count(), {}, text};
         if (const JsonTree* psnr = json.value().find("val_psnr"); psnr != nullptr)
             line.validation_psnr = psnr->is_null() ? 0 : psnr->number();
         lines.push_back(std::move(line));

@@ -61,5 +61,16 @@ TEST(JsonTree, LimitsDepthAndSizeExactly) {
     expect_tree_refused(text, "bytes of JSON");
 }
 
+TEST(JsonTree, CountsAreWholeNumbersThatDoublesHold) {
+    const auto json = parse_json_tree(
+        "[0, 7.0, 9007199254740992, 9007199254740994, -1, 0.5, 1e300, true, \"1\"]", "config");
+    ASSERT_TRUE(json.ok());
+    const JsonTree::List& list = *json.value().list();
+    EXPECT_EQ(list[0].count(), 0U);
+    EXPECT_EQ(list[1].count(), 7U);
+    EXPECT_EQ(list[2].count(), std::uint64_t{1} << 53U);
+    for (std::size_t i = 3; i < list.size(); ++i) EXPECT_EQ(list[i].count(), std::nullopt) << i;
+}
+
 }  // namespace
 }  // namespace splat

@@ -134,6 +134,9 @@ TEST_F(Co3dPrepare, RefusesDamagedAnnotations) {
     other = frame_text(1);
     other.replace(other.find("[1,0,0]"), 7, "[1,0]  ");
     refused("[" + other + "]", "without a valid 'viewpoint.R'");
+    other = frame_text(1);
+    other.replace(other.find("\"frame_number\": 1"), 17, "\"frame_number\": 1e30");
+    refused("[" + other + "]", "without a valid 'frame_number'");
     put_text(frames, "\x1f\x8b no gzip");
     expect_refused(Code::kFormat, "frame_annotations.jgz'");
     put_text(raw_ / "set_lists/set_lists_fewview_dev.json", R"({"train": [["1_2_3"]]})");

@@ -7,6 +7,7 @@
 #include "data/dataset_check.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
+#include "tables/export_journal.h"
 #include "tables/table_samples.h"
 
 namespace splat::tables {
@@ -196,6 +197,23 @@ TEST(RoundTrip, ExportRefusesAnotherExportsFolder) {
     test::write_all(desc);
     EXPECT_ERROR(convert(folder.path() / "other", "train", Layout::kSrn, folder.path() / "out"),
                  Code::kInvalidArgument, "holds another export of the split train");
+}
+
+TEST(RoundTrip, ListOfAnExportWithoutItsNumbersIsDamaged) {
+    const SampleFolder folder;
+    test::put_text(folder.path() / "a", "");
+    const auto verified = [&](const std::string& bytes, const std::string& crc) {
+        test::put_text(folder.path() / "export_train.json",
+                       R"({"source": "s", "files": [{"path": "a", "bytes": )" + bytes +
+                           ", \"crc32\": " + crc + "}]}");
+        return ExportJournal::verify(folder.path().string(), "train");
+    };
+    EXPECT_OK(verified("0", "0"));
+    for (const char* number : {"-1", "0.5", "1e300", "null"}) {
+        EXPECT_ERROR(verified(number, "0"), Code::kFormat, "export_train.json' is damaged");
+        EXPECT_ERROR(verified("0", number), Code::kFormat, "export_train.json' is damaged");
+    }
+    EXPECT_ERROR(verified("0", "4294967296"), Code::kFormat, "export_train.json' is damaged");
 }
 
 }  // namespace

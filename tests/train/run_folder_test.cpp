@@ -155,9 +155,9 @@ TEST_F(RunFolderTest, BeginsInAFolderThatWasOnlyBegun) {
 
 TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
     make_run();
-    put_text(
-        path() + "/metrics.jsonl",
-        "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":4}\n{\"st");
+    put_text(path() + "/metrics.jsonl",
+             "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":1e300}\n"
+             "{\"step\":4}\n{\"st");
     const auto folder = open(Mode::kResume);
     ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}").status());

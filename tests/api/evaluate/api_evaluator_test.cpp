@@ -282,6 +282,7 @@ TEST_F(ApiEvaluator, MergesWhatOthersScored) {
             "is not among those to score");
     refused("\"views_novel\": ", "\"views_novel\": -", SPLAT_ERROR_FORMAT,
             "no number 'views_novel'");
+    refused("\"drawn\": ", "\"drawn\": 99999999999", SPLAT_ERROR_FORMAT, "no number 'drawn'");
     refused("\"drawn\": ", "\"dawn\": ", SPLAT_ERROR_FORMAT, "no number 'drawn'");
     refused("}", "", SPLAT_ERROR_FORMAT, "objects.json");
     std::filesystem::remove_all(folder);
