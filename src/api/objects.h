@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "api/api_guard.h"
+#include "api/core/device_object.h"
 #include "api/on_device.h"
 #include "api/priors/prior_model_object.h"
 #include "data/dataset.h"
@@ -26,12 +27,6 @@
 #include "train/training.h"
 
 namespace splat::api {
-
-/// The object behind splat_device.
-struct DeviceObject : OfDevice {
-    using OfDevice::OfDevice;
-    std::unique_ptr<vk::DeferredWork> saving;  ///< of pipelines, for splat_device_destroy
-};
 
 /// The object behind splat_tensor: row-major elements on the device.
 struct TensorObject : OfDevice {

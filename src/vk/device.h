@@ -105,6 +105,8 @@ class Device {
     [[nodiscard]] VkQueue queue() const { return queue_; }
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
     [[nodiscard]] Kernels kernels() const { return kernels_; }
+    /// Call it before anything on the device has the layout of other kernels.
+    void use_plain_kernels() { kernels_ = Kernels::kPlain; }
     [[nodiscard]] const VkPhysicalDeviceMemoryProperties& memory_properties() const {
         return memory_;
     }

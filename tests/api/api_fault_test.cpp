@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "api/host_memory.h"
@@ -334,49 +335,101 @@ TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
     EXPECT_EQ(memory.used_bytes, 0U) << "memory that was kept for the device was never returned";
 }
 
-/// In a process of its own: a result is kept as long as it lives.
-TEST(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
-    const fs::path folder =
-        fs::temp_directory_path() / ("splat_self_test_" + std::to_string(::getpid()));
-    const std::string path = folder.string();
-    auto desc = sized<splat_device_desc>();
-    desc.cache_folder = path.c_str();
-    const auto kernels_of = [](const Device& device) {
+/// Each in a process of its own: results are kept as long as it lives.
+class ApiSelfTest : public testing::Test {
+  protected:
+    ApiSelfTest() { desc_.cache_folder = path_.c_str(); }
+    ~ApiSelfTest() override { fs::remove_all(path_); }
+
+    static splat_kernels kernels_of(splat_device device) {
         auto info = sized<splat_device_info>();
         EXPECT_DONE(splat_device_get_info(device, &info));
         return info.kernels;
-    };
+    }
+    static splat_result draw_with(splat_device device, Rasterizer& rasterizer,
+                                  std::uint32_t flags = 0) {
+        const splat_rasterizer_desc wanted = rasterizer_desc(5, 32, 32, flags);
+        return splat_rasterizer_create(device, &wanted, rasterizer.out());
+    }
+
+    const std::string path_ =
+        (fs::temp_directory_path() / ("splat_self_test_" + std::to_string(::getpid()))).string();
+    splat_device_desc desc_ = device_desc();
+    Rasterizer rasterizer_;
+};
+
+TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
     fault::arm("self_test.wrong", 1);
-    Device device;
-    EXPECT_REFUSED(splat_device_create(&desc, device.out()), SPLAT_ERROR_NO_DEVICE,
-                   "computes wrongly: a product of matrices is off by 1");
+    desc_.kernels = SPLAT_KERNELS_GPU;
+    const Device chosen = open_device(desc_);
+    EXPECT_DONE(draw_with(chosen, rasterizer_));
+    EXPECT_EQ(kernels_of(chosen), SPLAT_KERNELS_GPU) << "the caller's choice";
+    rasterizer_.destroy();
+
+    desc_.kernels = SPLAT_KERNELS_AUTO;
+    const Device device = open_device(desc_);
+    EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_CPU);
+    fault::arm("self_test.wrong", 1);
+    EXPECT_REFUSED(draw_with(device, rasterizer_), SPLAT_ERROR_NO_DEVICE,
+                   "computes wrongly with plain kernels: a scene of three Gaussians is off by 1");
     EXPECT_EQ(fault::disarm(), 2U) << "the fast kernels, then the plain ones";
-
-    fault::arm("self_test.wrong", 1, 1);
-    ASSERT_DONE(splat_device_create(&desc, device.out()));
-    fault::disarm();
+    EXPECT_DONE(draw_with(device, rasterizer_));
     EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_PLAIN);
+    rasterizer_.destroy();
 
+    const Device again = open_device(desc_);
+    EXPECT_EQ(kernels_of(again), SPLAT_KERNELS_PLAIN) << "the fast ones are known to be wrong";
     fault::arm("self_test.wrong", 1);
-    desc.kernels = SPLAT_KERNELS_CPU;
-    Device chosen;
-    EXPECT_DONE(splat_device_create(&desc, chosen.out()));
-    EXPECT_EQ(kernels_of(chosen), SPLAT_KERNELS_CPU) << "the caller's choice";
-    fault::disarm();
-
-    desc.kernels = SPLAT_KERNELS_AUTO;
-    Device fast;
-    ASSERT_DONE(splat_device_create(&desc, fast.out()));
-    EXPECT_EQ(kernels_of(fast), SPLAT_KERNELS_CPU);
-    fault::arm("self_test.wrong", 1);
-    Device again;
-    EXPECT_DONE(splat_device_create(&desc, again.out()));
+    EXPECT_DONE(draw_with(again, rasterizer_));
     EXPECT_EQ(fault::disarm(), 0U) << "a result is kept";
     std::size_t files = 0;
-    for (const auto& entry : fs::directory_iterator(folder))
+    for (const auto& entry : fs::directory_iterator(path_))
         files += entry.path().extension() == ".tested" ? 1 : 0;
     EXPECT_EQ(files, 1U) << "for the next process";
-    fs::remove_all(folder);
+}
+
+/// A model keeps its weights in the layout of the kernels, so they cannot be replaced under it.
+TEST_F(ApiSelfTest, ObjectsKeepTheirKernels) {
+    const Device device = open_device(desc_);
+    const Tensor x = make_tensor(device, {1, 4}), y = make_tensor(device, {1, 4});
+    const Op op = make_op(device, OpRequest("silu", {x}, {y}));
+    fault::arm("self_test.wrong", 1, 1);
+    EXPECT_REFUSED(draw_with(device, rasterizer_), SPLAT_ERROR_NO_DEVICE, "open the device again");
+    EXPECT_EQ(fault::disarm(), 1U);
+    EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_CPU);
+    EXPECT_DONE(splat_op_forward(op));
+    const Device again = open_device(desc_);
+    EXPECT_EQ(kernels_of(again), SPLAT_KERNELS_PLAIN);
+    EXPECT_DONE(draw_with(again, rasterizer_));
+}
+
+/// Every family is asked for, and passes, with each set of kernels. A profile does not count the test.
+TEST_F(ApiSelfTest, FamiliesPassWithEveryKernels) {
+    desc_.flags = SPLAT_DEVICE_PROFILE;
+    for (const splat_kernels kernels :
+         {SPLAT_KERNELS_PLAIN, SPLAT_KERNELS_CPU, SPLAT_KERNELS_GPU}) {
+        desc_.kernels = kernels;
+        const Device device = open_device(desc_);
+        const Tensor x = make_tensor(device, {1, 4}), y = make_tensor(device, {1, 4});
+        const Tensor grad_x = make_tensor(device, {1, 4}), grad_y = make_tensor(device, {1, 4});
+        OpRequest silu("silu", {x}, {y});
+        silu.grad_outputs = {grad_y};
+        silu.grad_inputs = {grad_x};
+        const Op op = make_op(device, silu);
+        EXPECT_DONE(draw_with(device, rasterizer_, SPLAT_RASTERIZER_BACKWARD));
+        rasterizer_.destroy();
+        char profile[4096];
+        std::size_t needed = 0;
+        EXPECT_DONE(splat_device_profile_table(device, profile, sizeof profile, &needed));
+        EXPECT_EQ(std::string(profile).find("conv2d"), std::string::npos) << profile;
+    }
+    std::size_t notes = 0;
+    for (const auto& entry : fs::directory_iterator(path_)) {
+        if (entry.path().extension() != ".tested") continue;
+        std::ifstream file(entry.path());
+        for (std::string line; std::getline(file, line);) ++notes;
+    }
+    EXPECT_EQ(notes, 3U * 4U);
 }
 
 }  // namespace

@@ -129,9 +129,9 @@ TEST(ApiRaster, OutputsAreThoseOfTheRasterizer) {
 void compare_gradients(const RasterCase& from, const RasterMode& mode, bool original) {
     const std::uint32_t original_flag = original ? SPLAT_RASTERIZER_ORIGINAL_GRADIENT : 0;
     const std::uint32_t pose_flag = mode.is_3dgs() ? 0 : SPLAT_RASTERIZER_GRAD_POSE;
-    Drawn drawn(
-        from, mode,
-        SPLAT_RASTERIZER_GRAD_DEPTH | SPLAT_RASTERIZER_GRAD_MEANS2D | original_flag | pose_flag);
+    Drawn drawn(from, mode,
+                SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS | SPLAT_RASTERIZER_GRAD_DEPTH |
+                    SPLAT_RASTERIZER_GRAD_MEANS2D | original_flag | pose_flag);
     const auto h = static_cast<std::int64_t>(from.camera.height);
     const auto w = static_cast<std::int64_t>(from.camera.width);
     const auto n = static_cast<std::int64_t>(from.count());
@@ -142,6 +142,10 @@ void compare_gradients(const RasterCase& from, const RasterMode& mode, bool orig
     const ref::RasterLoss<double> loss = {widened(by_rgb), widened(by_alpha), widened(by_depth)};
     raster::RasterDesc desc = raster_desc(from, mode);
     desc.original_gradient = original;
+    // Equal bits need equal pipelines: a driver may fuse multiply-adds otherwise if a kernel also computes the pose's
+    // gradient.
+    desc.backward = desc.grad_depth = desc.export_gradients = true;
+    desc.grad_pose = !mode.is_3dgs();
     const RasterRun run = run_raster(*shared_context(vk::Kernels::kPlain), from, desc, &loss);
     ASSERT_TRUE(run.status.ok()) << run.status.message();
 

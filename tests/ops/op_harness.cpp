@@ -4,6 +4,7 @@
 
 #include "support/gpu_buffers.h"
 #include "support/gradcheck.h"
+#include "support/require_vulkan.h"
 #include "support/rng_fill.h"
 #include "support/shapes.h"
 
@@ -189,8 +190,8 @@ void KernelsTest::SetUp() {
     const std::vector<vk::Kernels> possible = kernels_to_test();
     ASSERT_FALSE(possible.empty());
     if (std::find(possible.begin(), possible.end(), GetParam()) == possible.end())
-        GTEST_SKIP() << "this device's subgroups do not allow " << vk::kernels_name(GetParam())
-                     << " kernels";
+        SPLAT_SKIP_FOR_DEVICE("this device's subgroups do not allow "
+                              << vk::kernels_name(GetParam()) << " kernels");
     context_ = shared_context(GetParam());
     ASSERT_NE(context_, nullptr);
 }

@@ -214,7 +214,7 @@ Result<PackedCase> PackedCase::create(vk::Context& context, const RasterCase& fr
 RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::RasterDesc desc,
                      const ref::RasterLoss<double>* loss) {
     RasterRun run;
-    if (loss != nullptr) {
+    if (loss != nullptr && !desc.backward) {
         desc.backward = true;
         desc.export_gradients = true;
         desc.grad_pose = true;

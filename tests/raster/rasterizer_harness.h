@@ -32,7 +32,7 @@ struct PackedCase {
 
 scene::Camera camera_of(const RasterCase& from);
 
-/// Forward, and backward if `loss` is not null; desc.backward and the gradients wanted are set here.
+/// Forward, and backward if `loss` is not null. Unless desc.backward is set, all gradients are asked for.
 RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::RasterDesc desc,
                      const ref::RasterLoss<double>* loss = nullptr);
 

@@ -9,6 +9,7 @@
 #include "raster/tile_bin.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
+#include "support/require_vulkan.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -29,7 +30,7 @@ class TileOrder : public testing::Test {
     void SetUp() override {
         const std::vector<vk::Kernels> kernels = kernels_to_test();
         if (std::find(kernels.begin(), kernels.end(), vk::Kernels::kCpu) == kernels.end())
-            GTEST_SKIP() << "this device does not run the kernels for CPUs";
+            SPLAT_SKIP_FOR_DEVICE("this device does not run the kernels for CPUs");
         context_ = shared_context(vk::Kernels::kCpu);
         ASSERT_NE(context_, nullptr);
     }

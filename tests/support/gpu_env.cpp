@@ -10,6 +10,7 @@
 #include "core/environment.h"
 #include "core/log.h"
 #include "support/gpu_buffers.h"
+#include "support/require_vulkan.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -64,12 +65,26 @@ Status record_hazard(Context& context) {
     return context.run(list);
 }
 
+/// kNoDevice without a Vulkan loader, a driver or a usable device.
+Status find_device() {
+    vk::DeviceDesc desc;
+    desc.validation = validation_on();
+    return vk::Device::create(desc).status();
+}
+
 class GpuEnvironment : public testing::Environment {
   public:
     void SetUp() override {
         set_log_sink(print_validation, nullptr, LogLevel::kWarning);
+        if (!vulkan_required()) {
+            const Status status = find_device();
+            if (status.code() == Code::kNoDevice)
+                GTEST_SKIP() << "[ device   ] none, so nothing is tested: " << status.message();
+        }
         Context* context = shared_context();
-        ASSERT_NE(context, nullptr);
+        ASSERT_NE(context, nullptr)
+            << (vulkan_required() ? "SPLAT_REQUIRE_VULKAN is set, so a missing device is a failure"
+                                  : "");
         const vk::DeviceInfo& info = context->device().info();
         std::printf("[ device   ] %s, %s\n", info.name.c_str(), info.driver.c_str());
         if (!validation_on()) {

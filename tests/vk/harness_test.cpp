@@ -4,6 +4,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/require_vulkan.h"
 #include "test_shaders.h"
 
 namespace splat::vk {
@@ -29,6 +30,11 @@ TEST(Harness, DISABLED_BrokenGuardFailsTheTest) {
     std::byte* host = Memory::host(buffer.range());
     ASSERT_NE(host, nullptr);
     host[-1] = ~host[-1];
+}
+
+TEST(Harness, DISABLED_MissingPartFailsTheTest) {
+    SPLAT_SKIP_FOR_DEVICE("this device has no "
+                          << "timestamps");
 }
 
 TEST(Harness, ExpectedMessagesDoNotFailTheTest) {

@@ -6,6 +6,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/require_vulkan.h"
 #include "test_shaders.h"
 #include "vk/timers.h"
 
@@ -60,7 +61,8 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     desc.profile = true;
     const auto context = test::make_context(desc);
     ASSERT_NE(context, nullptr);
-    if (context->device().info().limits.timestamp_ns <= 0) GTEST_SKIP() << "no timestamps";
+    if (context->device().info().limits.timestamp_ns <= 0)
+        SPLAT_SKIP_FOR_DEVICE("this device has no timestamps");
     const Buffer y = test::device_buffer(*context, 4096);
     const double flops = test::flops_for(*context, 3.5);
     Recorder recorder(*context);

@@ -138,9 +138,11 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
             complete = *desc;
         }
         SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
-        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, api::tested_context(wanted));
+        api::KernelTests tests;
+        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, api::create_context(wanted, tests));
         auto object = std::make_shared<api::DeviceObject>(std::move(context));
         object->saving = std::make_unique<PipelineSaving>(*object->context);
+        object->tests = std::move(tests);
         *device = api::Devices::add(std::move(object));
         return {};
     });

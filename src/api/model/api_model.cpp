@@ -126,6 +126,8 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         options.keep_prepared = (desc->flags & SPLAT_MODEL_LOW_MEMORY) == 0;
         options.recompute = (desc->flags & SPLAT_MODEL_RECOMPUTE) != 0;
         options.input_gradient = (desc->flags & SPLAT_MODEL_INPUT_GRADIENTS) != 0;
+        SPLAT_TRY(owner->test(api::kNetworkKernels |
+                              (options.gradients ? api::kNetworkGradientKernels : 0U)));
         auto object = std::make_shared<api::ModelObject>(owner->context);
         object->objects = options.objects;
         object->flags = desc->flags;

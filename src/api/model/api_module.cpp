@@ -119,6 +119,10 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
             desc, "splat_module_desc", sizeof(splat_module_desc),
             SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
         SPLAT_ASSIGN(const model::ModuleDesc wanted, desc_of(*desc));
+        constexpr std::uint32_t kBackward = SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS;
+        SPLAT_TRY(
+            owner->test(api::kNetworkKernels |
+                        ((desc->flags & kBackward) != 0 ? api::kNetworkGradientKernels : 0U)));
         auto object = std::make_shared<api::ModuleObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);

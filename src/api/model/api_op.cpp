@@ -98,6 +98,8 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
             SPLAT_TRY(
                 list.add(desc->grad_outputs[i], "grad_", port.name, false, tensors.grad_outputs));
     }
+    SPLAT_TRY(owner->test(api::kNetworkKernels |
+                          (desc->grad_inputs != nullptr ? api::kNetworkGradientKernels : 0U)));
     auto object = std::make_shared<api::OpObject>(owner->context);
     object->tensors = std::move(list.tensors);
     object->outputs = std::move(list.outputs);

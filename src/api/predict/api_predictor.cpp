@@ -134,6 +134,7 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     SPLAT_ASSIGN(object->settings, predictor_settings(desc.config, object->path, desc.adapters_path));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
+    SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));
     {
         const std::lock_guard lock(owner->context->mutex);
         SPLAT_TRY(owner->context->device().alive());

@@ -34,6 +34,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
             tensors.push_back(&file->file.tensors);
             files.push_back(std::move(file));
         }
+        SPLAT_TRY(owner->test(api::kNetworkKernels));
         auto object = std::make_shared<api::LpipsObject>(owner->context);
         object->side = desc->side;
         model::LpipsDesc wanted;

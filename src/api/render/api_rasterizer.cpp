@@ -108,6 +108,8 @@ Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_des
     auto object = std::make_shared<api::RasterizerObject>(owner->context);
     SPLAT_ASSIGN(object->desc, raster_desc(*from));
     SPLAT_TRY(raster::check_desc(owner->context->device().info(), object->desc));
+    SPLAT_TRY(owner->test(api::kRasterKernels |
+                          (object->desc.backward ? api::kRasterGradientKernels : 0U)));
     SPLAT_ASSIGN(object->gradients, make_gradients(owner->context, object->desc));
     SPLAT_ASSIGN(object->default_state, make_state(*object));
     return object;

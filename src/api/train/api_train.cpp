@@ -147,6 +147,7 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
         SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
         SPLAT_ASSIGN(const config::Settings made,
                      api::training_settings_of(desc->config, config::VectorsFrom::kCaller));
+        SPLAT_TRY(owner->test(api::kAllKernels));
         auto object = std::make_shared<api::TrainerObject>(owner->context);
         {
             const std::lock_guard lock(object->context->mutex);

@@ -123,6 +123,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
         SPLAT_TRY(api::check_desc(desc, "splat_training_desc", sizeof(splat_training_desc),
                                   SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
         SPLAT_ASSIGN(const train::TrainingDesc made, desc_of(*desc));
+        SPLAT_TRY(owner->test(api::kAllKernels));
         auto object = std::make_shared<api::TrainingObject>(owner->context);
         SPLAT_ASSIGN(object->training,
                      train::Training::open(owner->context, made, object->interrupt));

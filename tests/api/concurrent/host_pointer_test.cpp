@@ -2,6 +2,7 @@
 #include <thread>
 
 #include "api/concurrent/long_call.h"
+#include "support/require_vulkan.h"
 
 // As a consumer defines them, from the DLPack specification (dlpack.h, ABI version 1.x).
 extern "C" {
@@ -42,7 +43,7 @@ bool unified(splat_device device) {
 
 TEST(ApiHostPointer, IsStableAndSeesWhatCallsWrite) {
     const splat_device device = shared_device();
-    if (!unified(device)) GTEST_SKIP() << "the device's memory is not unified";
+    if (!unified(device)) SPLAT_SKIP_FOR_DEVICE("the device's memory is not unified");
     const Tensor x = upload(device, {2, 2}, {-1, 1, 2, 3}), y = make_tensor(device, {2, 2});
     void* in = nullptr;
     void* out = nullptr;
@@ -73,7 +74,7 @@ TEST(ApiHostPointer, IsStableAndSeesWhatCallsWrite) {
 
 TEST(ApiDlpack, DescribesTheTensorAndOutlivesIt) {
     const splat_device device = shared_device();
-    if (!unified(device)) GTEST_SKIP() << "the device's memory is not unified";
+    if (!unified(device)) SPLAT_SKIP_FOR_DEVICE("the device's memory is not unified");
     Tensor tensor = upload(device, {2, 3}, {1, 2, 3, 4, 5, 6});
     DLManagedTensorVersioned* shared = nullptr;
     ASSERT_DONE(splat_tensor_to_dlpack(tensor, &shared));
@@ -102,7 +103,7 @@ TEST(ApiDlpack, DescribesTheTensorAndOutlivesIt) {
 
 TEST(ApiDlpack, NamesIntegersAndScalars) {
     const splat_device device = shared_device();
-    if (!unified(device)) GTEST_SKIP() << "the device's memory is not unified";
+    if (!unified(device)) SPLAT_SKIP_FOR_DEVICE("the device's memory is not unified");
     const std::pair<splat_dtype, int> types[] = {{SPLAT_DTYPE_I32, 0}, {SPLAT_DTYPE_U32, 1}};
     for (const auto& [dtype, code] : types) {
         const Tensor tensor = make_tensor(device, {}, "scalar", dtype);
@@ -117,7 +118,7 @@ TEST(ApiDlpack, NamesIntegersAndScalars) {
 /// Another thread may delete it, beside a call on the device and after the device's end.
 TEST(ApiDlpack, DeleterDoesNotWait) {
     Device device = open_device();
-    if (!unified(device)) GTEST_SKIP() << "the device's memory is not unified";
+    if (!unified(device)) SPLAT_SKIP_FOR_DEVICE("the device's memory is not unified");
     DLManagedTensorVersioned* shared[2] = {};
     {
         const Tensor tensor = upload(device, {4}, {1, 2, 3, 4});

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+
+#include "api/core/self_test.h"
+#include "api/on_device.h"
+
+namespace splat::api {
+
+/// The object behind splat_device.
+struct DeviceObject : OfDevice {
+    using OfDevice::OfDevice;
+    std::unique_ptr<vk::DeferredWork> saving;  ///< of pipelines, for splat_device_destroy
+    KernelTests tests;
+
+    /// Call it before an object of these KernelFamily bits is made.
+    Status test(unsigned families) { return test_kernels(*context, tests, families); }
+};
+
+}  // namespace splat::api

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/core/self_test_parts.h"
+#include "ops/conv2d.h"
+#include "ops/group_norm.h"
+#include "ops/linear.h"
+
+namespace splat::api::self_test {
+namespace {
+
+/// A 3 x 3 convolution of 12 x 10 pixels, 12 channels to 20, and its gradients, by the definition.
+struct Convolution {
+    static constexpr std::size_t kC = 12, kK = 20, kH = 10, kW = 12, kP = kH * kW;
+    ops::Conv2dDesc desc{1, kC, kH, kW, kK, 3, true, 1, 2};  // F(2x2): exact for integers
+    Floats x = integers(kC * kP, 7), weight = integers(kK * kC * 9, 8), bias = integers(kK, 9);
+    Floats grad_y = integers(kK * kP, 10);
+
+    /// Calls use(index of x, of weight, of y) for each product.
+    template <class Use>
+    static void for_products(const Use& use) {
+        for (std::size_t k = 0; k < kK; ++k)
+            for (std::size_t c = 0; c < kC; ++c)
+                for (std::size_t tap = 0; tap < 9; ++tap)
+                    for (std::size_t p = 0; p < kP; ++p) {
+                        const std::size_t row = p / kW + tap / 3, column = p % kW + tap % 3;
+                        if (row < 1 || row > kH || column < 1 || column > kW) continue;
+                        use(c * kP + (row - 1) * kW + column - 1, (k * kC + c) * 9 + tap,
+                            k * kP + p);
+                    }
+    }
+};
+
+Result<vk::BufferView> prepared_weight(Trial& trial, const Convolution& of, bool transposed) {
+    SPLAT_ASSIGN(const vk::BufferView weight, trial.put(of.weight));
+    const std::uint64_t bytes = ops::conv2d_prepared_bytes(trial.recorder(), of.desc, transposed);
+    if (bytes == 0) return weight;
+    SPLAT_ASSIGN(const vk::BufferView prepared, trial.room(bytes));
+    SPLAT_TRY(ops::conv2d_prepare_weight(trial.recorder(), of.desc, weight, prepared, transposed));
+    return prepared;
+}
+
+/// 16 channels in 4 groups of 63 pixels.
+struct Norm {
+    static constexpr std::size_t kC = 16, kP = 63, kGroup = 4 * kP;
+    ops::GroupNormDesc desc{{1, kC, kP}, 4, 1e-6F, false};
+    Floats x = integers(kC * kP, 4), gamma = integers(kC, 5), beta = integers(kC, 6);
+    Floats grad_y = integers(kC * kP, 11);
+    Doubles rstd = Doubles(4), xhat = Doubles(kC * kP);
+
+    Norm() {
+        for (std::size_t g = 0; g < 4; ++g) {
+            double mean = 0, square = 0;
+            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i) mean += wide(x[i]) / kGroup;
+            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i)
+                square += std::pow(wide(x[i]) - mean, 2) / kGroup;
+            rstd[g] = 1 / std::sqrt(square + 1e-6);
+            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i)
+                xhat[i] = (wide(x[i]) - mean) * rstd[g];
+        }
+    }
+};
+
+struct NormViews {
+    vk::BufferView x, gamma, beta, mean, rstd, y;
+};
+
+Result<NormViews> record_norm(Trial& trial, const Norm& norm) {
+    NormViews at;
+    SPLAT_ASSIGN(at.x, trial.put(to_quads(norm.x, Norm::kC, Norm::kP)));
+    SPLAT_ASSIGN(at.gamma, trial.put(norm.gamma));
+    SPLAT_ASSIGN(at.beta, trial.put(norm.beta));
+    SPLAT_ASSIGN(at.y, trial.room(Norm::kC * Norm::kP * 4));
+    SPLAT_ASSIGN(at.mean, trial.room(32));  // [2,1,4]
+    SPLAT_ASSIGN(at.rstd, trial.room(16));
+    SPLAT_TRY(ops::group_norm_forward(trial.recorder(), norm.desc, at.x, at.gamma, at.beta, at.y,
+                                      at.mean, at.rstd));
+    return at;
+}
+
+}  // namespace
+
+/// 37 rows of 28 features to 19.
+Result<double> linear_error(vk::Context& context) {
+    const ops::LinearDesc desc{37, 28, 19, true, 1};
+    const Floats x = integers(28 * 37, 1), weight = integers(19 * 28, 2), bias = integers(20, 3);
+    Doubles expected(19 * 37);
+    for (std::size_t o = 0; o < 19; ++o)
+        for (std::size_t r = 0; r < 37; ++r) {
+            double& sum = expected[o * 37 + r] = wide(bias[o]);
+            for (std::size_t k = 0; k < 28; ++k)
+                sum += wide(weight[o * 28 + k]) * wide(x[k * 37 + r]);
+        }
+    Trial trial(context);
+    SPLAT_ASSIGN(const vk::BufferView at_x, trial.put(to_quads(x, 28, 37)));
+    SPLAT_ASSIGN(vk::BufferView at_weight, trial.put(weight));
+    SPLAT_ASSIGN(const vk::BufferView at_bias, trial.put(bias));
+    SPLAT_ASSIGN(const vk::BufferView y, trial.room(20 * 37 * 4));
+    const std::uint64_t bytes = ops::linear_packed_bytes(trial.recorder(), desc, false);
+    if (bytes != 0) {
+        SPLAT_ASSIGN(const vk::BufferView packed, trial.room(bytes));
+        SPLAT_TRY(ops::linear_pack_weight(trial.recorder(), desc, at_weight, packed, false));
+        at_weight = packed;
+    }
+    SPLAT_TRY(ops::linear_forward(trial.recorder(), desc, at_x, at_weight, at_bias, y));
+    SPLAT_TRY(trial.run());
+    return trial.error(y, 19, 37, expected);
+}
+
+Result<double> convolution_error(vk::Context& context) {
+    using C = Convolution;
+    const C of;
+    Doubles expected(C::kK * C::kP);
+    for (std::size_t i = 0; i < expected.size(); ++i) expected[i] = wide(of.bias[i / C::kP]);
+    C::for_products([&](std::size_t x, std::size_t weight, std::size_t y) {
+        expected[y] += wide(of.x[x]) * wide(of.weight[weight]);
+    });
+    Trial trial(context);
+    SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
+    SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, false));
+    SPLAT_ASSIGN(const vk::BufferView bias, trial.put(of.bias));
+    SPLAT_ASSIGN(const vk::BufferView y, trial.room(expected.size() * 4));
+    SPLAT_ASSIGN(const vk::BufferView space,
+                 trial.room(ops::conv2d_forward_bytes(trial.recorder(), of.desc)));
+    SPLAT_TRY(ops::conv2d_forward(trial.recorder(), of.desc, x, weight, bias, {}, y, space));
+    SPLAT_TRY(trial.run());
+    return trial.error(y, C::kK, C::kP, expected);
+}
+
+Result<double> convolution_gradient_error(vk::Context& context) {
+    using C = Convolution;
+    const C of;
+    Doubles by_x(of.x.size()), by_weight(of.weight.size());
+    C::for_products([&](std::size_t x, std::size_t weight, std::size_t y) {
+        by_x[x] += wide(of.grad_y[y]) * wide(of.weight[weight]);
+        by_weight[weight] += wide(of.grad_y[y]) * wide(of.x[x]);
+    });
+    Trial trial(context);
+    SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
+    SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(of.grad_y, C::kK, C::kP)));
+    SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, true));
+    SPLAT_ASSIGN(const vk::BufferView grad_x, trial.room(by_x.size() * 4));
+    SPLAT_ASSIGN(const vk::BufferView grad_weight, trial.room(by_weight.size() * 4));
+    SPLAT_ASSIGN(
+        const vk::BufferView space,
+        trial.room(std::max(ops::conv2d_backward_input_bytes(trial.recorder(), of.desc),
+                            ops::conv2d_backward_weight_bytes(trial.recorder(), of.desc))));
+    SPLAT_TRY(ops::conv2d_backward_begin(trial.recorder(), of.desc, grad_y, space));
+    SPLAT_TRY(ops::conv2d_backward_input(trial.recorder(), of.desc, weight, grad_y, grad_x, space));
+    SPLAT_TRY(ops::conv2d_backward_weight(trial.recorder(), of.desc, x, grad_y, grad_weight, space,
+                                          false));
+    SPLAT_TRY(trial.run());
+    SPLAT_ASSIGN(const double error, trial.error(grad_x, C::kC, C::kP, by_x));
+    SPLAT_ASSIGN(const Floats got, trial.get(grad_weight, by_weight.size()));
+    return std::max(error, distance(got, by_weight));
+}
+
+Result<double> group_norm_error(vk::Context& context) {
+    const Norm norm;
+    Doubles expected(norm.xhat.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        expected[i] = norm.xhat[i] * wide(norm.gamma[i / Norm::kP]) + wide(norm.beta[i / Norm::kP]);
+    Trial trial(context);
+    SPLAT_ASSIGN(const NormViews at, record_norm(trial, norm));
+    SPLAT_TRY(trial.run());
+    SPLAT_ASSIGN(const double error, trial.error(at.y, Norm::kC, Norm::kP, expected));
+    return error / 20;  // the values reach 20
+}
+
+Result<double> group_norm_gradient_error(vk::Context& context) {
+    const Norm norm;
+    Doubles by_x(norm.x.size()), by_gamma(Norm::kC);
+    for (std::size_t g = 0; g < 4; ++g) {
+        double a = 0, b = 0;  // means of gamma grad_y, and of its product with xhat
+        for (std::size_t i = g * Norm::kGroup; i < (g + 1) * Norm::kGroup; ++i) {
+            const double by_hat = wide(norm.gamma[i / Norm::kP]) * wide(norm.grad_y[i]);
+            a += by_hat / Norm::kGroup;
+            b += by_hat * norm.xhat[i] / Norm::kGroup;
+            by_gamma[i / Norm::kP] += wide(norm.grad_y[i]) * norm.xhat[i];
+        }
+        for (std::size_t i = g * Norm::kGroup; i < (g + 1) * Norm::kGroup; ++i)
+            by_x[i] = norm.rstd[g] * (wide(norm.gamma[i / Norm::kP]) * wide(norm.grad_y[i]) - a -
+                                      norm.xhat[i] * b);
+    }
+    Trial trial(context);
+    SPLAT_ASSIGN(const NormViews at, record_norm(trial, norm));
+    SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(norm.grad_y, Norm::kC, Norm::kP)));
+    SPLAT_ASSIGN(const vk::BufferView grad_x, trial.room(by_x.size() * 4));
+    SPLAT_ASSIGN(const vk::BufferView grad_gamma, trial.room(Norm::kC * 4));
+    SPLAT_ASSIGN(const vk::BufferView grad_beta, trial.room(Norm::kC * 4));
+    SPLAT_ASSIGN(const vk::BufferView sums, trial.room(ops::group_norm_sums_bytes(norm.desc)));
+    SPLAT_TRY(ops::group_norm_backward(trial.recorder(), norm.desc, at.x, at.gamma, at.beta,
+                                       at.mean, at.rstd, grad_y, grad_x, grad_gamma, grad_beta,
+                                       sums, false));
+    SPLAT_TRY(trial.run());
+    SPLAT_ASSIGN(const double error, trial.error(grad_x, Norm::kC, Norm::kP, by_x));
+    SPLAT_ASSIGN(const Floats got, trial.get(grad_gamma, Norm::kC));
+    return std::max(error / 20, distance(got, by_gamma) / 200);  // the values reach 20 and 200
+}
+
+}  // namespace splat::api::self_test
