@@ -19,8 +19,8 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 
 cd "$root"
-git ls-files -z --cached --others --exclude-standard | WORK=$work perl -MFile::Compare -MFile::Copy=copy -MFile::Basename \
-    -MFile::Path=make_path -0ne '
+git ls-files -z --cached --others --exclude-standard | WORK=$work perl -MFile::Compare -MFile::Copy=copy \
+    -MFile::Basename -MFile::Path=make_path -0ne '
         chomp;
         next unless -f;
         my $to = "$ENV{WORK}/$_";
