@@ -96,6 +96,20 @@ std::string process_of(int lock) {
     return process.empty() ? "another process" : "process " + process;
 }
 
+/// The number of this process, alone in the file; false with the reason in errno.
+bool write_process(int lock) {
+    const std::string text = std::to_string(::getpid()) + "\n";
+    if (::ftruncate(lock, 0) != 0) return false;
+    for (std::size_t done = 0; done < text.size();) {
+        const ssize_t written =
+            ::pwrite(lock, text.data() + done, text.size() - done, static_cast<off_t>(done));
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return false;
+        done += static_cast<std::size_t>(written);
+    }
+    return true;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode mode) {
@@ -150,10 +164,8 @@ Status RunFolder::lock() {
     }
     lock_ = file;
     generation_ = fork_generation();
-    const std::string number = std::to_string(::getpid()) + "\n";
-    if (::ftruncate(file, 0) != 0 || ::pwrite(file, number.data(), number.size(), 0) < 0)
-        return cannot("write", path, std::strerror(errno));
-    return {};
+    if (write_process(file)) return {};
+    return cannot("write", path, std::strerror(errno));
 }
 
 Status RunFolder::clear() const {

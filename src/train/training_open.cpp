@@ -235,7 +235,11 @@ Status Training::resume() {
     if (start.ok()) start_ = std::move(start.value());
     const auto states = folder_->states();
     if (states.empty()) {
-        SPLAT_TRY(start.status());
+        if (!start.ok())
+            return {start.status().code(),
+                    start.status().message() +
+                        "; without it a run that has no state yet cannot begin again: let it be "
+                        "overwritten"};
         messages_.emplace_back("the run has no state yet, and begins again", false);
         return this->start();
     }

@@ -19,10 +19,15 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 
 cd "$root"
-git ls-files -z --cached --others --exclude-standard | WORK=$work xargs -0 sh -c '
-    for file; do
-        if [ -f "$file" ] && ! cmp -s "$file" "$WORK/$file"; then cp --parents "$file" "$WORK"; fi
-    done' sh
+git ls-files -z --cached --others --exclude-standard | WORK=$work perl -MFile::Compare -MFile::Copy=copy \
+    -MFile::Basename -MFile::Path=make_path -0ne '
+        chomp;
+        next unless -f;
+        my $to = "$ENV{WORK}/$_";
+        next if -f $to && compare($_, $to) == 0;
+        make_path(dirname($to));
+        copy($_, $to) or die "$to: $!\n";
+        chmod((stat)[2] & 07777, $to);'
 # Real data lies beside the repository, not beside its copy.
 if [ -d "$root/../shared/real" ]; then export SPLAT_REAL_DIR="${SPLAT_REAL_DIR:-$root/../shared/real}"; fi
 cd "$work"

@@ -338,7 +338,8 @@ TEST_F(TrainingTest, BeginsAgainWithoutAState) {
                 file("whole", "weights_last.safetensors"));
     open(desc("lost"));
     fs::remove(folder_.path() / "lost/run.json");
-    EXPECT_ERROR(refusal(resumed("lost")), Code::kNotFound, "run.json");
+    EXPECT_ERROR(refusal(resumed("lost")), Code::kNotFound,
+                 "run.json': No such file or directory; without it a run that has no state");
 }
 
 /// They have higher numbers than the states that follow.
