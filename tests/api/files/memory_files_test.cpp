@@ -53,8 +53,9 @@ splat_named_array array_of(const char* name, const std::vector<float>& values,
 
 TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
     const std::vector<float> matrix = {1, 2, 3, 4, 5, 6};
+    const std::vector<float> number = {0.5F};
     const splat_named_array arrays[] = {array_of("matrix", matrix, {2, 3}),
-                                        array_of("number", {0.5F}, {}),
+                                        array_of("number", number, {}),
                                         array_of("nothing", {}, {0, 4})};
     Weights weights;
     ASSERT_DONE(splat_weights_from_arrays(arrays, 3, weights.out()));

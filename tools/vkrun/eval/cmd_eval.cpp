@@ -123,7 +123,8 @@ ScenePredictor make_predictor(splat_device device, const EvalOptions& options, c
     ScenePredictor predictor;
     const splat_result result = splat_predictor_create(device, &desc, predictor.out());
     check(result, result == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);
-    for (const Json& warning : library_json(splat_predictor_report, predictor.get()).at("warnings"))
+    const Json report = library_json(splat_predictor_report, predictor.get());
+    for (const Json& warning : report.at("warnings"))
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
     return predictor;
 }
