@@ -1,3 +1,4 @@
+#include "fuzz/checksums.h"
 #include "fuzz/target.h"
 #include "io/npz.h"
 #include "io/zip.h"
@@ -29,3 +30,4 @@ void check(io::Bytes file) {
 }  // namespace
 
 SPLAT_FUZZ_TARGET(check)
+SPLAT_FUZZ_MUTATOR(fuzz::repair_zip)

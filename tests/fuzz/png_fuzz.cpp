@@ -1,5 +1,6 @@
 // PNG: what is accepted can be written, where the writer has the type, and read again.
 
+#include "fuzz/checksums.h"
 #include "fuzz/target.h"
 #include "io/image.h"
 
@@ -22,3 +23,4 @@ void check(io::Bytes file) {
 }  // namespace
 
 SPLAT_FUZZ_TARGET(check)
+SPLAT_FUZZ_MUTATOR(fuzz::repair_png)

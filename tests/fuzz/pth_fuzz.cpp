@@ -1,5 +1,6 @@
 #include <cstring>
 
+#include "fuzz/checksums.h"
 #include "fuzz/target.h"
 #include "io/torch/pickle.h"
 #include "io/torch/pth.h"
@@ -24,7 +25,7 @@ void check_writing(const io::PthFile& file) {
     }
 }
 
-/// Archives seldom survive mutation (each file has a CRC), so the pickle is also read alone.
+/// The pickle is also read alone.
 void check(io::Bytes file) {
     const io::MemorySource source(file);
     const DecodeLimits small{64, 1U << 20U, 1000};
@@ -47,3 +48,4 @@ void check(io::Bytes file) {
 }  // namespace
 
 SPLAT_FUZZ_TARGET(check)
+SPLAT_FUZZ_MUTATOR(fuzz::repair_zip)

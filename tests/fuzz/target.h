@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdlib>
 #include <span>
 
@@ -33,6 +34,20 @@ inline void check_scene(const io::LoadedScene& loaded) {
     require(scene::check_arrays(loaded.gaussians).ok());
     require(loaded.report.count == loaded.gaussians.count());
     require(loaded.report.sh_degree == loaded.gaussians.sh_degree);
+}
+
+/// An input of several files: each but the last is preceded by its length (32 bits), and may be cut.
+template <std::size_t Count>
+std::array<io::Bytes, Count> files_of(io::Bytes input) {
+    std::array<io::Bytes, Count> files;
+    for (std::size_t i = 0; i + 1 < Count && input.size() >= 4; ++i) {
+        const auto bytes = io::number<std::uint32_t>(input.data());
+        input = input.subspan(4);
+        files[i] = input.first(std::min<std::size_t>(bytes, input.size()));
+        input = input.subspan(files[i].size());
+    }
+    files[Count - 1] = input;
+    return files;
 }
 
 }  // namespace splat::fuzz

@@ -1,0 +1,19 @@
+// export_<split>.json: the list of an export's files.
+
+#include "tables/export_journal.h"
+
+#include "fuzz/by_path/folder.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    static const fuzz::Folder folder({"export_x.json"});
+    folder.write(0, file);
+    static_cast<void>(fuzz::accepted(tables::ExportJournal::verify(folder.path(), "x")));
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

@@ -1,0 +1,29 @@
+// store.json: what is accepted is written and read back.
+
+#include "fuzz/by_path/folder.h"
+#include "tables/store_index.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    static const fuzz::Folder folder({"store.json"});
+    folder.write(0, file);
+    const auto read = tables::read_store_text(folder.path());
+    if (!fuzz::accepted(read.status())) return;
+    const tables::StoreIndex& index = read.value();
+    std::uint64_t views = 0;
+    for (const tables::StoreObject& object : index.objects) views += object.views;
+    fuzz::require(index.resolution > 0 && views == index.frames.size());
+    const auto text = tables::store_text(index);
+    fuzz::require(text.ok());
+    folder.write(0, io::as_bytes(text.value()));
+    const auto again = tables::read_store_text(folder.path());
+    fuzz::require(again.ok() && again.value().maps == index.maps);
+    fuzz::require(tables::store_text(again.value()).value() == text.value());
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

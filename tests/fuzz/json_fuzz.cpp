@@ -1,0 +1,27 @@
+// JSON: the parsers of trees, of events and of flat objects accept the same texts.
+
+#include "core/json.h"
+
+#include "core/json_tree.h"
+#include "fuzz/target.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    const std::string_view text = io::as_text(file);
+    const auto tree = parse_json_tree(text, "x");
+    const Status events = visit_json(text, "x", [](const JsonEvent&) { return Status(); });
+    fuzz::require(events.ok() == tree.ok());
+    if (tree.ok()) fuzz::require(parse_json(text, "x").ok());  // which throws where it refuses
+    const auto flat = parse_flat_json(text, "x");
+    if (!flat.ok()) return;
+    fuzz::require(tree.ok() && tree.value().is_object());
+    for (const JsonScalar& member : flat.value())
+        fuzz::require(tree.value().find(member.name) != nullptr);
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)

@@ -1,0 +1,25 @@
+// WebP: any bytes give an error or a valid image, whose header alone says the same.
+
+#include "fuzz/target.h"
+#include "io/photo/webp.h"
+
+namespace {
+
+using namespace splat;
+
+void check(io::Bytes file) {
+    io::ImageOptions options = {512, 1U << 20U};
+    const auto image = io::read_webp(file, options);
+    options.header_only = true;
+    const auto header = io::read_webp(file, options);
+    if (!fuzz::accepted(image.status())) return;
+    fuzz::require(io::check_image(image.value()).ok());
+    fuzz::require(header.ok() && header.value().samples.empty());
+    fuzz::require(header.value().width == image.value().width &&
+                  header.value().height == image.value().height &&
+                  header.value().channels == image.value().channels);
+}
+
+}  // namespace
+
+SPLAT_FUZZ_TARGET(check)
