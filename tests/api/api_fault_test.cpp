@@ -373,6 +373,10 @@ TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
     EXPECT_REFUSED(draw_with(device, rasterizer_), SPLAT_ERROR_NO_DEVICE,
                    "computes wrongly with plain kernels: a scene of three Gaussians is off by 1");
     EXPECT_EQ(fault::disarm(), 2U) << "the fast kernels, then the plain ones";
+    const std::string told = splat_last_error_message();
+    auto info = sized<splat_device_info>();
+    EXPECT_DONE(splat_device_get_info(device, &info));
+    EXPECT_NE(told.find(info.driver), std::string::npos) << told << " names version and compiler";
     EXPECT_DONE(draw_with(device, rasterizer_));
     EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_PLAIN);
     rasterizer_.destroy();

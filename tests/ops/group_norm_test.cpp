@@ -159,7 +159,8 @@ TEST_P(GroupNorm, OneElementPerGroupGivesBeta) {
 TEST_P(GroupNorm, HugeInputsAreExact) {
     for (const double scale : {1e15, 1e18, 2e19, 1e25, 5e37})  // squares overflow from 1.8e19 on
         for (const bool silu : {false, true}) {
-            const GroupNormCase c({1, 8, 17, 33, 2}, silu, 430, 0, scale);
+            GroupNormCase c({1, 8, 17, 33, 2}, silu, 430, 0, scale);
+            for (float& g : c.grad_y) g *= 1e6F;  // gradients that devices may not flush to 0
             const OpResult gpu = run_op(context(), c.call());
             ASSERT_OK(gpu.status);
             const std::string how = reproduce(c.text() + " scale " + std::to_string(scale));
