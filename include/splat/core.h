@@ -336,7 +336,12 @@ typedef struct splat_device_desc {
  *                                     message lists the devices
  *   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
  *                                     validation layer is missing
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+ *
+ * The first operator, network or rasterizer on a device tests the kernels that it needs. Where they
+ * compute wrongly the plain ones take their place, with a warning; where those do too, or other
+ * objects are there already, the creation is SPLAT_ERROR_NO_DEVICE. SPLAT_SELF_TEST=0 in the
+ * environment leaves the tests out. */
 SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_device* device);
 
 /* Release a device. Its tensors and operators stay usable; the device closes with the last of them.
