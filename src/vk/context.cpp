@@ -90,7 +90,7 @@ Status Context::write(const BufferView& view, const void* data, std::uint64_t by
     SPLAT_TRY(queue_->settle());
     std::byte* host = Memory::host(view);
     if (host == nullptr) return transfer(view, nullptr, static_cast<const std::byte*>(data), bytes);
-    std::memcpy(host, data, bytes);
+    if (bytes > 0) std::memcpy(host, data, bytes);  // data may be null
     return memory_->flush(view);
 }
 
@@ -101,7 +101,7 @@ Status Context::read(const BufferView& view, void* data, std::uint64_t bytes) {
     std::byte* host = Memory::host(view);
     if (host == nullptr) return transfer(view, static_cast<std::byte*>(data), nullptr, bytes);
     SPLAT_TRY(memory_->invalidate(view));
-    std::memcpy(data, host, bytes);
+    if (bytes > 0) std::memcpy(data, host, bytes);  // data may be null
     return {};
 }
 
