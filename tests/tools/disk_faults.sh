@@ -80,7 +80,7 @@ writes_folder() {
                 # shellcheck disable=SC2086  # lists of words
                 [ -n "$AGAIN" ] && "$vkrun" $AGAIN > "$temp/log" 2>&1 || good "$@" $ANEW
             elif ! same "" && ! grep -q "warning: .*$folder" "$temp/log"; then
-                fail "$kind:$n: a file is missing without a word: $(cat "$temp/log")"
+                fail "$kind:$n: a file is missing, and no error says so: $(cat "$temp/log")"
             fi
             no_temporaries "$folder" "$kind:$n"
             same "$kind:$n"

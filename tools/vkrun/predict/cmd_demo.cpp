@@ -201,7 +201,7 @@ int demo(const DemoOptions& options) {
     page.heading("A chair, through adapters");
     const Json chair = predict(options, adapted, "chair", shown_chair, page);
     page.paragraph(
-        "The same weights with low-rank adapters of 0.6 MB that were trained on chairs: " +
+        "The same weights with low-rank adapters that were trained on chairs: " +
         scores_text(chair) +
         ". All chairs, without and with adapters, and the 95 % interval of the difference: " +
         gain_text(adapter_gain) + ".");
