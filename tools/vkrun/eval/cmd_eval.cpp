@@ -14,16 +14,16 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/picture.h"
-#include "vkrun/cli/progress.h"
 #include "vkrun/cli/shard.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/baseline.h"
 #include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
+#include "vkrun/eval/scoring.h"
 #include "vkrun/predict/drawing.h"
+#include "vkrun/predict/network.h"
 #include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
@@ -112,23 +112,6 @@ Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std
     return lpips;
 }
 
-/// A predictor of the weights, whose warnings are printed.
-ScenePredictor make_predictor(splat_device device, const EvalOptions& options, const Json& config) {
-    const std::string text = config.dump();
-    auto desc = sized<splat_predictor_desc>();
-    desc.weights_path = options.weights.c_str();
-    desc.config = text.c_str();
-    const std::string adapters = adapters_beside(options.weights, options.adapters);
-    if (!adapters.empty()) desc.adapters_path = adapters.c_str();
-    ScenePredictor predictor;
-    const splat_result result = splat_predictor_create(device, &desc, predictor.out());
-    check(result, result == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);
-    const Json report = library_json(splat_predictor_report, predictor.get());
-    for (const Json& warning : report.at("warnings"))
-        std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
-    return predictor;
-}
-
 Evaluator make_evaluator(const EvalOptions& options, splat_predictor predictor,
                          splat_dataset dataset, splat_lpips lpips) {
     auto desc = sized<splat_evaluator_desc>();
@@ -143,19 +126,19 @@ Evaluator make_evaluator(const EvalOptions& options, splat_predictor predictor,
     return evaluator;
 }
 
-/// What an evaluation works with. A baseline takes the place of the predictor.
+/// What an evaluation works with. A baseline takes the place of the network.
 struct Methods {
     Device device;
     Dataset dataset;
-    ScenePredictor predictor;
+    Network network;
     std::unique_ptr<Baseline> baseline;
     Lpips lpips;
     Evaluator evaluator;
 };
 
-/// Score one object, save its images, and add its row. Returns a sentence if it has numbers that are not finite.
-std::string score_object(const EvalOptions& options, const Methods& methods, std::uint32_t index,
-                         std::vector<ObjectRow>& rows) {
+/// Score one object, and save its images.
+splat_object_scores score_object(const EvalOptions& options, const Methods& methods,
+                                 std::uint32_t index) {
     const splat_evaluator evaluator = methods.evaluator.get();
     const bool saved = index < std::max(options.images, options.single);
     const ObjectViews views = read_views(evaluator, index, methods.baseline != nullptr || saved);
@@ -166,27 +149,18 @@ std::string score_object(const EvalOptions& options, const Methods& methods, std
         check(
             splat_evaluator_score_images(evaluator, index, images.data(), images.size(), &scores));
     } else {
-        check(splat_evaluator_score(evaluator, index, &scores));
+        scores = score_by_network(evaluator, index);
         if (saved) images = drawn_images(evaluator, index, views);
     }
     const std::string path = object_path(options, index, scores.name);
     if (index < options.images) save_eval_sheet(path + ".png", views, images);
     if (index < options.single) save_views(path, views, images);
-    rows.push_back(
-        {index, scores.name, scores.novel.psnr, scores.novel.ssim, scores.conditioning.psnr});
-    if (scores.not_finite == 0) return "";
-    return format(
-        "object '%s' has no scores: %llu numbers of the network's output, %llu of %llu "
-        "Gaussians and %u images are not finite",
-        scores.name, static_cast<unsigned long long>(scores.ledger.outputs_not_finite),
-        static_cast<unsigned long long>(scores.ledger.gaussians_not_finite),
-        static_cast<unsigned long long>(scores.ledger.gaussians), scores.ledger.images_not_finite);
+    return scores;
 }
 
 std::string write_eval_page(const EvalOptions& options, const Methods& methods, const Json& results,
                             std::vector<ObjectRow> rows) {
-    auto info = sized<splat_predictor_info>();
-    check(splat_predictor_get_info(methods.predictor.get(), &info));
+    const Network& network = methods.network;
     const auto show = [&](std::uint32_t object) {
         ShownObject shown{read_views(methods.evaluator.get(), object, true), {}, {}};
         const ObjectViews& views = shown.views;
@@ -195,21 +169,22 @@ std::string write_eval_page(const EvalOptions& options, const Methods& methods, 
             return shown;
         }
         check(splat_predictor_predict_object(
-            methods.predictor.get(), methods.dataset.get(), object, views.numbers.data(),
+            network.predictor.get(), methods.dataset.get(), object, views.numbers.data(),
             static_cast<std::uint32_t>(views.numbers.size()), shown.scene.out(), nullptr));
         shown.images =
-            draw_scene(methods.device.get(), shown.scene, views.cameras, info.background);
+            draw_scene(methods.device.get(), shown.scene, views.cameras, network.info.background);
         return shown;
     };
-    const bool network = options.baseline.empty();
+    const bool baseline = !options.baseline.empty();
+    const std::string& adapters = network.files.adapters;
     const std::vector<std::pair<std::string, std::string>> facts = {
-        {network ? "Weights" : "Baseline", network ? options.weights : options.baseline},
-        {"Adapters",
-         options.adapters.empty() ? "none" : adapters_beside(options.weights, options.adapters)},
+        {baseline ? "Baseline" : "Weights", baseline ? options.baseline : network.files.weights},
+        {"Adapters", adapters.empty() ? "none" : adapters},
         {"Data", options.data + ", split " + options.split},
         {"Objects", std::to_string(rows.size())},
         {"Device", info_of(methods.device.get()).name}};
-    return write_eval_report(options.out, results, facts, std::move(rows), info.background, show);
+    return write_eval_report(options.out, results, facts, std::move(rows), network.info.background,
+                             show);
 }
 
 void print_table(const EvalOptions& options, std::uint32_t count, const Json& json,
@@ -255,50 +230,37 @@ bool merge_shards(const EvalOptions& options, const Shard& shard, splat_evaluato
     return true;
 }
 
-int evaluate(EvalOptions options) {
-    options.weights = weights_named(options.weights);
+int evaluate(const EvalOptions& options) {
     if (!options.adapters.empty() && !options.baseline.empty())
         throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
     const Shard shard = parse_shard(options.shard);
-    const Json config =
-        merged_config(config_beside(options.weights, options.config,
-                                    adapters_beside(options.weights, options.adapters)),
-                      options.changes);
+    const NetworkFiles files = network_files(weights_named(options.weights), options.config,
+                                             options.adapters, options.changes);
     Methods methods;
-    methods.dataset = open_data(config, options.data, options.split);
+    methods.dataset = open_data(files.config, options.data, options.split);
     methods.device = open_device(device_desc(options.device));
     const splat_device device = methods.device.get();
-    methods.predictor = make_predictor(device, options, config);
-    methods.lpips = make_lpips(device, options.lpips, config.at("data").at("training_resolution"));
-    methods.evaluator = make_evaluator(options, methods.predictor.get(), methods.dataset.get(),
-                                       methods.lpips.get());
-    methods.baseline = make_baseline(options.baseline, device, config, options.data);
+    methods.network = load_network(device, files);
+    methods.lpips =
+        make_lpips(device, options.lpips, files.config.at("data").at("training_resolution"));
+    methods.evaluator = make_evaluator(options, methods.network.predictor.get(),
+                                       methods.dataset.get(), methods.lpips.get());
+    methods.baseline = make_baseline(options.baseline, device, files.config, options.data);
     const splat_evaluator evaluator = methods.evaluator.get();
-    auto info = sized<splat_evaluator_info>();
-    check(splat_evaluator_get_info(evaluator, &info));
     make_folder(options.out);
-    Progress progress("evaluating", info.objects);
-    std::vector<std::string> faults;
-    std::vector<ObjectRow> rows;
-    for (std::uint32_t i = shard.index; i < info.objects; i += shard.count) {
-        progress.show(i);
-        const std::string fault = score_object(options, methods, i, rows);
-        if (!fault.empty()) faults.push_back(fault);
-    }
-    progress.show(info.objects);
+    ScoredObjects scored = score_objects(evaluator, "evaluating", shard, [&](std::uint32_t object) {
+        return score_object(options, methods, object);
+    });
     const bool merged = shard.count == 1 || merge_shards(options, shard, evaluator);
     if (merged) check(splat_evaluator_save(evaluator, options.out.c_str()));
     const Json json = library_json(splat_evaluator_report, evaluator);
-    const std::string page = merged ? write_eval_page(options, methods, json, std::move(rows)) : "";
+    const std::string page = merged ? write_eval_page(options, methods, json, scored.rows) : "";
     if (options.json)
         print_json(json);
     else
         print_table(options, json.at("objects"), json, page);
-    if (faults.empty()) return kSuccess;
-    throw Failure(kNotFinite,
-                  format("%s; %zu of %u objects are like this, and there is no mean score. The "
-                         "weights overflow float32: train again, or give others",
-                         faults.front().c_str(), faults.size(), info.objects));
+    check_finite(scored);
+    return kSuccess;
 }
 
 }  // namespace

@@ -14,11 +14,11 @@
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
-#include "vkrun/cli/progress.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/config/merged_config.h"
 #include "vkrun/data/for_each_index.h"
 #include "vkrun/data/open_data.h"
+#include "vkrun/eval/scoring.h"
+#include "vkrun/predict/network.h"
 #include "vkrun/predict/prediction.h"
 #include "vkrun/weights/builtin_weights.h"
 
@@ -65,47 +65,32 @@ std::string make_objects(const DemoOptions& options, const char* category) {
     return root + "/srn_" + category;
 }
 
-/// Weights on the objects of a data set.
+/// A network on the objects of a data set.
 struct Method {
+    const Network& network;
     std::string data;
-    const char* weights;
-    const char* adapters;
     const char* folder;  ///< below OUT
 };
 
 /// PSNR of the novel views of every object; the files of 'vkrun eval' in the folder.
 std::vector<double> score(const DemoOptions& options, const Method& method) {
-    const std::string file = weights_named(method.weights);
-    const std::string adapters = adapters_beside(file, method.adapters);
-    const Json config = merged_config(config_beside(file, "", adapters), {});
-    const std::string text = config.dump();
-    const Device device = open_device(device_desc(options.device));
-    const Dataset dataset = open_data(config, method.data, "test");
-    auto network = sized<splat_predictor_desc>();
-    network.weights_path = file.c_str();
-    network.config = text.c_str();
-    if (!adapters.empty()) network.adapters_path = adapters.c_str();
-    ScenePredictor predictor;
-    check(splat_predictor_create(device.get(), &network, predictor.out()), kBadData);
+    const Dataset dataset = open_data(method.network.files.config, method.data, "test");
     auto desc = sized<splat_evaluator_desc>();
-    desc.predictor = predictor.get();
+    desc.predictor = method.network.predictor.get();
     desc.dataset = dataset.get();
     desc.novel_views = kViews;
     desc.objects = options.objects;
     Evaluator evaluator;
     check(splat_evaluator_create(&desc, evaluator.out()), kBadData);
-    Progress progress(method.folder, options.objects);
-    std::vector<double> psnr;
-    for (std::uint32_t i = 0; i < options.objects; ++i) {
-        progress.show(i);
-        auto scores = sized<splat_object_scores>();
-        check(splat_evaluator_score(evaluator.get(), i, &scores));
-        psnr.push_back(scores.novel.psnr);
-    }
-    progress.show(options.objects);
+    const ScoredObjects scored = score_objects(
+        evaluator.get(), method.folder, Shard(),
+        [&](std::uint32_t object) { return score_by_network(evaluator.get(), object); });
     const std::string out = options.out + "/" + method.folder;
     make_folder(out);
     check(splat_evaluator_save(evaluator.get(), out.c_str()));
+    check_finite(scored);
+    std::vector<double> psnr;
+    for (const ObjectRow& row : scored.rows) psnr.push_back(row.psnr);
     return psnr;
 }
 
@@ -138,17 +123,14 @@ splat_metric_comparison compare(const DemoOptions& options, const Method& a, con
 }
 
 /// Predict one object, and add its scene to the page.
-Json predict(const DemoOptions& options, const Method& method, const char* folder,
-             std::uint32_t object, HtmlPage& page) {
+Json predict(const DemoOptions& options, splat_device device, const Method& method,
+             const char* folder, std::uint32_t object, HtmlPage& page) {
     PredictionOptions prediction;
     prediction.data = method.data;
     prediction.object = object;
     prediction.views = kViews;
-    prediction.weights = method.weights;
-    prediction.adapters = method.adapters;
     prediction.out = options.out + "/" + folder;
-    prediction.device = options.device;
-    return run_prediction(prediction, &page);
+    return run_prediction(prediction, device, method.network, &page);
 }
 
 std::string scores_text(const Json& result) {
@@ -171,13 +153,23 @@ Json gain_json(const splat_metric_comparison& gain) {
 }
 
 int demo(const DemoOptions& options) {
+    const Device opened = open_device(device_desc(options.device));
+    const splat_device device = opened.get();
+    const std::string plain_file = weights_named(kPlainWeights);
+    const Weights plain_weights = load_weights(plain_file);
+    const Network plain_network =
+        load_network(device, network_files(plain_file, "", ""), plain_weights.get());
+    const Network chair_network =
+        load_network(device, network_files(plain_file, "", "chairs"), plain_weights.get());
+    const Network map_network =
+        load_network(device, network_files(weights_named(kDepthNormalWeights), "", ""));
     make_folder(options.out);
     const std::string cars = make_objects(options, "cars");
     const std::string chairs = make_objects(options, "chairs");
-    const Method plain{cars, kPlainWeights, "", "cars"};
-    const Method maps{cars, kDepthNormalWeights, "", "cars_depth_normal"};
-    const Method without{chairs, kPlainWeights, "", "chairs_without"};
-    const Method adapted{chairs, kPlainWeights, "chairs", "chairs"};
+    const Method plain{plain_network, cars, "cars"};
+    const Method maps{map_network, cars, "cars_depth_normal"};
+    const Method without{plain_network, chairs, "chairs_without"};
+    const Method adapted{chair_network, chairs, "chairs"};
     const std::uint32_t shown_car = middle(score(options, plain));
     score(options, maps);
     score(options, without);
@@ -193,20 +185,20 @@ int demo(const DemoOptions& options) {
         "middle by PSNR of novel views.",
         options.objects, options.objects));
     page.heading("A car");
-    const Json car = predict(options, plain, "car", shown_car, page);
+    const Json car = predict(options, device, plain, "car", shown_car, page);
     page.paragraph(scores_text(car) +
                    format("; over all cars %.2f dB. The network took %.0f ms on %s.",
                           map_gain.mean_a, car.at("predict_ms").get<double>(),
                           car.at("device").get<std::string>().c_str()));
     page.heading("A chair, through adapters");
-    const Json chair = predict(options, adapted, "chair", shown_chair, page);
+    const Json chair = predict(options, device, adapted, "chair", shown_chair, page);
     page.paragraph(
         "The same weights with low-rank adapters that were trained on chairs: " +
         scores_text(chair) +
         ". All chairs, without and with adapters, and the 95 % interval of the difference: " +
         gain_text(adapter_gain) + ".");
     page.heading("The car, with depth and normals");
-    const Json mapped = predict(options, maps, "car_depth_normal", shown_car, page);
+    const Json mapped = predict(options, device, maps, "car_depth_normal", shown_car, page);
     page.paragraph(
         "Weights that also take the depth and the normals of the picture: " + scores_text(mapped) +
         ". All cars, without and with maps: " + gain_text(map_gain) + ".");

@@ -70,7 +70,9 @@ int predict(const PredictionOptions& options, bool json) {
     if (options.origin_distance != 0)
         check_number("--origin-distance", options.origin_distance, 1e-6, 1e6);
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
-    const Json result = run_prediction(options);
+    const NetworkFiles files = network_files(weights_of(options), options.config, options.adapters);
+    const Device device = open_device(device_desc(options.device));
+    const Json result = run_prediction(options, device.get(), load_network(device.get(), files));
     if (json) {
         print_json(result);
         return kSuccess;

@@ -14,7 +14,6 @@
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
 #include "vkrun/predict/drawing.h"
@@ -26,42 +25,11 @@
 namespace vkrun {
 namespace {
 
-/// The predictor and what it says of itself.
-struct Loaded {
-    Device device;
-    ScenePredictor predictor;
-    splat_predictor_info info = sized<splat_predictor_info>();
-    Json config;
-};
-
 /// A library call that blames the data for its errors.
 void check_data(splat_result result) {
     if (result >= SPLAT_OK) return;
     if (result == SPLAT_ERROR_INVALID_STATE) throw Failure(kNotFinite, splat_last_error_message());
     throw Failure(kBadData, splat_last_error_message());
-}
-
-Loaded load(const std::string& file, const PredictionOptions& options) {
-    Loaded loaded;
-    const std::string adapters = adapters_beside(file, options.adapters);
-    loaded.config = merged_config(config_beside(file, options.config, adapters), {});
-    loaded.device = open_device(device_desc(options.device));
-    auto desc = sized<splat_predictor_desc>();
-    const std::string config = loaded.config.dump();
-    const Weights weights = load_weights(file);
-    desc.weights_path = file.c_str();
-    desc.weights = weights.get();
-    desc.config = config.c_str();
-    if (!adapters.empty()) desc.adapters_path = adapters.c_str();
-    const splat_result created =
-        splat_predictor_create(loaded.device.get(), &desc, loaded.predictor.out());
-    const bool unfit = created == SPLAT_ERROR_FORMAT || created == SPLAT_ERROR_SHAPE_MISMATCH;
-    check(created, unfit ? kBadData : kUsageError);
-    check(splat_predictor_get_info(loaded.predictor.get(), &loaded.info));
-    const Json report = library_json(splat_predictor_report, loaded.predictor.get());
-    for (const Json& warning : report.at("warnings"))
-        std::fprintf(stderr, "vkrun: warning: %s\n", warning.get<std::string>().c_str());
-    return loaded;
 }
 
 /// Points into `options`.
@@ -126,8 +94,8 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
     return {values, values + length};
 }
 
-Predicted read_photo(const PredictionOptions& options, const Loaded& loaded) {
-    const splat_predictor_info& info = loaded.info;
+Predicted read_photo(const PredictionOptions& options, const Network& network) {
+    const splat_predictor_info& info = network.info;
     if (info.views != 1)
         throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
                                        " views of an object, expected 1: predict from --data");
@@ -154,7 +122,7 @@ Predicted read_photo(const PredictionOptions& options, const Loaded& loaded) {
     const NetworkMask mask = network_mask(options);
     picture.mask.pixels = mask.image;
     Facts facts(info, 1);
-    check_data(splat_predictor_predict(loaded.predictor.get(), &picture, 1, task.scene.out(),
+    check_data(splat_predictor_predict(network.predictor.get(), &picture, 1, task.scene.out(),
                                        &facts.prediction));
     Json found = library_json(splat_prediction_report, &facts.prediction).at("pictures").at(0);
     for (const Json& warning : found.at("warnings")) task.warnings.push_back(warning);
@@ -171,10 +139,10 @@ Predicted read_photo(const PredictionOptions& options, const Loaded& loaded) {
 }
 
 /// What chooses the views of an object and scores images of them.
-Evaluator prediction_evaluator(const Loaded& loaded, const Dataset& data,
+Evaluator prediction_evaluator(const Network& network, const Dataset& data,
                                std::uint32_t novel_views) {
     auto desc = sized<splat_evaluator_desc>();
-    desc.predictor = loaded.predictor.get();
+    desc.predictor = network.predictor.get();
     desc.dataset = data.get();
     desc.method = "predict";
     desc.novel_views = novel_views;
@@ -183,22 +151,22 @@ Evaluator prediction_evaluator(const Loaded& loaded, const Dataset& data,
     return evaluator;
 }
 
-Predicted read_object(const PredictionOptions& options, const Loaded& loaded) {
-    const Dataset data = open_data(loaded.config, options.data, options.split);
+Predicted read_object(const PredictionOptions& options, const Network& network) {
+    const Dataset data = open_data(network.files.config, options.data, options.split);
     const Json report = library_json(splat_dataset_report, data.get());
     const auto views_of = report.at("views_of").get<std::vector<std::uint32_t>>();
     if (options.object >= views_of.size())
         throw Failure(kUsageError,
                       format("--object is %u, but there are %zu", options.object, views_of.size()));
-    Evaluator evaluator = prediction_evaluator(loaded, data, options.views);
+    Evaluator evaluator = prediction_evaluator(network, data, options.views);
     const ObjectViews views = read_views(evaluator.get(), options.object, true);
     Predicted task;
     task.name = report.at("names").at(options.object);
-    Facts facts(loaded.info, views.numbers.size());
+    Facts facts(network.info, views.numbers.size());
     check_data(splat_predictor_predict_object(
-        loaded.predictor.get(), data.get(), options.object, views.numbers.data(),
+        network.predictor.get(), data.get(), options.object, views.numbers.data(),
         static_cast<std::uint32_t>(views.numbers.size()), task.scene.out(), &facts.prediction));
-    take_facts(loaded.info, std::move(facts), task);
+    take_facts(network.info, std::move(facts), task);
     task.truths = views.images;
     task.evaluator = std::move(evaluator);
     return task;
@@ -226,15 +194,16 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Predicte
 
 /// Fit s d + t to the true depth by least squares where both are known. The truth is cut out as the
 /// picture was; larger is farther.
-Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const Predicted& task) {
+Json compare_depth(const PredictionOptions& options, splat_device device, const Network& network,
+                   const Predicted& task) {
     splat_picture picture = picture_of(options);
     picture.depth.path = options.true_depth.c_str();
-    const std::uint32_t side = loaded.info.resolution;
+    const std::uint32_t side = network.info.resolution;
     const std::size_t pixels = std::size_t{side} * side;
     std::vector<float> truth(pixels), known(pixels);
     auto desc = sized<splat_picture_cut_desc>();
     desc.resolution = side;
-    std::copy_n(loaded.info.background, 3, desc.background);
+    std::copy_n(network.info.background, 3, desc.background);
     const auto plane = [&](std::vector<float>& values) {
         splat_image image{};
         image.pixels = values.data();
@@ -247,8 +216,8 @@ Json compare_depth(const PredictionOptions& options, const Loaded& loaded, const
     desc.depth = plane(truth);
     desc.mask = plane(known);
     check_data(splat_picture_cut(&picture, &desc, nullptr));
-    const Depth drawn = draw_scene_depth(loaded.device.get(), task.scene, task.cameras.front(),
-                                         loaded.info.background);
+    const Depth drawn =
+        draw_scene_depth(device, task.scene, task.cameras.front(), network.info.background);
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -304,11 +273,11 @@ std::string weights_of(const PredictionOptions& options) {
     return weights_named(maps ? kDepthNormalWeights : kPlainWeights);
 }
 
-Json run_prediction(const PredictionOptions& options, HtmlPage* also) {
-    const std::string file = weights_of(options);
-    const Loaded loaded = load(file, options);
+Json run_prediction(const PredictionOptions& options, splat_device device, const Network& network,
+                    HtmlPage* also) {
+    const NetworkFiles& files = network.files;
     const Predicted task =
-        options.data.empty() ? read_photo(options, loaded) : read_object(options, loaded);
+        options.data.empty() ? read_photo(options, network) : read_object(options, network);
     for (const std::string& warning : task.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
     make_folder(options.out);
@@ -326,26 +295,27 @@ Json run_prediction(const PredictionOptions& options, HtmlPage* also) {
     }
     const Stopwatch drawing;
     const std::vector<float> images =
-        draw_scene(loaded.device.get(), task.scene, cameras, loaded.info.background);
-    Json result = {
-        {"input", task.name},
-        {"weights", file},
-        {"adapters", adapters_beside(file, options.adapters)},
-        {"trained_for", trained_for(loaded.info, is_built_in(file), !options.adapters.empty())},
-        {"gaussians", info.count},
-        {"faint", task.faint},
-        {"images", cameras.size()},
-        {"not_finite", task.not_finite},
-        {"draw_ms", drawing.ms()},
-        {"predict_ms", task.predict_ms},
-        {"device", info_of(loaded.device.get()).name}};
+        draw_scene(device, task.scene, cameras, network.info.background);
+    Json result = {{"input", task.name},
+                   {"weights", files.weights},
+                   {"adapters", files.adapters},
+                   {"trained_for",
+                    trained_for(network.info, is_built_in(files.weights), !files.adapters.empty())},
+                   {"gaussians", info.count},
+                   {"faint", task.faint},
+                   {"images", cameras.size()},
+                   {"not_finite", task.not_finite},
+                   {"draw_ms", drawing.ms()},
+                   {"predict_ms", task.predict_ms},
+                   {"device", info_of(device).name}};
     if (!task.photo.is_null()) result["photo"] = task.photo;
     if (!task.warnings.empty()) result["warnings"] = task.warnings;
     if (!task.truths.empty()) add_scores(options.object, task, images, result);
-    if (!options.true_depth.empty()) result["depth"] = compare_depth(options, loaded, task);
-    write_prediction_pictures(options.out, loaded.info, task, images);
-    result["report"] = write_prediction_report(options.out, task, loaded.info, cameras, result);
-    if (also != nullptr) add_prediction(*also, options.out, task, loaded.info, cameras);
+    if (!options.true_depth.empty())
+        result["depth"] = compare_depth(options, device, network, task);
+    write_prediction_pictures(options.out, network.info, task, images);
+    result["report"] = write_prediction_report(options.out, task, network.info, cameras, result);
+    if (also != nullptr) add_prediction(*also, options.out, task, network.info, cameras);
     return result;
 }
 

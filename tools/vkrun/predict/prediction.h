@@ -4,6 +4,7 @@
 
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/predict/network.h"
 
 namespace vkrun {
 
@@ -29,9 +30,10 @@ struct PredictionOptions {
 /// normals where both are given. Throws a Failure.
 std::string weights_of(const PredictionOptions& options);
 
-/// Predict, draw, and write everything into options.out; the scene and the sheet also into a page. Returns the facts:
-/// trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, and with a truth psnr, ssim,
-/// novel_views, psnr_input, depth. Throws a Failure.
-Json run_prediction(const PredictionOptions& options, HtmlPage* also = nullptr);
+/// Predict by a network on its device, draw, and write everything into options.out; the scene and the sheet also into a
+/// page. Returns the facts: trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, and with a
+/// truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
+Json run_prediction(const PredictionOptions& options, splat_device device, const Network& network,
+                    HtmlPage* also = nullptr);
 
 }  // namespace vkrun

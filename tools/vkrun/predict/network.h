@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vkrun/cli/handles.h"
+#include "vkrun/cli/json.h"
+
+namespace vkrun {
+
+/// What a network is made of.
+struct NetworkFiles {
+    std::string weights, adapters;  ///< paths; the adapters' may be empty
+    Json config;
+};
+
+/// The files and the configuration that --config, --adapters and --set mean for a file of weights. Throws a usage
+/// Failure.
+NetworkFiles network_files(const std::string& weights, const std::string& config,
+                           const std::string& adapters,
+                           const std::vector<std::string>& changes = {});
+
+/// A network on a device.
+struct Network {
+    NetworkFiles files;
+    ScenePredictor predictor;
+    splat_predictor_info info = sized<splat_predictor_info>();
+};
+
+/// Load a network and print its warnings. `weights`, unless NULL, are those of the file. Throws a Failure.
+Network load_network(splat_device device, const NetworkFiles& files,
+                     splat_weights weights = nullptr);
+
+}  // namespace vkrun
